@@ -1,0 +1,1 @@
+"""Where belief and recording differ: detect, locate, name, decide, report."""

@@ -1,0 +1,1 @@
+"""What touches hardware, each behind one small contract, and fakes of exactly those chips and pins."""

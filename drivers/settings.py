@@ -1,0 +1,69 @@
+"""What the drivers must be told: pins, addresses, timing. Sections of a robot file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from foundation.strict_yaml import StrictModel
+
+Pin = Annotated[int, Field(ge=0, le=27, description="BCM numbers of the 40-pin header")]
+PinPerMotor = tuple[Pin, Pin, Pin]
+Address = Annotated[int, Field(ge=0x08, le=0x77)]
+
+
+class StepSettings(StrictModel):
+    """How steps get out: backend, pins and the drive's timing (CL57T: pulse >= 1 us, DIR set-up)."""
+
+    backend: Literal["pulse", "gpiozero"] = "pulse"
+    step_pins: PinPerMotor = (17, 27, 22)
+    direction_pins: PinPerMotor = (23, 24, 25)
+    enable_pin: Pin | None = 5
+    alarm_pins: PinPerMotor | None = (6, 13, 19)
+    inverted: tuple[bool, bool, bool] = (False, False, False)
+    enable_active_high: bool = True
+    alarm_active_high: bool = False
+    pulse_width_us: Annotated[float, Field(ge=1.0, le=1000.0)] = 5.0
+    direction_setup_us: Annotated[float, Field(ge=0.0, le=1000.0)] = 5.0
+    minimum_gap_fraction: Annotated[float, Field(ge=0.5, le=1.0)] = 0.9
+    """No two steps closer than this part of the planned distance, whatever happened before."""
+    heartbeat_s: Annotated[float, Field(ge=0.01, le=5.0)] = 0.25
+    chip: Annotated[int, Field(ge=0, le=9)] = 0
+
+
+class InputSettings(StrictModel):
+    """The e-stop input: normally closed to ground, so that a broken wire stops the robot."""
+
+    estop_pin: Pin | None = 26
+    estop_active_high: bool = True
+
+
+class RangingSettings(StrictModel):
+    """The three VL53L1X: bus, addresses, XSHUT pins, mode and what a good reading is."""
+
+    bus: Annotated[int, Field(ge=0, le=22)] = 1
+    addresses: tuple[Address, Address, Address] = (0x30, 0x31, 0x32)
+    xshut_pins: PinPerMotor = (4, 20, 21)
+    mode: Literal["short", "long"] = "short"
+    timing_budget_ms: Literal[15, 20, 33, 50, 100, 200, 500] = 20
+    rate_hz: Annotated[float, Field(gt=0.0, le=60.0)] = 50.0
+    offsets_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Calibration: what is added to each reported distance (`deltactl sensors --calibrate`)."""
+    minimum_signal_mcps: Annotated[float, Field(ge=0.0)] = 0.5
+    maximum_sigma_mm: Annotated[float, Field(gt=0.0)] = 30.0
+    maximum_jump_mm: Annotated[float, Field(gt=0.0)] = 100.0
+    maximum_age_s: Annotated[float, Field(gt=0.0)] = 0.2
+    retries: Annotated[int, Field(ge=0, le=10)] = 3
+
+    @model_validator(mode="after")
+    def _consistent(self) -> RangingSettings:
+        if self.mode == "long" and self.timing_budget_ms == 15:
+            raise ValueError("a timing budget of 15 ms exists in short mode only")
+        if len(set(self.addresses)) < 3 or 0x29 in self.addresses:
+            raise ValueError(
+                "addresses must differ and none may be 0x29, where a rebooted sensor appears"
+            )
+        if self.timing_budget_ms * self.rate_hz > 1000.0:
+            raise ValueError("timing_budget_ms does not fit into one period of rate_hz")
+        return self

@@ -1,0 +1,1 @@
+"""Step outputs: the contract, two backends, and the pulse player they share."""

@@ -1,0 +1,92 @@
+"""The step-output contract: ticks with deadlines go in, edges come out, every edge is counted."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+MOTORS = 3
+Int64Array = np.ndarray[Any, np.dtype[np.int64]]
+Int8Array = np.ndarray[Any, np.dtype[np.int8]]
+Counts = tuple[int, int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Ticks:
+    """A run of instants at which motors step.
+
+    due_ns: shape (n,), strictly increasing, on the output's clock.
+    steps: shape (n, 3), each -1, 0 or +1.
+    """
+
+    due_ns: Int64Array
+    steps: Int8Array
+
+    def __len__(self) -> int:
+        return len(self.due_ns)
+
+
+class OutputState(enum.Enum):
+    """What a step output is doing. STOPPED is latched until `acknowledge`."""
+
+    DISABLED = "disabled"
+    READY = "ready"
+    MOVING = "moving"
+    STOPPED = "stopped"
+
+
+@dataclass(frozen=True, slots=True)
+class OutputStatus:
+    """A snapshot of a step output; `counts` are edges really sent, signed by direction."""
+
+    state: OutputState
+    counts: Counts
+    queued: int
+    slip_ns: int
+    """How far the schedule was pushed back by late pulses so far."""
+    reason: str = ""
+    """Why the output stopped: 'e-stop', 'alarm motor2', 'no heartbeat', 'stop requested'."""
+
+
+class StepOutput(Protocol):
+    """Plays ticks at their deadlines, never bunched, and owns the exact step counters.
+
+    A late tick pushes the rest of the schedule back. `stop` drops the queue within one
+    tick and latches; nothing moves until `acknowledge` and `enable`.
+    """
+
+    def enable(self) -> None:
+        """Energise the drives. Raises NotReady while stopped, DriveAlarm or EmergencyStop when tripped."""
+
+    def disable(self) -> None:
+        """Release the drives (the arms may drop)."""
+
+    def push(self, ticks: Ticks) -> None:
+        """Queue ticks. Raises PulseFault when there is no room, NotReady unless enabled."""
+
+    def room(self) -> int:
+        """How many more ticks fit into the queue."""
+
+    def status(self) -> OutputStatus:
+        """State, counters, queue length."""
+
+    def take_sent(self) -> Ticks:
+        """Ticks really sent since the last call (with the times of their edges), for the recorder."""
+
+    def set_counts(self, counts: Counts) -> None:
+        """Say where the motors are (homing). Raises NotReady while moving."""
+
+    def stop(self, reason: str) -> None:
+        """Stop at once and latch."""
+
+    def acknowledge(self) -> None:
+        """Release the latch. Raises EmergencyStop or DriveAlarm while the cause persists."""
+
+    def beat(self) -> None:
+        """Say that the controller is alive; without it motion stops after `heartbeat_s`."""
+
+    def close(self) -> None:
+        """Stop, leave the outputs safe, and give the pins back."""

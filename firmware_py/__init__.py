@@ -1,0 +1,1 @@
+"""What runs the robot: jobs, planner, controller, daemon, command line."""

@@ -1,0 +1,88 @@
+"""The one exception tree. Every leaf is also a builtin, so callers need not know the tree.
+
+DeltactlError
+├── ConfigError (ValueError)            a file says something it may not
+│   └── MissingFile (FileNotFoundError)
+├── MotionError                         a motion that must not be started or go on
+│   ├── UnreachablePoint (ValueError)   outside the workspace, or singular
+│   ├── LimitExceeded (ValueError)      an arm, box or step-rate limit
+│   └── NotReady (RuntimeError)         unhomed, stopped, faulted
+├── HardwareError (OSError)
+│   ├── BusDead                         nobody answers on the I2C bus
+│   ├── SensorFault                     one sensor is missing, stuck or lying
+│   ├── DriveAlarm                      a stepper drive tripped
+│   ├── EmergencyStop                   the e-stop chain is open
+│   └── PulseFault                      the pulse player stopped by itself
+├── NetworkError (ValueError)           a network file is broken or for another robot
+├── RecordingError (ValueError)         a recording cannot be read or written
+└── ServiceError (ConnectionError)      the daemon is absent or refuses
+
+A message says what was wrong, where, and what to do. The command line prints it as
+one line and exits with status 2.
+"""
+
+from __future__ import annotations
+
+
+class DeltactlError(Exception):
+    """Root of all errors this program raises on purpose."""
+
+
+class ConfigError(DeltactlError, ValueError):
+    """A configuration file says something it may not: wrong type, bound or key."""
+
+
+class MissingFile(ConfigError, FileNotFoundError):
+    """A named file does not exist or cannot be read."""
+
+
+class MotionError(DeltactlError):
+    """A motion that must not be started, or must not go on."""
+
+
+class UnreachablePoint(MotionError, ValueError):
+    """The linkage cannot be assembled at a point, or is singular there."""
+
+
+class LimitExceeded(MotionError, ValueError):
+    """A path breaks an arm-angle, box or step-rate limit."""
+
+
+class NotReady(MotionError, RuntimeError):
+    """The robot is in a state from which the request is refused."""
+
+
+class HardwareError(DeltactlError, OSError):
+    """Something outside the program does not do what it should."""
+
+
+class BusDead(HardwareError):
+    """No sensor answers on the I2C bus: wiring, power, or a stuck SDA line."""
+
+
+class SensorFault(HardwareError):
+    """One ranging sensor is missing, has the wrong identity, or stopped measuring."""
+
+
+class DriveAlarm(HardwareError):
+    """A stepper drive raised its alarm line."""
+
+
+class EmergencyStop(HardwareError):
+    """The emergency stop was pressed or its wire is open."""
+
+
+class PulseFault(HardwareError):
+    """The pulse player stopped by itself: no heartbeat, lost process, full queue."""
+
+
+class NetworkError(DeltactlError, ValueError):
+    """A network file is broken, or was trained for another robot."""
+
+
+class RecordingError(DeltactlError, ValueError):
+    """A recording cannot be written or read."""
+
+
+class ServiceError(DeltactlError, ConnectionError):
+    """The daemon is absent, refuses the request, or answered nonsense."""

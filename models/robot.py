@@ -1,0 +1,197 @@
+"""The sections of a robot file that describe the machine itself.
+
+The frame: origin in the plane of the motor axes, z up, arm 1 along +x; an arm angle of
+0 is horizontal and positive is down.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from foundation.errors import ConfigError
+from foundation.strict_yaml import Document, StrictModel
+
+AXES = ("x", "y", "z")
+ARMS = 3
+
+Length = Annotated[float, Field(gt=0.0, lt=10.0, description="a robot arm is under 10 m")]
+PerArmLength = Length | tuple[Length, Length, Length]
+Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
+Mass = Annotated[float, Field(ge=0.0, lt=1000.0)]
+FloatArray = np.ndarray[Any, np.dtype[np.float64]]
+
+MACHINE_SECTIONS = ("steps", "inputs", "ranging", "limits", "homing", "as_built")
+"""Sections of a robot file that belong to the machine's wiring, not to its model."""
+
+
+def per_arm(value: float | tuple[float, float, float]) -> FloatArray:
+    """One value for all arms, or one each, as an array of shape (3,)."""
+    return np.broadcast_to(np.asarray(value, dtype=np.float64), (ARMS,)).copy()
+
+
+class Geometry(StrictModel):
+    """Lengths and directions of the linkage; a length may be one number or one an arm."""
+
+    base_radius_m: PerArmLength
+    platform_radius_m: PerArmLength
+    upper_arm_m: PerArmLength
+    forearm_m: PerArmLength
+    azimuth_deg: tuple[Angle, Angle, Angle] = (0.0, 120.0, 240.0)
+    home_offset_deg: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
+    """True angle minus commanded angle at count 0 (known and corrected for)."""
+
+    @property
+    def radius_m(self) -> FloatArray:
+        """Base minus platform radius, the only combination the linkage sees; shape (3,)."""
+        return per_arm(self.base_radius_m) - per_arm(self.platform_radius_m)
+
+    @property
+    def azimuth_rad(self) -> FloatArray:
+        """Direction of each arm about z; shape (3,)."""
+        return np.deg2rad(np.asarray(self.azimuth_deg, dtype=np.float64))
+
+
+class Masses(StrictModel):
+    """Moving masses; the forearm is one arm's pair of rods."""
+
+    upper_arm_kg: Mass
+    forearm_kg: Mass
+    platform_kg: Mass
+
+
+class Drive(StrictModel):
+    """How step counts become arm angles."""
+
+    kind: Literal["stepper"] = "stepper"
+    microsteps_per_rev: Annotated[int, Field(ge=1, le=1_000_000)]
+    gear_ratio: Annotated[float, Field(gt=0.0, le=1e6)]
+
+    @property
+    def rad_per_step(self) -> float:
+        """Arm angle of one microstep [rad]."""
+        return 2.0 * np.pi / (self.microsteps_per_rev * self.gear_ratio)
+
+
+class SensorAxis(StrictModel):
+    """A ranging sensor reports `offset_m + axis . p` with p the platform position."""
+
+    offset_m: Annotated[float, Field(gt=-10.0, lt=10.0)]
+    axis: tuple[float, float, float]
+
+    @model_validator(mode="after")
+    def _unit_length(self) -> SensorAxis:
+        if abs(float(np.linalg.norm(self.axis)) - 1.0) > 1e-3:
+            raise ValueError("axis must be a direction of length 1")
+        return self
+
+
+class Sensors(StrictModel):
+    """The three ranging sensors."""
+
+    x: SensorAxis
+    y: SensorAxis
+    z: SensorAxis
+
+    @property
+    def offsets_m(self) -> FloatArray:
+        """Shape (3,)."""
+        return np.array([self.x.offset_m, self.y.offset_m, self.z.offset_m])
+
+    @property
+    def axes(self) -> FloatArray:
+        """Directions as rows; shape (3, 3)."""
+        return np.array([self.x.axis, self.y.axis, self.z.axis])
+
+
+class EffectEntry(StrictModel):
+    """One effect of the vocabulary with its parameters in SI units."""
+
+    effect: str
+    component: str
+    parameters: dict[str, float | tuple[float, ...]] = Field(default_factory=dict)
+
+
+class DeltaRobot(StrictModel):
+    """A rotary delta as it is believed to be; `effects` are known and part of the belief."""
+
+    kind: Literal["delta"]
+    name: Annotated[str, Field(min_length=1, max_length=100)]
+    geometry: Geometry
+    masses: Masses | None = None
+    drive: Drive | None = None
+    sensors: Sensors | None = None
+    effects: tuple[EffectEntry, ...] = ()
+
+
+class StepperAxis(StrictModel):
+    """One stepper motor and its gear, no linkage."""
+
+    kind: Literal["stepper_axis"]
+    name: str
+    drive: Drive
+    zero: Literal["arbitrary", "absolute"] = "absolute"
+    effects: tuple[EffectEntry, ...] = ()
+
+
+class AxisGravity(StrictModel):
+    """Holding torque = torque_nm * sin(position - zero_rad)."""
+
+    torque_nm: float
+    zero_rad: float = 0.0
+
+
+class ServoAxis(StrictModel):
+    """Effort in, position out (or command in, position out)."""
+
+    kind: Literal["servo_axis"]
+    name: str
+    motion: Literal["linear", "rotary"]
+    inertia: Annotated[float, Field(gt=0.0)] | None = None
+    effort_gain: Annotated[float, Field(gt=0.0)] = 1.0
+    gravity: AxisGravity | None = None
+    drive_stiffness: Annotated[float, Field(gt=0.0)] | None = None
+    zero: Literal["arbitrary", "absolute"] = "absolute"
+    effects: tuple[EffectEntry, ...] = ()
+
+
+class RangeSensor(StrictModel):
+    """A range sensor alone: true distance in, range out."""
+
+    kind: Literal["range_sensor"]
+    name: str
+    effects: tuple[EffectEntry, ...] = ()
+
+
+RobotModel = DeltaRobot | StepperAxis | ServoAxis | RangeSensor
+
+KINDS: dict[str, type[DeltaRobot] | type[StepperAxis] | type[ServoAxis] | type[RangeSensor]] = {
+    "delta": DeltaRobot,
+    "stepper_axis": StepperAxis,
+    "servo_axis": ServoAxis,
+    "range_sensor": RangeSensor,
+}
+
+
+def load_robot_model(path: Path) -> RobotModel:
+    """Read the model sections of a robot file; machine sections are left to firmware_py.
+
+    Raises MissingFile or ConfigError, one line with file, line and the nearest valid key.
+    """
+    document = Document.read(path)
+    kind = document.data.get("kind")
+    if kind not in KINDS:
+        raise document.fail(("kind",), f"must be one of {', '.join(KINDS)} (got {kind!r})")
+    data = {key: value for key, value in document.data.items() if key not in MACHINE_SECTIONS}
+    return document.check(KINDS[kind], data)
+
+
+def load_delta(path: Path) -> DeltaRobot:
+    """Read a robot file that must describe a delta. Raises ConfigError otherwise."""
+    robot = load_robot_model(path)
+    if not isinstance(robot, DeltaRobot):
+        raise ConfigError(f"{path}: is a {robot.kind}; a delta robot is needed here")
+    return robot
