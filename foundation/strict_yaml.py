@@ -131,7 +131,11 @@ class Document:
         return value
 
     def _explain(self, model: type[BaseModel], error: ValidationError) -> ConfigError:
-        first = error.errors(include_url=False)[0]
+        # A misspelt key is also a missing one: the misspelling is what the user can see.
+        found = sorted(
+            error.errors(include_url=False), key=lambda one: one["type"] != "extra_forbidden"
+        )
+        first = found[0]
         location = self._in_file(first["loc"])
         if first["type"] == "extra_forbidden":
             key = str(location[-1])
