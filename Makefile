@@ -1,0 +1,37 @@
+# Everything is built here from Python 3.11 (or newer), make and pip; nothing else is needed.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+JOB    ?= config/heart.yaml
+
+.PHONY: run test check benchmarks clean
+
+run: $(VENV)/.run
+	$(BIN)/deltactl run $(JOB)
+
+test: check
+	$(BIN)/python -m pytest -n 2
+
+check: $(VENV)/.test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+benchmarks: $(VENV)/.test
+	for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done
+
+# The virtual environment is made without ensurepip, which Debian ships separately:
+# the system's pip installs into it from outside.
+$(VENV)/bin/python:
+	$(PYTHON) -m venv --without-pip $(VENV)
+
+$(VENV)/.run: $(VENV)/bin/python pyproject.toml constraints.txt
+	$(PYTHON) -m pip --python $(BIN)/python install --quiet --disable-pip-version-check -c constraints.txt -e .
+	touch $@
+
+$(VENV)/.test: $(VENV)/bin/python pyproject.toml constraints.txt
+	$(PYTHON) -m pip --python $(BIN)/python install --quiet --disable-pip-version-check -c constraints.txt -e '.[diagnosis,training,tables,test]'
+	touch $@ $(VENV)/.run
+
+clean:
+	rm -rf $(VENV) *.egg-info .mypy_cache .ruff_cache
