@@ -1,0 +1,108 @@
+"""What the daemon and the command line ask of a controller, and what it tells them."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+
+@dataclass(frozen=True, slots=True)
+class SensorStatus:
+    """The newest reading of one sensor."""
+
+    axis: str
+    distance_m: float | None
+    age_s: float | None
+    gate: str
+    signal_mcps: float | None
+    health: str
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """A snapshot of the robot, as `deltactl status --json` prints it."""
+
+    state: str
+    why: str
+    """Why it is stopped or faulted; empty otherwise."""
+    robot: str
+    simulated: bool
+    time_s: float
+    counts: tuple[int, int, int]
+    angles_rad: tuple[float, float, float] | None
+    """Commanded arm angles; None while unhomed."""
+    position_m: tuple[float, float, float] | None
+    job: str | None
+    job_id: int | None
+    progress: float
+    """Part of the job done, 0 to 1."""
+    seconds_left: float | None
+    queued: tuple[str, ...]
+    recording: str | None
+    recording_error: str
+    late_ns: int
+    """How far the pulse schedule slipped in all."""
+    sensors: tuple[SensorStatus, ...] = field(default_factory=tuple)
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain types only."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class JobResult:
+    """How a job ended."""
+
+    job_id: int
+    name: str
+    outcome: str
+    """'done', 'cancelled', 'stopped' or 'fault'."""
+    why: str
+    recording: str | None
+
+
+class RobotController(Protocol):
+    """Runs jobs on one robot; every method may be called from any thread.
+
+    Refusals raise NotReady, bad jobs ConfigError or MotionError, hardware trouble HardwareError.
+    """
+
+    def power_on(self) -> None:
+        """Start sensors and energise the drives: OFF -> UNHOMED."""
+
+    def power_off(self) -> None:
+        """Release the drives: -> OFF. The arms may drop."""
+
+    def home(self) -> None:
+        """Learn where the arms are; blocks until done: UNHOMED or READY -> READY."""
+
+    def submit(self, job: Path, record: Path | None = None) -> int:
+        """Check a job and queue it; returns its number. Nothing moves if the check fails."""
+
+    def pause(self) -> None:
+        """Decelerate on the path and hold."""
+
+    def resume(self) -> None:
+        """Go on from where it was paused."""
+
+    def cancel(self) -> None:
+        """Decelerate on the path, drop the job and the queue."""
+
+    def stop(self, reason: str) -> None:
+        """Emergency stop: latched, position no longer trusted."""
+
+    def acknowledge(self) -> None:
+        """Accept a stop or fault whose cause is gone: -> UNHOMED."""
+
+    def status(self) -> Status:
+        """A snapshot."""
+
+    def result(self, job_id: int) -> JobResult | None:
+        """How a job ended, or None while it is queued or running."""
+
+    def progress_count(self) -> int:
+        """Grows only when control loop, ranging and pulse output have all moved on (watchdog)."""
+
+    def close(self) -> None:
+        """Safe stop; gives the hardware back."""

@@ -1,0 +1,65 @@
+"""The states of a robot and which request is allowed in which: one table."""
+
+from __future__ import annotations
+
+import enum
+
+from foundation.errors import NotReady
+
+
+class State(enum.Enum):
+    """What the robot is doing. STOPPED and FAULT are latched until acknowledged."""
+
+    OFF = "off"
+    UNHOMED = "unhomed"
+    READY = "ready"
+    RUNNING = "running"
+    PAUSED = "paused"
+    STOPPED = "stopped"
+    FAULT = "fault"
+
+
+class Request(enum.Enum):
+    """What a user may ask for."""
+
+    ON = "on"
+    OFF = "off"
+    HOME = "home"
+    RUN = "run"
+    PAUSE = "pause"
+    RESUME = "resume"
+    CANCEL = "cancel"
+    STOP = "stop"
+    ACKNOWLEDGE = "acknowledge"
+
+
+ALLOWED: dict[Request, frozenset[State]] = {
+    Request.ON: frozenset({State.OFF}),
+    Request.OFF: frozenset({State.UNHOMED, State.READY, State.STOPPED, State.FAULT}),
+    Request.HOME: frozenset({State.UNHOMED, State.READY}),
+    Request.RUN: frozenset({State.READY, State.RUNNING, State.PAUSED}),
+    Request.PAUSE: frozenset({State.RUNNING}),
+    Request.RESUME: frozenset({State.PAUSED}),
+    Request.CANCEL: frozenset({State.RUNNING, State.PAUSED}),
+    Request.STOP: frozenset(State),
+    Request.ACKNOWLEDGE: frozenset({State.STOPPED, State.FAULT}),
+}
+
+WAY_OUT: dict[State, str] = {
+    State.OFF: "switch it on with 'deltactl on'",
+    State.UNHOMED: "put the arms against their stops and run 'deltactl home'",
+    State.READY: "start a job with 'deltactl run JOB.yaml'",
+    State.RUNNING: "wait, or use 'deltactl pause' or 'deltactl cancel'",
+    State.PAUSED: "use 'deltactl resume' or 'deltactl cancel'",
+    State.STOPPED: "clear the cause, then 'deltactl acknowledge' and 'deltactl home'",
+    State.FAULT: "clear the cause, then 'deltactl acknowledge' and 'deltactl home'",
+}
+
+
+def require(request: Request, state: State, why: str = "") -> None:
+    """Raise NotReady, saying what to do, when `request` is not allowed in `state`."""
+    if state not in ALLOWED[request]:
+        cause = f" ({why})" if why else ""
+        raise NotReady(
+            f"cannot {request.value}: the robot is {state.value}{cause}; {WAY_OUT[state]}"
+        )
