@@ -1,0 +1,34 @@
+"""Rotary delta linkage: inverse and forward kinematics, Jacobian, distance to singular poses.
+
+Frame: origin in the plane of the motor axes, z up, arm 1 along +x; an arm angle of 0 is
+horizontal and positive is down. `inverse`, `forward`, `jacobian` and the margins work on
+whole arrays; `inverse_one` on a single target in plain floats.
+"""
+
+from models.linkage.arms import Linkage
+from models.linkage.forward import forward
+from models.linkage.inverse import inverse
+from models.linkage.jacobian import jacobian, parallel_margin, serial_margin
+from models.linkage.scalar import inverse_one
+from models.linkage.status import (
+    SINGULAR_MARGIN,
+    STATUS_TEXT,
+    ArmAngles,
+    PlatformPosition,
+    Status,
+)
+
+__all__ = [
+    "SINGULAR_MARGIN",
+    "STATUS_TEXT",
+    "ArmAngles",
+    "Linkage",
+    "PlatformPosition",
+    "Status",
+    "forward",
+    "inverse",
+    "inverse_one",
+    "jacobian",
+    "parallel_margin",
+    "serial_margin",
+]

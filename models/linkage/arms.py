@@ -1,0 +1,71 @@
+"""The linkage as the kinematics see it: five numbers an arm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from models.robot import ARMS, FloatArray, Geometry
+
+Column = float | FloatArray
+"""One arm's value: a number, or one a pose."""
+
+
+@dataclass(frozen=True, eq=False)
+class Linkage:
+    """Five numbers an arm, each of shape (3,), or (..., 3) to differ from pose to pose.
+
+    Values with leading dimensions must broadcast against the poses they are used with
+    (arms that grow while warming up, for instance). The arrays are copies and read-only.
+    Raises ValueError for values that are not finite, lengths that are not positive, or
+    a last dimension that is not 3.
+    """
+
+    radius_m: FloatArray
+    """Base minus platform radius, the only combination the linkage sees."""
+    upper_arm_m: FloatArray
+    forearm_m: FloatArray
+    azimuth_rad: FloatArray
+    """Direction of the arm about z."""
+    home_offset_rad: FloatArray
+    """True angle minus commanded angle; angles given to and by the kinematics are commanded."""
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = np.array(getattr(self, field.name), dtype=np.float64)
+            if value.shape[-1:] != (ARMS,):
+                raise ValueError(f"{field.name}: the last dimension must be 3, got {value.shape}")
+            if not np.isfinite(value).all():
+                raise ValueError(f"{field.name}: must be finite, got {value.tolist()}")
+            value.flags.writeable = False
+            object.__setattr__(self, field.name, value)
+        for name in ("upper_arm_m", "forearm_m"):
+            if getattr(self, name).min() <= 0.0:
+                raise ValueError(f"{name}: must be positive, got {getattr(self, name).tolist()}")
+
+    @classmethod
+    def of(cls, geometry: Geometry) -> Linkage:
+        """The linkage of a robot file's geometry."""
+        return cls(
+            radius_m=geometry.radius_m,
+            upper_arm_m=np.broadcast_to(geometry.upper_arm_m, (ARMS,)),
+            forearm_m=np.broadcast_to(geometry.forearm_m, (ARMS,)),
+            azimuth_rad=geometry.azimuth_rad,
+            home_offset_rad=np.deg2rad(np.asarray(geometry.home_offset_deg, dtype=np.float64)),
+        )
+
+    def with_(self, **changes: Any) -> Linkage:
+        """A copy with some of the arrays replaced (a number counts for all arms)."""
+        widened = {
+            name: np.broadcast_to(value, (ARMS,)) if np.ndim(value) == 0 else value
+            for name, value in changes.items()
+        }
+        return replace(self, **widened)
+
+    @cached_property
+    def is_constant(self) -> bool:
+        """Whether every value is the same for all poses."""
+        return all(getattr(self, field.name).ndim == 1 for field in fields(self))
