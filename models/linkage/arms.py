@@ -4,14 +4,35 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any
+from math import cos, sin
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from models.linkage.status import SINGULAR_MARGIN
 from models.robot import ARMS, FloatArray, Geometry
 
-Column = float | FloatArray
-"""One arm's value: a number, or one a pose."""
+
+class PlainArm(NamedTuple):
+    """One arm's constants of the inverse kinematics as plain floats."""
+
+    east: float
+    north: float
+    radius_m: float
+    upper_arm_m: float
+    upper2_less_forearm2_m2: float
+    half_per_upper_arm: float
+    edge_m2: float
+    """Square of the serial margin's limit times the forearm."""
+    home_offset_rad: float
+
+
+class PlainLinkage(NamedTuple):
+    """All arms' constants, and the limits below which a pose is singular."""
+
+    arms: tuple[PlainArm, ...]
+    least_volume_m3: float
+    least_turn_m2: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +86,48 @@ class Linkage:
         }
         return replace(self, **widened)
 
+    def values(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+        """The five arrays, in the order of the fields."""
+        return (
+            self.radius_m,
+            self.upper_arm_m,
+            self.forearm_m,
+            self.azimuth_rad,
+            self.home_offset_rad,
+        )
+
     @cached_property
     def is_constant(self) -> bool:
         """Whether every value is the same for all poses."""
-        return all(getattr(self, field.name).ndim == 1 for field in fields(self))
+        return all(value.ndim == 1 for value in self.values())
+
+    @cached_property
+    def plain(self) -> PlainLinkage:
+        """The linkage as plain floats. Raises ValueError when it differs from pose to pose."""
+        if not self.is_constant:
+            raise ValueError("one target needs one linkage, not one that differs from pose to pose")
+        columns = zip(*(value.tolist() for value in self.values()), strict=True)
+        return PlainLinkage(
+            arms=tuple(_plain_arm(*column) for column in columns),
+            least_volume_m3=float(SINGULAR_MARGIN * self.forearm_m.prod()),
+            least_turn_m2=float(SINGULAR_MARGIN * self.forearm_m.max() ** 2),
+        )
+
+
+def _plain_arm(
+    radius_m: float,
+    upper_arm_m: float,
+    forearm_m: float,
+    azimuth_rad: float,
+    home_offset_rad: float,
+) -> PlainArm:
+    return PlainArm(
+        east=cos(azimuth_rad),
+        north=sin(azimuth_rad),
+        radius_m=radius_m,
+        upper_arm_m=upper_arm_m,
+        upper2_less_forearm2_m2=upper_arm_m**2 - forearm_m**2,
+        half_per_upper_arm=0.5 / upper_arm_m,
+        edge_m2=(SINGULAR_MARGIN * forearm_m) ** 2,
+        home_offset_rad=home_offset_rad,
+    )

@@ -1,45 +1,72 @@
-"""Forward kinematics: arm angles to platform position, the lower meeting point of three spheres."""
+"""Forward kinematics: arm angles to platform position, the meeting point of three spheres.
+
+With the platform's radius taken off the base's, each forearm ends in the platform point:
+the point lies on three spheres about the elbows (Zsombor-Murray 2004 on Clavel's delta).
+Seen from elbow 1, with a and b the vectors to elbows 2 and 3 and n = a x b, it is
+
+    q = alpha a + beta b -+ n sqrt(g / n^2),    g = l1^2 - |alpha a + beta b|^2
+
+where a . q and b . q are known from the differences of the spheres' equations.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from models.linkage.arms import Linkage
-from models.linkage.status import SINGULAR_MARGIN, PlatformPosition, Status
+from models.linkage.blocks import Block, Poses, Rows
+from models.linkage.status import PlatformPosition
 from models.robot import FloatArray
 
 
 def forward(linkage: Linkage, angles_rad: FloatArray) -> PlatformPosition:
-    """Platform positions [m] for commanded arm angles [rad] of shape (..., 3)."""
-    theta = np.asarray(angles_rad, dtype=np.float64) + linkage.home_offset_rad
-    length_m, l2 = linkage.upper_arm_m, linkage.forearm_m**2
-    with np.errstate(invalid="ignore", divide="ignore"):
-        reach = linkage.radius_m + length_m * np.cos(theta)
-        elbow = np.stack(
-            [
-                reach * np.cos(linkage.azimuth_rad),
-                reach * np.sin(linkage.azimuth_rad),
-                -length_m * np.sin(theta),
-            ],
-            -1,
-        )
-        e1 = elbow[..., 0, :]
-        a, b = elbow[..., 1, :] - e1, elbow[..., 2, :] - e1
-        n = np.cross(a, b)
-        n2 = np.einsum("...i,...i", n, n)
-        ka = 0.5 * (l2[..., 0] - l2[..., 1] + np.einsum("...i,...i", a, a))
-        kb = 0.5 * (l2[..., 0] - l2[..., 2] + np.einsum("...i,...i", b, b))
-        q = (ka[..., None] * np.cross(b, n) + kb[..., None] * np.cross(n, a)) / n2[..., None]
-        g = l2[..., 0] - np.einsum("...i,...i", q, q)
-        scale = linkage.forearm_m.prod(-1) ** 2
-        near = np.abs(g) * n2 < SINGULAR_MARGIN**2 * scale
-        t = np.sqrt(np.where(near, np.maximum(g, 0.0), g) / n2)
-        p = e1 + q - (np.where(n[..., 2] < 0.0, -t, t))[..., None] * n
-    near |= n[..., 2] ** 2 < SINGULAR_MARGIN**2 * n2
-    near |= n2 < SINGULAR_MARGIN**2 * l2[..., 0] ** 2
-    status = np.full(near.shape, Status.OK, dtype=np.uint8)
-    bad = np.isnan(p).any(-1)
-    p[bad] = np.nan
-    status[bad] = Status.UNREACHABLE
-    status[near] = Status.SINGULAR
-    return PlatformPosition(p, status)
+    """Platform positions [m] for commanded arm angles [rad] of shape (..., 3).
+
+    The lower of the two meeting points. It is given for elbows on the inner side too
+    (`serial_margin` tells). SINGULAR are poses where the platform lies in the plane of its
+    elbows, and, with NaN for values, those whose elbows lie in one vertical plane (which
+    point is lower is undecided) or coincide. Raises ValueError when the last dimension is not 3.
+    """
+    poses = Poses(linkage, angles_rad)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for block in poses.blocks():
+            _solve(block)
+    return PlatformPosition(*poses.results())
+
+
+def _solve(block: Block) -> None:
+    rows = block.rows
+    x, y, z = _elbows(rows, block.given)
+    ax, ay, az = x[1] - x[0], y[1] - y[0], z[1] - z[0]
+    bx, by, bz = x[2] - x[0], y[2] - y[0], z[2] - z[0]
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    n2 = nx * nx + ny * ny + nz * nz
+    a2 = ax * ax + ay * ay + az * az
+    b2 = bx * bx + by * by + bz * bz
+    ab = ax * bx + ay * by + az * bz
+    l2 = rows.forearm2_m2
+    aq = 0.5 * (a2 + (l2[0] - l2[1]))
+    bq = 0.5 * (b2 + (l2[0] - l2[2]))
+    alpha = (aq * b2 - bq * ab) / n2
+    beta = (bq * a2 - aq * ab) / n2
+    g = l2[0] - (alpha * aq + beta * bq)
+    down = -np.copysign(np.sqrt(np.maximum(g, 0.0) / n2), nz)
+    block.result[0] = x[0] + alpha * ax + beta * bx + down * nx
+    block.result[1] = y[0] + alpha * ay + beta * by + down * ny
+    block.result[2] = z[0] + alpha * az + beta * bz + down * nz
+
+    volume2 = g * n2
+    least2 = rows.least_volume_m3 * rows.least_volume_m3
+    decided = np.abs(nz) >= rows.least_turn_m2
+    sure = decided & (volume2 >= least2)
+    if not sure.all():
+        known = np.isfinite(block.given).all(axis=0)
+        block.mark(sure, possible=known & ~(volume2 <= -least2))
+        block.result[:, ~decided] = np.nan
+
+
+def _elbows(rows: Rows, angles_rad: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Elbows less the platform's radius, as rows x, y, z [m] of shape (3, n)."""
+    true_rad = angles_rad + rows.home_offset_rad
+    reach_m = rows.radius_m + rows.upper_arm_m * np.cos(true_rad)
+    return reach_m * rows.east, reach_m * rows.north, -rows.upper_arm_m * np.sin(true_rad)

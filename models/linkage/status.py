@@ -21,10 +21,11 @@ class Status(IntEnum):
 
 
 STATUS_TEXT: dict[Status, str] = {
-    Status.OK: "the linkage can be assembled and moved here",
-    Status.UNREACHABLE: "the linkage cannot be assembled here in its normal way; values are NaN",
-    Status.SINGULAR: "within SINGULAR_MARGIN of a pose where motion or force is lost",
+    Status.OK: "reachable",
+    Status.UNREACHABLE: "out of reach: the linkage cannot be assembled there; move it inside",
+    Status.SINGULAR: "singular: the platform jams or gets loose there; keep away from it",
 }
+"""Reads on after 'the pose is'."""
 
 SINGULAR_MARGIN = 1e-6
 """A pose whose serial or parallel margin is below this (in size) is reported as SINGULAR.
