@@ -1,0 +1,88 @@
+"""What a running job leaves behind: hands targets, edges, readings and events to the recorder.
+
+A recorder that fails (full disk) is reported once and never stops the motion.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+from drivers.ranging.contract import Reading
+from drivers.steps.contract import Counts, Ticks
+from firmware_py.simulation.world import Truth
+from recording.writer import RunRecorder
+
+Note = tuple[int, str, str]
+
+
+class Journal:
+    """The recorder of the job that runs now, or nothing between jobs.
+
+    Events that happen between jobs (power, e-stop) are kept and open the next recording.
+    """
+
+    def __init__(self, on_failure: Callable[[str], None]):
+        self._recorder: RunRecorder | None = None
+        self._waiting: list[Note] = []
+        self._lock = threading.Lock()
+        self._on_failure = on_failure
+
+    @property
+    def path(self) -> str | None:
+        """File being written."""
+        return str(self._recorder.path) if self._recorder else None
+
+    @property
+    def failed(self) -> str:
+        """Why nothing more is written; empty while all is well."""
+        return self._recorder.failed if self._recorder else ""
+
+    def open(self, recorder: RunRecorder) -> None:
+        """Start writing to `recorder`."""
+        with self._lock:
+            self._recorder = recorder
+            waiting, self._waiting = self._waiting, []
+        for note in waiting:
+            recorder.event(*note)
+
+    def close(self) -> None:
+        """Finish the file."""
+        with self._lock:
+            recorder, self._recorder = self._recorder, None
+        if recorder is not None:
+            recorder.close()
+
+    def event(self, t_ns: int, kind: str, text: str) -> None:
+        """Note something that happened."""
+        if self._recorder is not None:
+            self._recorder.event(t_ns, kind, text)
+        else:
+            self._waiting = [*self._waiting[-99:], (t_ns, kind, text)]
+
+    def sent(self, ticks: Ticks) -> None:
+        """Edges really sent."""
+        if self._recorder is not None and len(ticks):
+            self._recorder.edges(ticks.due_ns, ticks.steps)
+
+    def commanded(self, t_ns: int, counts: Counts) -> None:
+        """Where the motors were told to be."""
+        if self._recorder is not None:
+            self._recorder.commanded(t_ns, counts)
+
+    def target(
+        self, t_ns: int, index: int, position_m: tuple[float, float, float], counts: Counts
+    ) -> None:
+        """A target of the path, at the time it is due."""
+        if self._recorder is not None:
+            self._recorder.target(t_ns, index, position_m, counts)
+
+    def reading(self, reading: Reading) -> None:
+        """A sample of a ranging sensor."""
+        if self._recorder is not None:
+            self._recorder.reading(reading)
+
+    def truth(self, truth: Truth) -> None:
+        """Where the simulated robot really is."""
+        if self._recorder is not None:
+            self._recorder.truth(truth.t_ns, truth.position_m, truth.angles_rad)

@@ -1,0 +1,64 @@
+"""The ranging loop: reads the three sensors at their rate and hands every reading on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from drivers.ranging.contract import Gate, RangingSensors, Reading
+from firmware_py.controller.contract import SensorStatus
+from foundation.clock import NS_PER_S, Clock, Task
+from models.robot import AXES, FloatArray
+
+
+class RangingLoop:
+    """Polls the sensors; keeps the newest reading of each for status and plausibility."""
+
+    def __init__(
+        self,
+        sensors: RangingSensors,
+        clock: Clock,
+        rate_hz: float,
+        on_reading: Callable[[Reading], None],
+    ):
+        self._sensors = sensors
+        self._clock = clock
+        self._period_ns = round(NS_PER_S / rate_hz)
+        self._on_reading = on_reading
+        self.latest: dict[str, Reading] = {}
+        self.rounds = 0
+
+    def task(self) -> Task:
+        """Poll for ever; a late poll moves the next one, it is never made up for."""
+        due_ns = self._clock.now_ns()
+        while True:
+            for reading in self._sensors.poll():
+                self.latest[reading.axis] = reading
+                self._on_reading(reading)
+            self.rounds += 1
+            due_ns = max(due_ns + self._period_ns, self._clock.now_ns())
+            yield due_ns
+
+    def good_ranges_m(self, since_ns: int) -> FloatArray:
+        """Newest good distance of each axis taken after `since_ns`; NaN where there is none."""
+        found = np.full(len(AXES), np.nan)
+        for index, axis in enumerate(AXES):
+            reading = self.latest.get(axis)
+            if reading is not None and reading.gate is Gate.GOOD and reading.t_ns >= since_ns:
+                found[index] = reading.distance_m
+        return found
+
+    def status(self) -> tuple[SensorStatus, ...]:
+        """What each sensor says now."""
+        health = self._sensors.health()
+        return tuple(self._status_of(axis, health.get(axis, "off")) for axis in AXES)
+
+    def _status_of(self, axis: str, health: str) -> SensorStatus:
+        reading = self.latest.get(axis)
+        if reading is None:
+            return SensorStatus(axis, None, None, "none", None, health)
+        age_s = (self._clock.now_ns() - reading.t_ns) / NS_PER_S
+        return SensorStatus(
+            axis, reading.distance_m, age_s, reading.gate.value, reading.signal_mcps, health
+        )

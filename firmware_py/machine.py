@@ -1,0 +1,49 @@
+"""The machine a controller drives: clock, step output, sensors, inputs; real or simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from drivers.ranging.contract import RangingSensors
+from drivers.steps.contract import StepOutput
+from firmware_py.simulation.world import SimulatedRobot
+from foundation.clock import Clock
+
+
+@dataclass(frozen=True)
+class Machine:
+    """Everything below the controller. `world` is there in simulation only."""
+
+    clock: Clock
+    output: StepOutput
+    sensors: RangingSensors
+    world: SimulatedRobot | None = None
+    home_switches: tuple[Callable[[], bool], ...] = ()
+    """One for each arm, true while pressed; empty when the robot has none."""
+    closers: tuple[Callable[[], None], ...] = field(default_factory=tuple)
+
+    @property
+    def simulated(self) -> bool:
+        """Whether this is the simulated robot."""
+        return self.world is not None
+
+    def close(self) -> None:
+        """Stop and give everything back, in order, whatever fails."""
+        for closer in (self.output.close, self.sensors.close, *self.closers):
+            try:
+                closer()
+            except OSError:
+                continue
+
+
+MODEL_FILE = Path("/proc/device-tree/model")
+
+
+def is_raspberry_pi(model_file: Path = MODEL_FILE) -> bool:
+    """Whether this machine calls itself a Raspberry Pi."""
+    try:
+        return "Raspberry Pi" in model_file.read_text(errors="replace")
+    except OSError:
+        return False

@@ -1,0 +1,1 @@
+"""The simulated robot behind the fakes: step edges in, distances out."""

@@ -1,0 +1,105 @@
+"""A robot made of the chain of models/chain, moved by simulated drives and seen by simulated sensors.
+
+Does not model: dynamics between the chain's own effects, collisions, or cables. The arms
+start against their stops, at the home angles; releasing the drives puts them back there, as
+a careful operator would.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from firmware_py.robot_file import RobotFile
+from foundation.clock import NS_PER_S, ns
+from models.chain import OnlineChain
+from models.robot import AXES, FloatArray
+
+CountsAt = Callable[[int], tuple[int, int, int]]
+
+GRID_S = 0.002
+"""Step of the chain: a tenth of the shortest timing budget, so that averages are smooth."""
+MEMORY_S = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """Where the simulated robot really is."""
+
+    t_ns: int
+    position_m: tuple[float, float, float]
+    angles_rad: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class _Sample:
+    t_ns: int
+    position_m: FloatArray
+    angles_rad: FloatArray
+    ranges_m: FloatArray
+
+
+class SimulatedRobot:
+    """Advances the chain lazily, whenever somebody looks at it."""
+
+    def __init__(self, robot: RobotFile, counts_at: CountsAt, start_ns: int):
+        self._robot = robot
+        self._counts_at = counts_at
+        self._home_steps = np.deg2rad(robot.homing.angle_deg) / robot.drive.rad_per_step
+        self._chain = OnlineChain(robot, robot.as_built.effects)
+        self._lock = threading.Lock()
+        self._start_ns = start_ns
+        self._samples: deque[_Sample] = deque(maxlen=round(MEMORY_S / GRID_S))
+        self._next_ns = start_ns
+
+    def distance_m(self, axis: str, start_ns: int, end_ns: int) -> float:
+        """Distance a sensor on `axis` sees on average from `start_ns` to `end_ns` [m]."""
+        with self._lock:
+            self._advance(end_ns)
+            column = AXES.index(axis)
+            seen = [s.ranges_m[column] for s in self._window(start_ns, end_ns)]
+        return float(np.mean(seen))
+
+    def truth(self, t_ns: int) -> Truth:
+        """Position and arm angles at a time not further back than the memory (5 s)."""
+        with self._lock:
+            self._advance(t_ns)
+            sample = self._window(t_ns, t_ns)[-1]
+        position, angles = sample.position_m, sample.angles_rad
+        return Truth(
+            sample.t_ns,
+            (float(position[0]), float(position[1]), float(position[2])),
+            (float(angles[0]), float(angles[1]), float(angles[2])),
+        )
+
+    def _window(self, start_ns: int, end_ns: int) -> list[_Sample]:
+        """Samples within the window; the last one before its end if there is none."""
+        newest_first = []
+        for sample in reversed(self._samples):
+            if sample.t_ns > end_ns:
+                continue
+            if sample.t_ns < start_ns and newest_first:
+                break
+            newest_first.append(sample)
+            if sample.t_ns < start_ns:
+                break
+        return newest_first[::-1] or [self._samples[0]]
+
+    def _advance(self, until_ns: int) -> None:
+        step_ns = ns(GRID_S)
+        count = (until_ns - self._next_ns) // step_ns + 1
+        if count <= 0:
+            return
+        times_ns = self._next_ns + step_ns * np.arange(count, dtype=np.int64)
+        moved = np.array([self._counts_at(int(t)) for t in times_ns], dtype=np.float64)
+        t_s = (times_ns - self._start_ns) / NS_PER_S
+        out = self._chain.advance(t_s, moved + self._home_steps)
+        for index, t_ns in enumerate(times_ns):
+            self._samples.append(
+                _Sample(int(t_ns), out.position[index], out.theta[index], out.ranges[index])
+            )
+        self._next_ns = int(times_ns[-1]) + step_ns
