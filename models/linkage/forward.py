@@ -2,11 +2,11 @@
 
 With the platform's radius taken off the base's, each forearm ends in the platform point:
 the point lies on three spheres about the elbows (Zsombor-Murray 2004 on Clavel's delta).
-Seen from elbow 1, with a and b the vectors to elbows 2 and 3 and n = a x b, it is
+Seen from elbow 1, with a and b the vectors to elbows 2 and 3 and n = a x b, it is q +- h n with
 
-    q = alpha a + beta b -+ n sqrt(g / n^2),    g = l1^2 - |alpha a + beta b|^2
+    q = ((a . q) b x n + (b . q) n x a) / n^2,    h^2 = (l1^2 - q^2) / n^2
 
-where a . q and b . q are known from the differences of the spheres' equations.
+where a . q and b . q follow from the differences of the spheres' equations.
 """
 
 from __future__ import annotations
@@ -43,17 +43,17 @@ def _solve(block: Block) -> None:
     n2 = nx * nx + ny * ny + nz * nz
     a2 = ax * ax + ay * ay + az * az
     b2 = bx * bx + by * by + bz * bz
-    ab = ax * bx + ay * by + az * bz
     l2 = rows.forearm2_m2
-    aq = 0.5 * (a2 + (l2[0] - l2[1]))
-    bq = 0.5 * (b2 + (l2[0] - l2[2]))
-    alpha = (aq * b2 - bq * ab) / n2
-    beta = (bq * a2 - aq * ab) / n2
-    g = l2[0] - (alpha * aq + beta * bq)
+    aq = 0.5 * (a2 + (l2[0] - l2[1])) / n2
+    bq = 0.5 * (b2 + (l2[0] - l2[2])) / n2
+    qx = aq * (by * nz - bz * ny) + bq * (ny * az - nz * ay)
+    qy = aq * (bz * nx - bx * nz) + bq * (nz * ax - nx * az)
+    qz = aq * (bx * ny - by * nx) + bq * (nx * ay - ny * ax)
+    g = l2[0] - (qx * qx + qy * qy + qz * qz)
     down = -np.copysign(np.sqrt(np.maximum(g, 0.0) / n2), nz)
-    block.result[0] = x[0] + alpha * ax + beta * bx + down * nx
-    block.result[1] = y[0] + alpha * ay + beta * by + down * ny
-    block.result[2] = z[0] + alpha * az + beta * bz + down * nz
+    block.result[0] = x[0] + qx + down * nx
+    block.result[1] = y[0] + qy + down * ny
+    block.result[2] = z[0] + qz + down * nz
 
     volume2 = g * n2
     least2 = rows.least_volume_m3 * rows.least_volume_m3
