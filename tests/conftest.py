@@ -1,0 +1,34 @@
+"""What all tests share: the `--hardware` switch.
+
+A test that can also run on the robot takes its backend as a parameter,
+`pytest.param("hardware", marks=pytest.mark.hardware)` beside `"fake"`; without `--hardware`
+that half is skipped, so the same contract is checked on both.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("deltactl")
+    group.addoption(
+        "--hardware",
+        action="store_true",
+        default=False,
+        help="also run the tests marked 'hardware', on a Raspberry Pi with the robot wired up",
+    )
+    group.addoption(
+        "--robot",
+        default="zhao-2023.yaml",
+        help="robot file whose pins and addresses the hardware tests use",
+    )
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if config.getoption("--hardware"):
+        return
+    skip = pytest.mark.skip(reason="needs the robot: run pytest --hardware on its Raspberry Pi")
+    for item in items:
+        if item.get_closest_marker("hardware"):
+            item.add_marker(skip)
