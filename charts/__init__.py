@@ -1,0 +1,1 @@
+"""Charts for reports: one HTML file, no network, zoomed with mouse, touch or keyboard."""
