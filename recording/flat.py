@@ -1,0 +1,189 @@
+"""A flat recording: one row a sample, the exchange format of `contracts/diagnosis.md`."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from foundation.errors import RecordingError
+from recording.columns import FloatArray
+
+AnyArray = np.ndarray[Any, np.dtype[Any]]
+
+UNITS: dict[str, str] = {
+    "t": "s",
+    **{f"steps_{motor}": "microsteps" for motor in (1, 2, 3)},
+    **{f"command_{motor}": "rad" for motor in (1, 2, 3)},
+    **{f"range_{axis}": "m" for axis in "xyz"},
+    **{f"status_{axis}": "" for axis in "xyz"},
+    **{f"theta_{motor}": "rad" for motor in (1, 2, 3)},
+    **{f"pos_{axis}": "m" for axis in "xyz"},
+    "t_pwm": "s",
+    **{f"current_{motor}": "A" for motor in (1, 2, 3)},
+    "temp_c": "deg C",
+    "position": "rad or m",
+    "command": "rad or m",
+    "effort": "N m, N, or what effort_gain converts",
+    "velocity": "rad/s or m/s",
+    "load": "N m or N",
+    "distance": "m",
+    "range": "m",
+    "segment": "",
+}
+"""Columns of the contract and their units. Any other column is kept beside them."""
+
+WHOLE_NUMBERS = frozenset(
+    name for name in UNITS if name.startswith(("steps_", "status_")) or name == "segment"
+)
+GAP_PERIODS = 20.0
+"""A gap in `t` longer than this many sample periods starts a new stretch (contract)."""
+
+
+@dataclass(frozen=True, slots=True)
+class FlatRecording:
+    """A table of samples. NaN is an empty cell.
+
+    t_s: shape (n,), strictly increasing. columns: contract name -> shape (n,), without `t`.
+    extra: columns the contract does not know, numbers or texts. source: file it came from.
+    """
+
+    t_s: FloatArray
+    columns: dict[str, FloatArray]
+    extra: dict[str, AnyArray] = field(default_factory=dict)
+    source: str = ""
+
+    def __len__(self) -> int:
+        return len(self.t_s)
+
+    def has(self, *names: str) -> bool:
+        """Whether all these contract columns are there."""
+        return all(name in self.columns for name in names)
+
+    def require(self, *names: str) -> None:
+        """Raise RecordingError, naming what is missing and what is there."""
+        missing = [name for name in names if name not in self.columns]
+        if missing:
+            raise RecordingError(
+                f"{self.source}: column {' and '.join(missing)} missing; "
+                f"it has t, {', '.join(self.columns)}"
+            )
+
+    def column(self, name: str) -> FloatArray:
+        """One column, shape (n,). Raises RecordingError when it is missing."""
+        self.require(name)
+        return self.columns[name]
+
+    def side_by_side(self, names: Iterable[str]) -> FloatArray:
+        """Several columns as shape (n, k). Raises RecordingError when one is missing."""
+        names = tuple(names)
+        self.require(*names)
+        return np.stack([self.columns[name] for name in names], axis=1)
+
+    def motors(self, stem: str) -> FloatArray | None:
+        """`stem_1..3` as shape (n, 3), or None when not all are there."""
+        return self._optional([f"{stem}_{motor}" for motor in (1, 2, 3)])
+
+    def axes(self, stem: str) -> FloatArray | None:
+        """`stem_x..z` as shape (n, 3), or None when not all are there."""
+        return self._optional([f"{stem}_{axis}" for axis in "xyz"])
+
+    def valid_ranges(self) -> FloatArray | None:
+        """`range_x..z` as shape (n, 3), NaN where the status is not 0; None without ranges."""
+        ranges_m = self.axes("range")
+        if ranges_m is None:
+            return None
+        for column, axis in enumerate("xyz"):
+            status = self.columns.get(f"status_{axis}")
+            if status is not None:
+                # An empty status says nothing against the reading.
+                ranges_m[np.nan_to_num(status) != 0, column] = np.nan
+        return ranges_m
+
+    def period_s(self) -> float:
+        """The usual time between rows [s]; NaN with fewer than two."""
+        return float(np.median(np.diff(self.t_s))) if len(self) > 1 else float("nan")
+
+    def stretches(self) -> list[slice]:
+        """Rows that belong together: cut at a change of `segment` and at long gaps."""
+        if not len(self):
+            return []
+        cut = np.diff(self.t_s) > GAP_PERIODS * self.period_s()
+        if "segment" in self.columns:
+            cut |= np.diff(np.nan_to_num(self.columns["segment"], nan=-1.0)) != 0
+        edges = [0, *(np.flatnonzero(cut) + 1).tolist(), len(self)]
+        return [slice(start, end) for start, end in itertools.pairwise(edges)]
+
+    def rows(self, which: slice | AnyArray) -> FlatRecording:
+        """Some of the rows: a slice, a mask of shape (n,), or increasing indices."""
+        return FlatRecording(
+            t_s=self.t_s[which],
+            columns={name: values[which] for name, values in self.columns.items()},
+            extra={name: values[which] for name, values in self.extra.items()},
+            source=self.source,
+        )
+
+    def _optional(self, names: list[str]) -> FloatArray | None:
+        return self.side_by_side(names) if self.has(*names) else None
+
+
+def from_columns(
+    named: dict[str, AnyArray], source: str, first_line: int | None = None
+) -> FlatRecording:
+    """Check a table and sort its columns into contract and extra.
+
+    `first_line` is the line of the file on which the first row stands, for messages; without
+    it rows are counted from 1. Raises RecordingError, naming the row.
+    """
+    if "t" not in named:
+        raise RecordingError(f"{source}: has no column 't'; it has {', '.join(named) or 'none'}")
+    known = {
+        name: _numbers(values, name, source) for name, values in named.items() if name in UNITS
+    }
+    if len(known) == 1:
+        raise RecordingError(
+            f"{source}: none of its columns {', '.join(name for name in named if name != 't')} "
+            "is one of the contract's (steps_1, range_x, position, ...)"
+        )
+    t_s = known.pop("t")
+    where = _Where(source, first_line)
+    if not len(t_s):
+        raise RecordingError(f"{source}: has a heading but no rows")
+    _check_time(t_s, where)
+    for name, values in known.items():
+        if np.isinf(values).any():
+            row = int(np.flatnonzero(np.isinf(values))[0])
+            raise where.fail(row, f"{name} is infinite; leave the cell empty instead")
+    extra = {name: values for name, values in named.items() if name not in UNITS}
+    return FlatRecording(t_s, known, extra, source)
+
+
+@dataclass(frozen=True, slots=True)
+class _Where:
+    source: str
+    first_line: int | None
+
+    def fail(self, row: int, message: str) -> RecordingError:
+        if self.first_line is None:
+            return RecordingError(f"{self.source}: row {row + 1}: {message}")
+        return RecordingError(f"{self.source}:{self.first_line + row}: {message}")
+
+
+def _numbers(values: AnyArray, name: str, source: str) -> FloatArray:
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise RecordingError(f"{source}: column '{name}' must hold numbers ({error})") from error
+
+
+def _check_time(t_s: FloatArray, where: _Where) -> None:
+    missing = np.flatnonzero(~np.isfinite(t_s))
+    if len(missing):
+        raise where.fail(int(missing[0]), "t is empty; every row needs its time")
+    late = np.flatnonzero(np.diff(t_s) <= 0.0)
+    if len(late):
+        row = int(late[0]) + 1
+        raise where.fail(row, f"t does not increase ({t_s[row]:g} after {t_s[row - 1]:g})")

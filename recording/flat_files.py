@@ -1,0 +1,53 @@
+"""Any flat recording by its name: `.csv`, `.csv.gz`, `.parquet`, `.mat`, or a whole `.mcap` run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from foundation.errors import RecordingError
+from recording.csv_table import read_csv, write_csv
+from recording.flat import FlatRecording
+from recording.reader import read_run
+from recording.rounds import flatten
+from recording.tables import read_mat, read_parquet, write_mat, write_parquet
+
+
+def _read_mcap(path: Path) -> FlatRecording:
+    return flatten(read_run(path))
+
+
+READERS: dict[str, Callable[[Path], FlatRecording]] = {
+    ".csv": read_csv,
+    ".csv.gz": read_csv,
+    ".parquet": read_parquet,
+    ".mat": read_mat,
+    ".mcap": _read_mcap,
+}
+WRITERS: dict[str, Callable[[FlatRecording, Path], None]] = {
+    ".csv": write_csv,
+    ".csv.gz": write_csv,
+    ".parquet": write_parquet,
+    ".mat": write_mat,
+}
+
+
+def read_flat(path: Path) -> FlatRecording:
+    """Read a flat recording, or flatten a recorded run.
+
+    Raises RecordingError (one line, with file and row) for anything that is not one.
+    """
+    return READERS[_ending(path, READERS)](path)
+
+
+def write_flat(recording: FlatRecording, path: Path) -> None:
+    """Write a flat recording; replaces the file. Raises RecordingError."""
+    WRITERS[_ending(path, WRITERS)](recording, path)
+
+
+def _ending(path: Path, known: Iterable[str]) -> str:
+    name = path.name.lower()
+    for ending in sorted(known, key=len, reverse=True):
+        if name.endswith(ending):
+            return ending
+    raise RecordingError(f"{path}: unknown kind of file; it must end in {', '.join(known)}")

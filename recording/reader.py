@@ -1,0 +1,151 @@
+"""Reads a recording, whole or cut off, into arrays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from foundation.errors import RecordingError
+from recording import configuration, edges
+from recording.channels import (
+    CHANNELS,
+    COMMANDED,
+    CONFIGURATION,
+    EDGES,
+    EVENT,
+    READINGS,
+    SETTINGS,
+    TARGET,
+    TRUTH,
+)
+from recording.columns import Columns, Int64Array
+from recording.run import Commanded, Edges, Event, Readings, Run, Settings, Targets, Truth
+from recording.scan import Scan
+
+
+def read_run(path: Path) -> Run:
+    """Read a recording up to its end, or up to where it was cut off.
+
+    Raises RecordingError (one line) when the file is empty, not MCAP, not a deltactl
+    recording, or holds messages that contradict their schema.
+    """
+    scan = Scan(path)
+    columns = {channel.topic: Columns(channel) for channel in CHANNELS}
+    for chunk in scan.chunks():
+        for channel_id, payloads in chunk.items():
+            channel = scan.channels.get(channel_id)
+            if channel is not None and channel.topic in columns:
+                _add(path, columns[channel.topic], payloads)
+    return _build(scan, columns)
+
+
+def _add(path: Path, columns: Columns, payloads: list[bytes]) -> None:
+    try:
+        columns.add(payloads)
+    except RecordingError as error:
+        raise RecordingError(f"{path}: {error}") from error
+
+
+def _build(scan: Scan, columns: dict[str, Columns]) -> Run:
+    if not (known := columns[CONFIGURATION.topic].rows()):
+        raise _not_ours(scan)
+    try:
+        return Run(
+            path=scan.path,
+            configuration=configuration.from_message(known[0]),
+            complete=scan.complete,
+            damage=tuple(scan.damage),
+            targets=_targets(columns[TARGET.topic]),
+            commanded=_commanded(columns[COMMANDED.topic]),
+            edges=_edges(columns[EDGES.topic]),
+            readings={axis: _readings(axis, columns[ch.topic]) for axis, ch in READINGS.items()},
+            events=_events(columns[EVENT.topic]),
+            truth=_truth(columns[TRUTH.topic]),
+            settings=_settings(columns[SETTINGS.topic]),
+        )
+    except ValueError as error:
+        raise RecordingError(f"{scan.path}: {error}") from error
+
+
+def _not_ours(scan: Scan) -> RecordingError:
+    topics = sorted(channel.topic for channel in scan.channels.values())
+    if CONFIGURATION.topic in topics:
+        what = "was cut off before anything was recorded"
+    elif topics:
+        what = f"is an MCAP file, but not a recording of deltactl (it has {', '.join(topics[:5])})"
+    else:
+        what = "is an MCAP file without channels"
+    return RecordingError("; ".join([f"{scan.path}: {what}", *scan.damage]))
+
+
+def _order(columns: Columns) -> tuple[Int64Array, Int64Array]:
+    """Times in order, and how to bring the other columns into that order.
+
+    Several threads record, so neighbours may stand in the file the other way round.
+    """
+    t_ns = columns.integers("t_ns")
+    order = np.argsort(t_ns, kind="stable")
+    return t_ns[order], order
+
+
+def _targets(columns: Columns) -> Targets:
+    t_ns, order = _order(columns)
+    position_m = columns.numbers("x_m", "y_m", "z_m")
+    return Targets(
+        t_ns, columns.integers("index")[order], position_m[order], columns.counts()[order]
+    )
+
+
+def _commanded(columns: Columns) -> Commanded:
+    t_ns, order = _order(columns)
+    return Commanded(t_ns, columns.counts()[order])
+
+
+def _edges(columns: Columns) -> Edges:
+    decoded = [edges.from_message(row) for row in columns.rows()]
+    # A block without edges marks counters that were set: one row in which nothing steps.
+    times = [block.due_ns if len(block.due_ns) else np.array([block.start_ns]) for block in decoded]
+    steps = [block.steps if len(block.steps) else np.zeros((1, 3), np.int8) for block in decoded]
+    counts = [
+        block.base + np.cumsum(part, axis=0, dtype=np.int64)
+        for block, part in zip(decoded, steps, strict=True)
+    ]
+    if not decoded:
+        empty = np.zeros((0, 3), dtype=np.int64)
+        return Edges(np.zeros(0, dtype=np.int64), empty.astype(np.int8), empty)
+    t_ns = np.concatenate(times)
+    order = np.argsort(t_ns, kind="stable")
+    return Edges(t_ns[order], np.concatenate(steps)[order], np.concatenate(counts)[order])
+
+
+def _readings(axis: str, columns: Columns) -> Readings:
+    t_ns, order = _order(columns)
+    return Readings(
+        axis=axis,
+        t_ns=t_ns,
+        distance_m=columns.numbers("distance_m")[order],
+        status=columns.integers("status")[order],
+        raw_status=columns.integers("raw_status")[order],
+        signal_mcps=columns.numbers("signal_mcps")[order],
+        ambient_mcps=columns.numbers("ambient_mcps")[order],
+        sigma_m=columns.numbers("sigma_m")[order],
+        stream_count=columns.integers("stream_count")[order],
+        gate=np.array(columns.texts("gate"), dtype=np.str_)[order],
+    )
+
+
+def _events(columns: Columns) -> tuple[Event, ...]:
+    found = [Event(**row) for row in columns.rows()]
+    return tuple(sorted(found, key=lambda event: event.t_ns))
+
+
+def _truth(columns: Columns) -> Truth:
+    t_ns, order = _order(columns)
+    angles_rad = columns.numbers("theta_1_rad", "theta_2_rad", "theta_3_rad")
+    return Truth(t_ns, columns.numbers("x_m", "y_m", "z_m")[order], angles_rad[order])
+
+
+def _settings(columns: Columns) -> Settings:
+    t_ns, order = _order(columns)
+    return Settings(t_ns, columns.numbers("t_pwm_s")[order])

@@ -1,0 +1,147 @@
+"""MCAP records in file order, as far as they go: a file cut anywhere is read up to the cut."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO
+
+import lz4.frame  # type: ignore[import-untyped]
+import zstandard
+from mcap import records
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+
+from foundation.errors import RecordingError
+from recording.container import MAGIC
+
+_HEAD = struct.Struct("<BQ")
+_MESSAGE = struct.Struct("<HIQQ")
+_MAXIMUM_RECORD_BYTES = 2**30
+"""A longer record is damage; it must not make a reader ask for that much memory."""
+
+
+@dataclass(slots=True)
+class Scan:
+    """What a file holds: its channels, its messages chunk by chunk, and whether it is whole.
+
+    `channels` grows while `chunks` is read; `damage` is complete when it has been read.
+    """
+
+    path: Path
+    channels: dict[int, records.Channel] = field(default_factory=dict)
+    complete: bool = False
+    damage: list[str] = field(default_factory=list)
+
+    def chunks(self) -> Iterator[dict[int, list[bytes]]]:
+        """Messages by channel, one dictionary a chunk.
+
+        Raises RecordingError when the file cannot be read or is no MCAP file.
+        """
+        try:
+            with self.path.open("rb") as stream:
+                _check_magic(self.path, stream.read(len(MAGIC)))
+                yield from self._read(stream)
+        except OSError as error:
+            raise RecordingError(f"{self.path}: cannot be read ({error.strerror})") from error
+
+    def _read(self, stream: BinaryIO) -> Iterator[dict[int, list[bytes]]]:
+        while head := stream.read(_HEAD.size):
+            start = stream.tell() - len(head)
+            if len(head) < _HEAD.size:
+                break
+            opcode, length = _HEAD.unpack(head)
+            if length > _MAXIMUM_RECORD_BYTES:
+                self.damage.append(f"damaged at byte {start}; what follows is not read")
+                return
+            body = stream.read(length)
+            if opcode in (Opcode.DATA_END, Opcode.FOOTER) and len(body) == length:
+                # The summary repeats what the data section has said.
+                self.complete = True
+                return
+            if (messages := self._messages(opcode, body, length, start)) is not None:
+                yield messages
+            if len(body) < length:
+                break
+        self.damage.append(f"cut off at byte {stream.tell()}; read up to there")
+
+    def _messages(
+        self, opcode: int, body: bytes, length: int, start: int
+    ) -> dict[int, list[bytes]] | None:
+        try:
+            if opcode == Opcode.CHUNK:
+                data = _chunk_data(body, whole=len(body) == length)
+                return self._split(data)
+            if opcode in (Opcode.CHANNEL, Opcode.MESSAGE) and len(body) == length:
+                return self._split(_HEAD.pack(opcode, length) + body)
+        except _UNREADABLE as error:
+            self.damage.append(f"damaged at byte {start} ({error}); that piece is left out")
+        return None
+
+    def _split(self, data: bytes) -> dict[int, list[bytes]]:
+        """Messages among uncompressed records, up to the last whole one."""
+        found: dict[int, list[bytes]] = {}
+        position, size = 0, len(data)
+        while position + _HEAD.size <= size:
+            opcode, length = _HEAD.unpack_from(data, position)
+            position += _HEAD.size
+            if position + length > size:
+                break
+            if opcode == Opcode.MESSAGE:
+                channel_id = _MESSAGE.unpack_from(data, position)[0]
+                payload = data[position + _MESSAGE.size : position + length]
+                found.setdefault(channel_id, []).append(payload)
+            elif opcode == Opcode.CHANNEL:
+                channel = records.Channel.read(_stream(data[position : position + length]))
+                self.channels[channel.id] = channel
+            position += length
+        return found
+
+
+_UNREADABLE = (
+    McapError,
+    RecordingError,
+    zstandard.ZstdError,
+    RuntimeError,
+    struct.error,
+    UnicodeDecodeError,
+    MemoryError,
+)
+"""What damaged bytes make the decoders raise (lz4 raises RuntimeError)."""
+
+
+def _stream(data: bytes) -> ReadDataStream:
+    return ReadDataStream(BytesIO(data))
+
+
+def _check_magic(path: Path, head: bytes) -> None:
+    if not head:
+        raise RecordingError(f"{path}: is empty; nothing was recorded")
+    if head != MAGIC:
+        raise RecordingError(f"{path}: is not an MCAP recording (it starts with {head!r})")
+
+
+def _chunk_data(body: bytes, whole: bool) -> bytes:
+    """The records inside a chunk; of a chunk that was cut, what can still be unpacked."""
+    chunk = records.Chunk.read(_stream(body))
+    data = _unpack(chunk.compression, chunk.data, chunk.uncompressed_size, whole)
+    if whole and chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
+        raise RecordingError("wrong checksum")
+    return data
+
+
+def _unpack(compression: str, data: bytes, size: int, whole: bool) -> bytes:
+    if compression == "":
+        return data
+    if size > _MAXIMUM_RECORD_BYTES:
+        raise RecordingError("chunk too large")
+    if compression == "zstd":
+        return zstandard.ZstdDecompressor().decompressobj().decompress(data)
+    if compression == "lz4":
+        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data))
+    raise RecordingError(f"unknown compression {compression!r}")

@@ -1,0 +1,92 @@
+"""Parquet and MATLAB files; both need the `tables` extra and say so when it is absent."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from foundation.errors import RecordingError
+from recording.flat import AnyArray, FlatRecording, from_columns
+
+
+def read_parquet(path: Path) -> FlatRecording:
+    """Read a Parquet file. Raises RecordingError."""
+    parquet = _needs("pyarrow.parquet", "pyarrow", path)
+    arrow = _needs("pyarrow", "pyarrow", path)
+    try:
+        table = parquet.read_table(path)
+        columns = {name: _from_arrow(table.column(name)) for name in table.column_names}
+    except (OSError, arrow.ArrowException) as error:
+        raise RecordingError(f"{path}: is not a readable Parquet file ({_first(error)})") from error
+    return from_columns(columns, str(path))
+
+
+def write_parquet(recording: FlatRecording, path: Path) -> None:
+    """Write a Parquet file. Raises RecordingError."""
+    parquet = _needs("pyarrow.parquet", "pyarrow", path)
+    arrow = _needs("pyarrow", "pyarrow", path)
+    try:
+        parquet.write_table(arrow.table(_all(recording)), path)
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be written ({error.strerror})") from error
+
+
+def read_mat(path: Path) -> FlatRecording:
+    """Read a MATLAB file whose variables are the columns. Raises RecordingError."""
+    matlab = _needs("scipy.io", "scipy", path)
+    try:
+        found: dict[str, Any] = matlab.loadmat(path, squeeze_me=False)
+    except (OSError, ValueError, TypeError, NotImplementedError) as error:
+        raise RecordingError(f"{path}: is not a readable .mat file ({_first(error)})") from error
+    columns = {
+        name: np.ravel(values) for name, values in found.items() if not name.startswith("__")
+    }
+    _check_lengths(path, columns)
+    return from_columns(columns, str(path))
+
+
+def write_mat(recording: FlatRecording, path: Path) -> None:
+    """Write a MATLAB file with one column vector a column. Raises RecordingError."""
+    matlab = _needs("scipy.io", "scipy", path)
+    try:
+        matlab.savemat(path, _all(recording), oned_as="column", do_compression=True)
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be written ({error.strerror})") from error
+
+
+def _all(recording: FlatRecording) -> dict[str, AnyArray]:
+    return {"t": recording.t_s, **recording.columns, **recording.extra}
+
+
+def _from_arrow(column: Any) -> AnyArray:
+    values = column.to_numpy()
+    if values.dtype.kind == "O" and all(value is None for value in values):
+        return np.full(len(values), np.nan)
+    return np.asarray(values)
+
+
+def _check_lengths(path: Path, columns: dict[str, AnyArray]) -> None:
+    lengths = {len(values) for name, values in columns.items()}
+    if len(lengths) > 1:
+        sizes = ", ".join(f"{name} {len(values)}" for name, values in columns.items())
+        raise RecordingError(f"{path}: its variables differ in length ({sizes[:200]})")
+
+
+def _needs(module: str, package: str, path: Path) -> ModuleType:
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        raise RecordingError(
+            f"{path}: {path.suffix} files need {package}; install it with "
+            "pip install 'deltactl[tables]', or use .csv.gz"
+        ) from error
+    except ImportError as error:
+        raise RecordingError(f"{path}: {package} does not load ({_first(error)})") from error
+
+
+def _first(error: BaseException) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0][:200]
