@@ -48,24 +48,39 @@ class OutputStatus:
     slip_ns: int
     """How far the schedule was pushed back by late pulses so far."""
     reason: str = ""
-    """Why the output stopped: 'e-stop', 'alarm motor2', 'no heartbeat', 'stop requested'."""
+    """Why the output stopped: 'e-stop', 'alarm motor2', 'no heartbeat', or as `stop` was told."""
+    energised: bool = False
+    """Whether the drives hold the arms; a stop or its acknowledgement does not release them."""
 
 
 class StepOutput(Protocol):
     """Plays ticks at their deadlines, never bunched, and owns the exact step counters.
 
     A late tick pushes the rest of the schedule back. `stop` drops the queue within one
-    tick and latches; nothing moves until `acknowledge` and `enable`.
+    tick and latches; nothing moves until `acknowledge` and `enable`. A stop keeps the drives
+    energised (the arms do not drop); only `disable` releases them. After a PulseFault the
+    output is of no more use: close it, build another, and home.
     """
 
+    @property
+    def minimum_period_ns(self) -> int:
+        """Ticks closer than this are refused by `push`."""
+
     def enable(self) -> None:
-        """Energise the drives. Raises NotReady while stopped, DriveAlarm or EmergencyStop when tripped."""
+        """Energise the drives, and wait until they listen (0.2 s) if they were not energised.
+
+        Raises NotReady while stopped, DriveAlarm or EmergencyStop when tripped, PulseFault.
+        """
 
     def disable(self) -> None:
-        """Release the drives (the arms may drop)."""
+        """Drop the queue and release the drives (the arms may drop); allowed while stopped."""
 
     def push(self, ticks: Ticks) -> None:
-        """Queue ticks. Raises PulseFault when there is no room, NotReady unless enabled."""
+        """Queue ticks; counts as a beat. The first should be due 10 ms or more ahead.
+
+        Raises PulseFault when there is no room, NotReady unless enabled, LimitExceeded when
+        two ticks are closer than `minimum_period_ns`, ValueError when they are no ticks.
+        """
 
     def room(self) -> int:
         """How many more ticks fit into the queue."""
@@ -74,7 +89,7 @@ class StepOutput(Protocol):
         """State, counters, queue length."""
 
     def take_sent(self) -> Ticks:
-        """Ticks really sent since the last call (with the times of their edges), for the recorder."""
+        """Ticks really sent since the last call, with the times of their edges."""
 
     def set_counts(self, counts: Counts) -> None:
         """Say where the motors are (homing). Raises NotReady while moving."""

@@ -1,0 +1,113 @@
+"""The whole fake bench: pins, drives, alarm wires and the e-stop button of one simulated robot."""
+
+from __future__ import annotations
+
+import os
+from functools import partial
+from mmap import mmap
+
+from drivers.fakes.lines import BENCH_BYTES, BenchMemory, Counts, FakeLines, FakeWiring
+from drivers.fakes.mock_pins import WiredFactory
+from drivers.settings import InputSettings, StepSettings
+from drivers.steps.lines import DIRECTION_SHIFT, ENABLE_BIT
+from foundation.clock import Clock
+
+
+def fake_wiring(settings: StepSettings, inputs: InputSettings) -> FakeWiring:
+    """A bench that is wired as the settings say."""
+    return FakeWiring(
+        enable_level=int(settings.enable_active_high),
+        estop_level=int(inputs.estop_active_high),
+        alarm_level=int(settings.alarm_active_high),
+        inverted=sum(mirrored << motor for motor, mirrored in enumerate(settings.inverted)),
+    )
+
+
+class FakeBench:
+    """Hands on the simulated robot: press the button, trip a drive, see where the motors are.
+
+    `lines` moves the drives directly, `pin_factory` through gpiozero devices; a bench in
+    `shared` memory is moved by a pulse process, and both are then for looking only.
+    """
+
+    def __init__(
+        self, settings: StepSettings, inputs: InputSettings, clock: Clock, *, shared: bool = False
+    ):
+        self.wiring = fake_wiring(settings, inputs)
+        self.descriptor = os.memfd_create("deltactl-bench") if shared else None
+        if self.descriptor is not None:
+            os.ftruncate(self.descriptor, BENCH_BYTES)
+            self._block: mmap | bytearray = mmap(self.descriptor, BENCH_BYTES)
+        else:
+            self._block = bytearray(BENCH_BYTES)
+        self.memory = BenchMemory(self._block)
+        self.lines = FakeLines(self.memory, clock.now_ns, self.wiring)
+        self.pin_factory = WiredFactory()
+        self._settings, self._inputs = settings, inputs
+        self._connect()
+
+    def counts(self) -> Counts:
+        """Where the motors are [microsteps]."""
+        return self.memory.counts()
+
+    def counts_at(self, t_ns: int) -> Counts:
+        """Where the motors were at a time (65536 steps back at most)."""
+        return self.memory.counts_at(t_ns)
+
+    def press_estop(self) -> None:
+        """Press the e-stop button (or cut its wire)."""
+        self._set_estop(True)
+
+    def release_estop(self) -> None:
+        """Turn the e-stop button until it springs back."""
+        self._set_estop(False)
+
+    def trip(self, motor: int) -> None:
+        """Make the drive of a motor (1 to 3) raise its alarm."""
+        self.memory.ask_trip(motor - 1)
+        if self.descriptor is None:
+            self.lines.refresh()
+
+    def close(self) -> None:
+        """Give the memory back."""
+        self.pin_factory.close()
+        self.memory.release()
+        if isinstance(self._block, mmap):
+            self._block.close()
+        if self.descriptor is not None:
+            os.close(self.descriptor)
+            self.descriptor = None
+
+    def _connect(self) -> None:
+        """Solder the drives to the pins."""
+        settings, factory = self._settings, self.pin_factory
+        for motor in range(3):
+            factory.connect(settings.step_pins[motor], partial(self._level, 1 << motor))
+            direction_bit = 1 << (DIRECTION_SHIFT + motor)
+            factory.connect(settings.direction_pins[motor], partial(self._level, direction_bit))
+        if settings.enable_pin is not None:
+            factory.connect(settings.enable_pin, partial(self._level, ENABLE_BIT))
+        self.lines.on_alarms = self._show_alarms
+        self._show_alarms(0)
+        self._set_estop(False)
+
+    def _level(self, bit: int, high: bool) -> None:
+        self.lines.write(bit * high, bit)
+
+    def _set_estop(self, pressed: bool) -> None:
+        self.memory.estop_pressed = pressed
+        if self._inputs.estop_pin is not None:
+            level = pressed == bool(self.wiring.estop_level)
+            self.pin_factory.drive(self._inputs.estop_pin, level)
+
+    def _show_alarms(self, alarms: int) -> None:
+        for motor, pin in enumerate(self._settings.alarm_pins or ()):
+            level = bool(alarms >> motor & 1) == bool(self.wiring.alarm_level)
+            self.pin_factory.drive(pin, level)
+
+
+def fake_bench(
+    settings: StepSettings, inputs: InputSettings, clock: Clock, *, shared: bool = False
+) -> FakeBench:
+    """The complete fake bench for these settings; `shared` when a pulse process moves it."""
+    return FakeBench(settings, inputs, clock, shared=shared)

@@ -1,0 +1,228 @@
+"""Simulated lines with a drive on each motor's three, over memory that two processes may share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from mmap import mmap
+from typing import Final, NamedTuple
+
+from drivers.fakes.step_drive import SimulatedDrive
+from drivers.steps.lines import (
+    ALARM_BITS,
+    ALARM_SHIFT,
+    DIRECTION_BITS,
+    DIRECTION_SHIFT,
+    ENABLE_BIT,
+    ESTOP_BIT,
+    STEP_BITS,
+)
+
+Counts = tuple[int, int, int]
+
+ROWS: Final = 65536
+"""Length of the history: at 100 us a step, 6.5 s."""
+_MARGIN: Final = 64
+_ESTOP, _TRIP, _ALARMS, _HEAD, _LOST, _EDGES = 0, 1, 2, 3, 4, 8
+_WORDS: Final = 16
+BENCH_BYTES: Final = (_WORDS + 4 * ROWS) * 8
+
+
+class FakeWiring(NamedTuple):
+    """Polarities of the simulated robot's wires, and which motors are mounted mirrored."""
+
+    enable_level: int = 1
+    estop_level: int = 1
+    """Level of the e-stop input while the button is pressed."""
+    alarm_level: int = 0
+    inverted: int = 0
+
+
+class BenchMemory:
+    """What the drives did, by time, and what is done to them: pressed button, forced trips.
+
+    Rows of the history are (t_ns, position of motor 1, 2, 3), the newest ROWS of them.
+    """
+
+    def __init__(self, buffer: bytearray | mmap):
+        self.buffer = buffer
+        whole = memoryview(buffer)
+        self._words = whole[:BENCH_BYTES].cast("q")
+        whole.release()
+
+    @property
+    def estop_pressed(self) -> bool:
+        """Whether the button is pressed."""
+        return bool(self._words[_ESTOP])
+
+    @estop_pressed.setter
+    def estop_pressed(self, pressed: bool) -> None:
+        self._words[_ESTOP] = int(pressed)
+
+    @property
+    def alarms(self) -> int:
+        """Tripped drives, a bit each."""
+        return self._words[_ALARMS]
+
+    def ask_trip(self, motor: int) -> None:
+        """Have a drive (0 to 2) trip the next time its alarm is read."""
+        self._words[_TRIP] |= 1 << motor
+
+    def asked_trips(self) -> int:
+        """Drives asked to trip, a bit each."""
+        return self._words[_TRIP]
+
+    def done_trips(self) -> None:
+        """The drives that were asked to have tripped."""
+        self._words[_TRIP] = 0
+
+    def counts(self) -> Counts:
+        """Positions now, in microsteps."""
+        head = self._words[_HEAD]
+        return self._row(head - 1)[1] if head else (0, 0, 0)
+
+    def lost(self) -> Counts:
+        """Edges that moved nothing."""
+        first, second, third = self._words[_LOST : _LOST + 3]
+        return first, second, third
+
+    def edges(self) -> Counts:
+        """Rising edges seen."""
+        first, second, third = self._words[_EDGES : _EDGES + 3]
+        return first, second, third
+
+    def counts_at(self, t_ns: int) -> Counts:
+        """Positions at a time; the oldest kept when it lies further back."""
+        high = self._words[_HEAD]
+        low = oldest = max(0, high - ROWS + _MARGIN)
+        while low < high:
+            middle = (low + high) // 2
+            if self._words[_WORDS + 4 * (middle % ROWS)] <= t_ns:
+                low = middle + 1
+            else:
+                high = middle
+        if low == oldest:
+            return (0, 0, 0) if oldest == 0 else self._row(oldest)[1]
+        return self._row(low - 1)[1]
+
+    def step_times(self) -> list[int]:
+        """Times [ns] of the rows still kept."""
+        head = self._words[_HEAD]
+        return [self._row(index)[0] for index in range(max(0, head - ROWS + _MARGIN), head)]
+
+    def publish(self, t_ns: int, drives: Sequence[SimulatedDrive]) -> None:
+        """Write down where the drives are (called where they are simulated)."""
+        words = self._words
+        first, second, third = drives
+        at = _WORDS + 4 * (words[_HEAD] % ROWS)
+        words[at + 1] = first.position_steps
+        words[at + 2] = second.position_steps
+        words[at + 3] = third.position_steps
+        words[at] = t_ns
+        words[_HEAD] += 1
+
+    def publish_health(self, drives: Sequence[SimulatedDrive]) -> None:
+        """Write down alarms and tallies."""
+        words = self._words
+        first, second, third = drives
+        words[_EDGES], words[_LOST] = first.edges, first.lost
+        words[_EDGES + 1], words[_LOST + 1] = second.edges, second.lost
+        words[_EDGES + 2], words[_LOST + 2] = third.edges, third.lost
+        words[_ALARMS] = first.alarm | second.alarm << 1 | third.alarm << 2
+
+    def release(self) -> None:
+        """Let go of the block, so that an mmap can be closed."""
+        self._words.release()
+
+    def _row(self, index: int) -> tuple[int, Counts]:
+        at = _WORDS + 4 * (index % ROWS)
+        t_ns, first, second, third = self._words[at : at + 4]
+        return t_ns, (first, second, third)
+
+
+class FakeLines:
+    """A LineGroup with three simulated drives, a button and their wires.
+
+    Does not model: time that a write takes, skew between lines written together, bouncing
+    contacts, or noise on the inputs.
+    """
+
+    def __init__(
+        self,
+        memory: BenchMemory,
+        now_ns: Callable[[], int],
+        wiring: FakeWiring = FakeWiring(),  # noqa: B008 (immutable)
+        drives: Sequence[SimulatedDrive] | None = None,
+    ):
+        self.memory = memory
+        self.drives = drives or [
+            SimulatedDrive(inverted=bool(wiring.inverted >> motor & 1)) for motor in range(3)
+        ]
+        self.on_alarms: Callable[[int], None] | None = None
+        self._now, self._wiring = now_ns, wiring
+        self._levels = ENABLE_BIT * (1 - wiring.enable_level)
+        self._alarms = 0
+
+    def write(self, levels: int, mask: int) -> None:
+        """See LineGroup."""
+        changed = (self._levels ^ levels) & mask
+        if not changed:
+            return
+        self._levels ^= changed
+        t_ns = self._now()
+        if changed & STEP_BITS:
+            self._step(levels, changed, t_ns)
+        if changed & DIRECTION_BITS:
+            for motor, drive in enumerate(self.drives):
+                bit = 1 << (DIRECTION_SHIFT + motor)
+                if changed & bit:
+                    drive.set_direction(bool(levels & bit), t_ns)
+        if changed & ENABLE_BIT:
+            on = bool(levels & ENABLE_BIT) == bool(self._wiring.enable_level)
+            for drive in self.drives:
+                drive.set_enabled(on, t_ns)
+            self._health()
+
+    def read(self) -> int:
+        """See LineGroup."""
+        if self.memory.asked_trips():
+            self.refresh()
+        wiring = self._wiring
+        alarms = self._alarms << ALARM_SHIFT
+        levels = alarms if wiring.alarm_level else ~alarms & ALARM_BITS
+        if self.memory.estop_pressed == bool(wiring.estop_level):
+            levels |= ESTOP_BIT
+        return levels
+
+    def refresh(self) -> None:
+        """Trip the drives that were asked to."""
+        asked = self.memory.asked_trips()
+        for motor, drive in enumerate(self.drives):
+            if asked >> motor & 1:
+                drive.trip()
+        self.memory.done_trips()
+        self._health()
+
+    def close(self) -> None:
+        """See LineGroup. The drives keep their state, as real ones do."""
+
+    def _step(self, levels: int, changed: int, t_ns: int) -> None:
+        moved = False
+        for motor, drive in enumerate(self.drives):
+            if changed >> motor & 1:
+                before = drive.position_steps
+                if levels >> motor & 1:
+                    drive.rise(t_ns)
+                else:
+                    drive.fall(t_ns)
+                moved = moved or before != drive.position_steps
+        if moved:
+            self.memory.publish(t_ns, self.drives)
+        if moved or changed & levels:
+            self._health()
+
+    def _health(self) -> None:
+        self.memory.publish_health(self.drives)
+        if self.memory.alarms != self._alarms:
+            self._alarms = self.memory.alarms
+            if self.on_alarms is not None:
+                self.on_alarms(self._alarms)

@@ -1,0 +1,76 @@
+"""Switches read in this process through gpiozero: e-stop, drive alarms, home switches.
+
+Every input has the Pi's pull-up; switches, drives and buttons pull to ground. A line that
+the pulse process watches (e-stop and alarms of its backend) cannot be claimed here as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from gpiozero import InputDevice
+from gpiozero.exc import GPIOZeroError
+
+from drivers.settings import InputSettings, PinPerMotor, StepSettings
+from foundation.errors import ConfigError
+
+
+class InputLine:
+    """One input. Raises ConfigError when the pin cannot be had."""
+
+    def __init__(self, pin: int, active_high: bool, pin_factory: Any | None = None):
+        try:
+            self._device = InputDevice(pin, pull_up=True, pin_factory=pin_factory)
+        except GPIOZeroError as error:
+            raise ConfigError(f"GPIO {pin} cannot be used as an input: {error}") from error
+        self._active_high = active_high
+
+    @property
+    def level(self) -> bool:
+        """What a meter would show."""
+        return bool(self._device.pin.state)
+
+    @property
+    def active(self) -> bool:
+        """Whether the line says what it is there to say."""
+        return self.level == self._active_high
+
+    def __call__(self) -> bool:
+        """The same as `active`, to be handed on as a callable."""
+        return self.active
+
+    def close(self) -> None:
+        """Give the pin back."""
+        self._device.close()
+
+
+def estop_input(settings: InputSettings, pin_factory: Any | None = None) -> InputLine | None:
+    """The e-stop; active while pressed, or while its wire is open."""
+    if settings.estop_pin is None:
+        return None
+    return InputLine(settings.estop_pin, settings.estop_active_high, pin_factory)
+
+
+def alarm_inputs(settings: StepSettings, pin_factory: Any | None = None) -> tuple[InputLine, ...]:
+    """ALM of each drive, in the order of the motors; empty when they are not wired."""
+    return _lines(settings.alarm_pins or (), settings.alarm_active_high, pin_factory)
+
+
+def home_switches(
+    pins: PinPerMotor | None, active_high: bool, pin_factory: Any | None = None
+) -> tuple[InputLine, ...]:
+    """The home switch of each arm, active while pressed; empty when there are none."""
+    return _lines(pins or (), active_high, pin_factory)
+
+
+def _lines(pins: Iterable[int], active_high: bool, pin_factory: Any) -> tuple[InputLine, ...]:
+    made: list[InputLine] = []
+    try:
+        for pin in pins:
+            made.append(InputLine(pin, active_high, pin_factory))  # noqa: PERF401 (closed if one fails)
+    except ConfigError:
+        for line in made:
+            line.close()
+        raise
+    return tuple(made)

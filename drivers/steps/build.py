@@ -1,0 +1,151 @@
+"""Step outputs from settings: on the hardware, or on the fake bench."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from drivers.fakes.bench import FakeBench, fake_bench
+from drivers.settings import InputSettings, StepSettings
+from drivers.steps.contract import StepOutput
+from drivers.steps.gpiozero_lines import GpiozeroLines
+from drivers.steps.lgpio_lines import LgpioPins
+from drivers.steps.lines import ALARM_BITS, ENABLE_BIT, ESTOP_BIT
+from drivers.steps.output import PlayerStepOutput
+from drivers.steps.process_host import ProcessStepOutput, PulseProcess
+from drivers.steps.task_host import TaskStepOutput
+from drivers.steps.timing import PlayerSettings
+from foundation.clock import NS_PER_S, Clock, VirtualClock, ns
+from foundation.errors import ConfigError
+
+PULSE_MINIMUM_NS = 50_000
+"""The shortest step period that a Python process keeps up with on a Pi."""
+GPIOZERO_MINIMUM_NS = 2_000_000
+"""Below this, pulses of a thread among others are late more often than not."""
+POLL_NS = 1_000_000
+
+
+def player_settings(settings: StepSettings, inputs: InputSettings) -> PlayerSettings:
+    """What the player needs of the settings."""
+    alarms = ALARM_BITS if settings.alarm_pins is not None else 0
+    estop = ESTOP_BIT if inputs.estop_pin is not None else 0
+    idle = (0 if settings.alarm_active_high else alarms) | (
+        0 if inputs.estop_active_high else estop
+    )
+    return PlayerSettings(
+        pulse_width_ns=round(settings.pulse_width_us * 1000),
+        direction_setup_ns=round(settings.direction_setup_us * 1000),
+        minimum_gap_fraction=settings.minimum_gap_fraction,
+        heartbeat_ns=ns(settings.heartbeat_s),
+        inverted=sum(mirrored << motor for motor, mirrored in enumerate(settings.inverted)),
+        enable_level=int(settings.enable_active_high),
+        input_mask=alarms | estop,
+        input_idle=idle,
+        poll_ns=POLL_NS,
+    )
+
+
+def lgpio_pins(settings: StepSettings, inputs: InputSettings) -> LgpioPins:
+    """The pins as the pulse process claims them; drives released to begin with."""
+    enable = [] if settings.enable_pin is None else [settings.enable_pin]
+    return LgpioPins(
+        settings.chip,
+        [*settings.step_pins, *settings.direction_pins, *enable],
+        0 if settings.enable_active_high else ENABLE_BIT,
+        inputs.estop_pin,
+        list(settings.alarm_pins or ()),
+    )
+
+
+def build_step_output(
+    settings: StepSettings,
+    inputs: InputSettings,
+    clock: Clock,
+    *,
+    pin_factory: Any | None = None,
+    board_path: Path | None = None,
+) -> StepOutput:
+    """The step output of this Pi, by `settings.backend`.
+
+    pin_factory: for the gpiozero backend; the default is gpiozero's lgpio factory.
+    board_path: where the pulse process leaves its counters, see process_host.last_counts.
+    Raises PulseFault (process or chip not there), ConfigError (pins).
+    """
+    if settings.backend == "gpiozero":
+        lines = GpiozeroLines(settings, inputs, pin_factory or _lgpio_factory())
+        return _task_output(settings, inputs, clock, lines)
+    pins = lgpio_pins(settings, inputs)
+    process = PulseProcess(
+        player_settings(settings, inputs),
+        {"lines": "lgpio", "pins": pins},
+        board_path=board_path,
+    )
+    return ProcessStepOutput(process, clock, minimum_period_ns(settings, clock))
+
+
+@dataclass(frozen=True)
+class SimulatedSteps:
+    """A step output on the fake bench, and the bench."""
+
+    output: PlayerStepOutput
+    bench: FakeBench
+
+    def close(self) -> None:
+        """Close both."""
+        self.output.close()
+        self.bench.close()
+
+
+def simulated_step_output(
+    settings: StepSettings,
+    inputs: InputSettings,
+    clock: Clock,
+    *,
+    realtime: bool,
+    board_path: Path | None = None,
+) -> SimulatedSteps:
+    """The same backends on simulated drives.
+
+    realtime False: on any clock, the pulse backend's player runs in this process.
+    realtime True: on the real clock, a pulse process plays on fake lines.
+    The gpiozero backend runs in this process in both cases, on mock pins.
+    """
+    if realtime and isinstance(clock, VirtualClock):
+        raise ConfigError("a virtual clock does not run in real time; use the real clock")
+    own_process = realtime and settings.backend == "pulse"
+    bench = fake_bench(settings, inputs, clock, shared=own_process)
+    if not own_process:
+        on_pins = settings.backend == "gpiozero"
+        lines = GpiozeroLines(settings, inputs, bench.pin_factory) if on_pins else bench.lines
+        return SimulatedSteps(_task_output(settings, inputs, clock, lines), bench)
+    assert bench.descriptor is not None
+    wires = {"lines": "fake", "bench": bench.descriptor, "wiring": bench.wiring}
+    process = PulseProcess(
+        player_settings(settings, inputs), wires, (bench.descriptor,), board_path
+    )
+    output = ProcessStepOutput(process, clock, minimum_period_ns(settings, clock))
+    return SimulatedSteps(output, bench)
+
+
+def minimum_period_ns(settings: StepSettings, clock: Clock) -> int:
+    """Shortest distance of two ticks: what backend and clock can keep, and what a pulse needs."""
+    least_ns = PULSE_MINIMUM_NS
+    if settings.backend == "gpiozero" and not isinstance(clock, VirtualClock):
+        least_ns = GPIOZERO_MINIMUM_NS
+    pulse_ns = (2 * settings.pulse_width_us + settings.direction_setup_us) * NS_PER_S // 1_000_000
+    return max(least_ns, round(pulse_ns))
+
+
+def _task_output(
+    settings: StepSettings, inputs: InputSettings, clock: Clock, lines: Any
+) -> TaskStepOutput:
+    period_ns = minimum_period_ns(settings, clock)
+    return TaskStepOutput(lines, player_settings(settings, inputs), clock, period_ns)
+
+
+def _lgpio_factory() -> Any:
+    """Named outright: left to itself, gpiozero falls back to another library in silence."""
+    from gpiozero.pins.lgpio import LGPIOFactory
+
+    return LGPIOFactory()

@@ -1,0 +1,43 @@
+"""Ticks as the board holds them: a due time and one byte (see Board) for each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from drivers.steps.contract import MOTORS, Int8Array, Int64Array, Ticks
+
+Codes = np.ndarray[Any, np.dtype[np.uint8]]
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
+
+_MOTORS = np.arange(MOTORS, dtype=np.uint8)
+
+
+def as_ticks(ticks: Ticks) -> tuple[Int64Array, Codes]:
+    """Due times and codes, each of shape (n,). Raises ValueError when they are no ticks."""
+    due_ns = np.asarray(ticks.due_ns)
+    steps = np.asarray(ticks.steps)
+    if due_ns.ndim != 1 or steps.shape != (len(due_ns), MOTORS):
+        raise ValueError(f"ticks need shapes (n,) and (n, 3), not {due_ns.shape}, {steps.shape}")
+    if due_ns.dtype.kind != "i" or steps.dtype.kind != "i":
+        raise ValueError(f"ticks must be whole numbers, not {due_ns.dtype} and {steps.dtype}")
+    if np.abs(steps).max(initial=0) > 1:
+        raise ValueError("a tick steps each motor by -1, 0 or +1")
+    stepping_bits = ((steps != 0).astype(np.uint8) << _MOTORS).sum(axis=1)
+    negative_bits = ((steps < 0).astype(np.uint8) << (_MOTORS + 3)).sum(axis=1)
+    return due_ns.astype(np.int64), (stepping_bits | negative_bits).astype(np.uint8)
+
+
+def as_steps(codes: Codes) -> Int8Array:
+    """Steps of shape (n, 3), each -1, 0 or +1."""
+    steps = (codes[:, np.newaxis] >> _MOTORS & 1).astype(np.int8)
+    negative = (codes[:, np.newaxis] >> (_MOTORS + 3) & 1).astype(np.bool_)
+    steps[negative] *= -1
+    return steps
+
+
+def stepping(codes: Codes) -> BoolArray:
+    """Which codes step a motor; shape (n,)."""
+    moves: BoolArray = (codes & 0b111) != 0
+    return moves

@@ -1,0 +1,113 @@
+"""The lines through lgpio: all outputs in one group, so three motors step in one ioctl.
+
+Loaded by the pulse process only. lgpio writes a pipe `.lgd-nfy*` into the folder that LG_WD
+names, and changes into it.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from foundation.errors import PulseFault
+
+
+class LgpioPins(NamedTuple):
+    """BCM numbers, as they travel to the pulse process."""
+
+    chip: int
+    outputs: list[int]
+    """STEP 1 to 3, DIR 1 to 3 and, if there is one, ENA: in the order of the bits in lines.py."""
+    output_levels: int
+    """Levels to begin with."""
+    estop: int | None
+    alarms: list[int]
+
+
+HEADER_CHIPS = ("pinctrl-bcm2835", "pinctrl-bcm2711", "pinctrl-rp1")
+"""Labels of the chips behind the 40-pin header: Pi 1 to 3, Pi 4, Pi 5."""
+
+
+class LgpioLines:
+    """A LineGroup on a GPIO chip. Raises PulseFault when chip or lines cannot be had.
+
+    Closing leaves the outputs at their last level (what the kernel does with a line that is
+    given back): STEP low, ENA as it was.
+    """
+
+    def __init__(self, pins: LgpioPins, gpio: Any | None = None):
+        if gpio is None:
+            gpio = import_module("lgpio")
+        self._gpio = gpio
+        self._handle = self._open(pins.chip)
+        self._outputs = pins.outputs[0]
+        self._mask = (1 << len(pins.outputs)) - 1
+        self._inputs, self._shift = self._input_group(pins)
+        self._claim_outputs(pins)
+
+    def write(self, levels: int, mask: int) -> None:
+        """See LineGroup."""
+        if mask & self._mask:
+            try:
+                self._gpio.group_write(self._handle, self._outputs, levels, mask & self._mask)
+            except self._gpio.error as error:
+                raise PulseFault(f"a step line cannot be written: {error}") from error
+
+    def read(self) -> int:
+        """See LineGroup."""
+        if self._inputs is None:
+            return 0
+        try:
+            _, levels = self._gpio.group_read(self._handle, self._inputs)
+        except self._gpio.error as error:
+            raise PulseFault(f"an input line cannot be read: {error}") from error
+        return int(levels) << self._shift
+
+    def close(self) -> None:
+        """See LineGroup."""
+        self._gpio.gpiochip_close(self._handle)
+
+    def _open(self, chip: int) -> int:
+        device = f"/dev/gpiochip{chip}"
+        try:
+            handle = int(self._gpio.gpiochip_open(chip))
+        except self._gpio.error as error:
+            if not Path(device).exists():
+                raise PulseFault(
+                    f"{device} does not exist: no GPIO header here, or steps.chip is wrong"
+                ) from error
+            raise PulseFault(
+                f"{device} cannot be opened ({error}); the user must be in the group gpio"
+            ) from error
+        _, _, _, label = self._gpio.gpio_get_chip_info(handle)
+        if not label.startswith(HEADER_CHIPS):
+            self._gpio.gpiochip_close(handle)
+            raise PulseFault(
+                f"{device} is '{label}', not the 40-pin header; set steps.chip (4 on some Pi 5)"
+            )
+        return handle
+
+    def _claim_outputs(self, pins: LgpioPins) -> None:
+        levels = [pins.output_levels >> bit & 1 for bit in range(len(pins.outputs))]
+        try:
+            self._gpio.group_claim_output(self._handle, pins.outputs, levels)
+        except self._gpio.error as error:
+            raise self._busy(pins.outputs, error) from error
+
+    def _input_group(self, pins: LgpioPins) -> tuple[int | None, int]:
+        """Claim the inputs. Returns their leader, and how far their bits must be shifted."""
+        estop = [] if pins.estop is None else [pins.estop]
+        group = [*estop, *pins.alarms]
+        if not group:
+            return None, 0
+        try:
+            self._gpio.group_claim_input(self._handle, group, self._gpio.SET_PULL_UP)
+        except self._gpio.error as error:
+            raise self._busy(group, error) from error
+        return group[0], 0 if estop else 1
+
+    def _busy(self, group: list[int], error: Exception) -> PulseFault:
+        self._gpio.gpiochip_close(self._handle)
+        names = ", ".join(str(pin) for pin in group)
+        return PulseFault(f"GPIO {names} cannot be claimed ({error}); does another program run?")

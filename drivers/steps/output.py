@@ -1,0 +1,261 @@
+"""The side of a step output that the controller sees: the same for every host of the player."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Protocol
+
+import numpy as np
+
+from drivers.steps import board as b
+from drivers.steps.codes import as_steps, as_ticks, stepping
+from drivers.steps.contract import Counts, Int8Array, Int64Array, OutputState, OutputStatus, Ticks
+from foundation.clock import Clock, sleep_s
+from foundation.errors import (
+    DriveAlarm,
+    EmergencyStop,
+    LimitExceeded,
+    NotReady,
+    PulseFault,
+)
+
+ENABLE_SETTLE_S = 0.2
+"""CL57T manual, sequence of control signals: ENA at least 200 ms before DIR."""
+ANSWER_S = 1.0
+"""A player that has not answered a request for so long is not there any more."""
+
+_STATES = {
+    b.DISABLED: OutputState.DISABLED,
+    b.READY: OutputState.READY,
+    b.MOVING: OutputState.MOVING,
+    b.STOPPED: OutputState.STOPPED,
+}
+
+
+class Host(Protocol):
+    """Where a pulse player runs: in this process as a task, or in a process of its own."""
+
+    board: b.Board
+
+    def kick(self) -> None:
+        """Give the player a chance to serve requests (or wait a moment for it to do so)."""
+
+    def play(self) -> None:
+        """Ticks have been pushed: play them."""
+
+    def fault(self) -> str:
+        """Why the player is gone for good; empty while it lives."""
+
+    def close(self) -> None:
+        """End the player and give back everything but the board."""
+
+
+class PlayerStepOutput:
+    """A StepOutput over any host. Threads may call it at the same time."""
+
+    def __init__(self, host: Host, clock: Clock, minimum_period_ns: int):
+        self._host, self._clock, self._board = host, clock, host.board
+        self._minimum_period_ns = minimum_period_ns
+        self._lock = threading.RLock()
+        self._fence = b.Fence()
+        self._due = np.frombuffer(self._board.due_ns, dtype=np.int64)
+        self._codes = np.frombuffer(self._board.codes, dtype=np.uint8)
+        self._collected = self._pushed = 0
+        self._last_due_ns = 0
+        self._sent: list[tuple[Int64Array, Int8Array]] = []
+        self._last: OutputStatus | None = None
+
+    @property
+    def minimum_period_ns(self) -> int:
+        """Ticks closer than this are refused by `push`."""
+        return self._minimum_period_ns
+
+    def enable(self) -> None:
+        """See StepOutput."""
+        with self._lock:
+            held = self.status().energised
+            self._ask(b.ENABLE, "energise the drives")
+        if not held:
+            sleep_s(self._clock, ENABLE_SETTLE_S)
+
+    def disable(self) -> None:
+        """See StepOutput."""
+        self._ask(b.DISABLE, "release the drives")
+
+    def push(self, ticks: Ticks) -> None:
+        """See StepOutput."""
+        with self._lock:
+            self._may_push()
+            if not len(ticks):
+                return
+            due_ns, codes = as_ticks(ticks)
+            self._check_gaps(due_ns)
+            room = self.room()
+            if len(due_ns) > room:
+                raise PulseFault(f"{len(due_ns)} ticks do not fit, there is room for {room}; wait")
+            slots = (self._pushed + np.arange(len(due_ns))) & b.SLOT_MASK
+            self._due[slots], self._codes[slots] = due_ns, codes
+            self._fence()
+            self.beat()
+            self._pushed += len(due_ns)
+            self._board.words[b.PUSHED] = self._pushed
+            self._last_due_ns = int(due_ns[-1])
+            self._host.play()
+
+    def room(self) -> int:
+        """See StepOutput."""
+        with self._lock:
+            self._collect()
+            return b.CAPACITY - (self._pushed - self._collected)
+
+    def status(self) -> OutputStatus:
+        """See StepOutput. A player that is gone shows as STOPPED, with the reason."""
+        with self._lock:
+            if self._last is not None:
+                return self._last
+            self._host.kick()
+            self._collect()
+            words, fault = self._board.words, self._host.fault()
+            state = OutputState.STOPPED if fault else _STATES[words[b.STATE]]
+            return OutputStatus(
+                state,
+                self._board.counts(self._fence),
+                0 if fault else words[b.PUSHED] - words[b.PLAYED],
+                words[b.SLIP],
+                fault or self._board.reason_text(),
+                bool(words[b.ENERGISED]),
+            )
+
+    def take_sent(self) -> Ticks:
+        """See StepOutput."""
+        with self._lock:
+            self._collect()
+            sent, self._sent = self._sent, []
+        empty = (np.empty(0, np.int64), np.empty((0, 3), np.int8))
+        return Ticks(
+            np.concatenate([empty[0], *(due for due, _ in sent)]),
+            np.concatenate([empty[1], *(steps for _, steps in sent)]),
+        )
+
+    def set_counts(self, counts: Counts) -> None:
+        """See StepOutput."""
+        self._ask(b.SET_COUNTS, "set the counters", counts)
+
+    def stop(self, reason: str) -> None:
+        """See StepOutput. Never raises: a player that is gone has stopped."""
+        with self._lock:
+            if self._last is not None:
+                return
+            self._board.set_request(reason or "stop requested")
+            self._fence()
+            self._board.words[b.STOP] += 1
+            give_up_s = time.monotonic() + ANSWER_S
+            while self._board.words[b.STATE] != b.STOPPED and time.monotonic() < give_up_s:
+                self._host.kick()
+                if self._host.fault():
+                    return
+
+    def acknowledge(self) -> None:
+        """See StepOutput."""
+        self._ask(b.ACKNOWLEDGE, "release the stop")
+
+    def beat(self) -> None:
+        """See StepOutput."""
+        with self._lock:
+            if self._last is None:
+                self._board.words[b.BEAT] = self._clock.now_ns()
+
+    def close(self) -> None:
+        """See StepOutput. What was sent can still be taken, and the status still be read."""
+        with self._lock:
+            if self._last is not None:
+                return
+            self._board.words[b.CLOSE] = b.CLOSED
+            self._host.close()
+            self._collect()
+            counts, words = self._board.counts(self._fence), self._board.words
+            reason = self._board.reason_text()
+            self._last = OutputStatus(OutputState.STOPPED, counts, 0, words[b.SLIP], reason)
+            del self._due, self._codes
+            self._board.release()
+
+    def _ask(self, kind: int, what: str, arguments: Counts = (0, 0, 0)) -> None:
+        """Have the player do something. Raises what its answer means."""
+        with self._lock:
+            self._check_alive(what)
+            words = self._board.words
+            words[b.KIND] = kind
+            for motor in range(3):
+                words[b.ARGUMENTS + motor] = arguments[motor]
+            self._fence()
+            words[b.COMMAND] += 1
+            give_up_s = time.monotonic() + ANSWER_S
+            while words[b.SERVED] != words[b.COMMAND]:
+                self._host.kick()
+                self._check_alive(what)
+                if time.monotonic() > give_up_s:
+                    raise PulseFault(f"cannot {what}: the pulse player does not answer; restart")
+            self._fence()
+            self._explain(words[b.RESULT], what)
+
+    def _explain(self, result: int, what: str) -> None:
+        if result == b.IS_STOPPED:
+            raise NotReady(
+                f"cannot {what}: stopped ({self._board.reason_text()}); acknowledge the stop first"
+            )
+        if result == b.IS_MOVING:
+            raise NotReady(f"cannot {what}: the motors are moving; wait or stop")
+        if result == b.ESTOP_OPEN:
+            raise EmergencyStop(
+                f"cannot {what}: the e-stop is pressed or its wire is open; release the button"
+            )
+        if result >= b.ALARM_ON:
+            motor = result - b.ALARM_ON
+            raise DriveAlarm(
+                f"cannot {what}: the drive of motor{motor} reports an alarm; "
+                "disable the drives or cycle their power"
+            )
+
+    def _check_alive(self, what: str) -> None:
+        fault = "closed" if self._last is not None else self._host.fault()
+        if fault:
+            raise PulseFault(f"cannot {what}: {fault}; start the step output again and home")
+
+    def _may_push(self) -> None:
+        self._check_alive("queue ticks")
+        state = self._board.words[b.STATE]
+        if state == b.STOPPED:
+            self._explain(b.IS_STOPPED, "queue ticks")
+        if state == b.DISABLED:
+            raise NotReady("cannot queue ticks: the drives are not enabled; enable them first")
+
+    def _check_gaps(self, due_ns: Int64Array) -> None:
+        gaps = np.diff(due_ns)
+        if self._board.words[b.PLAYED] != self._pushed:  # goes on where the queue ends
+            gaps = np.diff(due_ns, prepend=self._last_due_ns)
+        if not len(gaps):
+            return
+        shortest_ns = int(gaps.min())
+        if shortest_ns <= 0:
+            raise ValueError(f"ticks must be strictly increasing in time (gap of {shortest_ns} ns)")
+        if shortest_ns + 1 < self._minimum_period_ns:  # due times are rounded to whole ns
+            raise LimitExceeded(
+                f"two ticks are {shortest_ns / 1000:g} us apart, this step output takes "
+                f"{self._minimum_period_ns / 1000:g} us or more; use a longer step period"
+            )
+
+    def _collect(self) -> None:
+        """Take what was sent out of the ring, which makes room in it."""
+        if self._last is not None:
+            return
+        played = self._board.words[b.PLAYED]
+        if played == self._collected:
+            return
+        self._fence()
+        slots = np.arange(self._collected, played) & b.SLOT_MASK
+        codes = self._codes[slots]
+        sent = stepping(codes)
+        if sent.any():
+            self._sent.append((self._due[slots][sent], as_steps(codes[sent])))
+        self._collected = played

@@ -1,0 +1,192 @@
+"""The pulse player in a process of its own, and the step output that talks to it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import time
+from mmap import ACCESS_READ, mmap
+from pathlib import Path
+from typing import Any
+
+from drivers.steps import board as b
+from drivers.steps.contract import Counts
+from drivers.steps.output import PlayerStepOutput
+from drivers.steps.timing import PlayerSettings
+from foundation.clock import Clock
+from foundation.errors import ConfigError, MissingFile, PulseFault
+
+ROOT = Path(__file__).resolve().parents[2]
+START_S = 10.0
+SILENCE_NS = 2_000_000_000
+"""A process that has not moved for so long hangs (it wakes every millisecond)."""
+
+
+class PulseProcess:
+    """A Host: the process, the board it shares with us, and whether it still lives.
+
+    `lines` names the line group and what it needs, see pulse_main.open_lines. Raises
+    PulseFault when the process does not come up.
+    """
+
+    def __init__(
+        self,
+        settings: PlayerSettings,
+        lines: dict[str, Any],
+        share: tuple[int, ...] = (),
+        board_path: Path | None = None,
+    ):
+        descriptor = _board_file(board_path)
+        try:
+            self._block = mmap(descriptor, b.BOARD_BYTES)
+            self.board = b.Board(self._block)
+            config = {
+                "controller": os.getpid(),
+                "board": descriptor,
+                "settings": settings,
+                **lines,
+            }
+            self._process = _start(config, (descriptor, *share))
+        finally:
+            os.close(descriptor)
+        self._fault = ""
+        try:
+            self._await_start()
+        except PulseFault:
+            self._end()
+            raise
+
+    @property
+    def pid(self) -> int:
+        """Process number."""
+        return self._process.pid
+
+    def kick(self) -> None:
+        """Give the process a moment."""
+        if self._process.poll() is None and self._waiting():
+            time.sleep(0.0002)
+
+    def play(self) -> None:
+        """Nothing to do: the process looks for ticks by itself."""
+
+    def fault(self) -> str:
+        """Why the process is of no more use; empty while all is well."""
+        if self._fault:
+            return self._fault
+        status = self._process.poll()
+        if status is not None:
+            self._fault = self._epitaph(status)
+        elif time.monotonic_ns() - self.board.words[b.ALIVE] > SILENCE_NS:
+            self._fault = "the pulse process hangs"
+            self.board.words[b.CLOSE] = b.CLOSED  # should it wake up, it must not go on
+        return self._fault
+
+    def close(self) -> None:
+        """End the process; by force when it does not listen."""
+        self._end()
+
+    def _waiting(self) -> bool:
+        words = self.board.words
+        asked_to_stop = words[b.STOP] != 0 and words[b.STATE] != b.STOPPED
+        return asked_to_stop or words[b.COMMAND] != words[b.SERVED]
+
+    def _await_start(self) -> None:
+        give_up_s = time.monotonic() + START_S
+        while self.board.words[b.MAGIC_WORD] != b.MAGIC:
+            if self._process.poll() is not None:
+                raise PulseFault(self.board.fault() or self._epitaph(self._process.returncode))
+            if time.monotonic() > give_up_s:
+                raise PulseFault(f"the pulse process did not start within {START_S:g} s")
+            time.sleep(0.002)
+
+    def _epitaph(self, status: int) -> str:
+        how = f"signal {-status}" if status < 0 else f"status {status}"
+        why = self.board.fault() or self._last_words()
+        return f"the pulse process ended ({how}{': ' + why if why else ''})"
+
+    def _last_words(self) -> str:
+        """Last line of a traceback, which is the only thing the process ever prints."""
+        stream = self._process.stderr
+        if stream is None:
+            return ""
+        with stream:
+            lines = stream.read().decode("utf-8", "replace").strip().splitlines()
+        return lines[-1] if lines else ""
+
+    def _end(self) -> None:
+        self.board.words[b.CLOSE] = self.board.words[b.CLOSE] or b.CLOSED
+        try:
+            self._process.wait(1.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        if self._process.stderr is not None:
+            self._process.stderr.close()
+
+
+class ProcessStepOutput(PlayerStepOutput):
+    """A StepOutput over a pulse process. Needs a clock that runs with the machine's own."""
+
+    def __init__(self, host: PulseProcess, clock: Clock, minimum_period_ns: int):
+        if abs(clock.now_ns() - time.monotonic_ns()) > 1_000_000_000:
+            host.close()
+            raise ConfigError("a pulse process plays in real time; it cannot follow this clock")
+        super().__init__(host, clock, minimum_period_ns)
+        self.process = host
+
+    @property
+    def realtime(self) -> str:
+        """What the system granted the process, in words."""
+        granted = self.process.board.words[b.REALTIME]
+        names = {
+            b.GOT_FIFO: "real-time priority",
+            b.GOT_LOCKED_MEMORY: "locked memory",
+            b.GOT_OWN_CORE: "a core of its own",
+        }
+        return ", ".join(name for bit, name in names.items() if granted & bit) or "nothing"
+
+
+def last_counts(board_path: Path) -> Counts:
+    """Counters that a pulse process left behind, say after a crash of the controller.
+
+    Good for a report, not for going on: whoever starts again must home. Raises MissingFile.
+    """
+    try:
+        with board_path.open("rb") as file, contextlib.closing(_read_only(file.fileno())) as block:
+            words = memoryview(block)[: b.WORDS * 8].cast("q")
+            counts = (words[b.COUNTS], words[b.COUNTS + 1], words[b.COUNTS + 2])
+            words.release()
+            return counts
+    except (OSError, ValueError) as error:
+        raise MissingFile(f"{board_path}: holds no step counters ({error})") from error
+
+
+def _read_only(descriptor: int) -> mmap:
+    return mmap(descriptor, b.BOARD_BYTES, access=ACCESS_READ)
+
+
+def _board_file(path: Path | None) -> int:
+    """An empty file for the board: nameless, or one that stays when the processes are gone."""
+    if path is None:
+        descriptor = os.memfd_create("deltactl-pulses")
+    else:
+        path.unlink(missing_ok=True)
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o640)
+    os.ftruncate(descriptor, b.BOARD_BYTES)
+    return descriptor
+
+
+def _start(config: dict[str, Any], descriptors: tuple[int, ...]) -> subprocess.Popen[bytes]:
+    """Start Python on pulse_main; nothing of ours runs between fork and exec."""
+    search = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
+    return subprocess.Popen(
+        [sys.executable, "-P", "-m", "drivers.steps.pulse_main", json.dumps(config)],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        pass_fds=descriptors,
+        env={**os.environ, "PYTHONPATH": search},
+    )

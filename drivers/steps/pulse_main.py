@@ -1,0 +1,87 @@
+"""The pulse process: `python -m drivers.steps.pulse_main CONFIG` (started by process_host.py).
+
+Owns lines and counters; ends with its controller, STEP low. Imports as little as it can.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+from mmap import mmap
+from time import monotonic_ns, sleep
+from typing import Any
+
+from drivers.steps import board as b
+from drivers.steps.lines import LineGroup
+from drivers.steps.player import PulsePlayer
+from drivers.steps.realtime import become_punctual, die_with_parent, wait_until
+from drivers.steps.timing import PlayerSettings
+
+IDLE_S = 0.001
+"""While nothing is to be played, inputs and requests are looked at this often."""
+
+
+def open_lines(config: dict[str, Any]) -> LineGroup:
+    """The line group that the controller named."""
+    if config["lines"] == "fake":
+        from drivers.fakes.lines import BENCH_BYTES, BenchMemory, FakeLines, FakeWiring
+
+        memory = BenchMemory(mmap(config["bench"], BENCH_BYTES))
+        return FakeLines(memory, monotonic_ns, FakeWiring(*config["wiring"]))
+    from drivers.steps.lgpio_lines import LgpioLines, LgpioPins
+
+    return LgpioLines(LgpioPins(*config["pins"]))
+
+
+def watch_controller(words: memoryview, controller: int) -> None:
+    """End when the controller does. A SIGTERM while it lives is its own affair, not ours."""
+
+    def on_signal(*_: object) -> None:
+        if os.getppid() != controller:
+            words[b.CLOSE] = b.CONTROLLER_GONE
+
+    for terminal in (signal.SIGINT, signal.SIGHUP):  # sent to the whole group
+        signal.signal(terminal, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, on_signal)
+    die_with_parent(signal.SIGTERM)
+    on_signal()  # it may have ended before we asked to be told
+
+
+def run(player: PulsePlayer, words: memoryview) -> None:
+    """Serve and play until told to close."""
+    while not words[b.CLOSE]:
+        for wake_ns in player.play():
+            wait_until(wake_ns)
+        player.serve()
+        if not player.pending:
+            sleep(IDLE_S)
+
+
+def main(arguments: list[str]) -> int:
+    """Exit status 0 when told to end, 1 when the lines failed (the board says how)."""
+    config = json.loads(arguments[0])
+    board = b.Board(mmap(config["board"], b.BOARD_BYTES))
+    words = board.words
+    watch_controller(words, config["controller"])
+    try:
+        lines = open_lines(config)
+        words[b.REALTIME] = become_punctual()
+        player = PulsePlayer(board, lines, PlayerSettings(*config["settings"]), monotonic_ns)
+    except OSError as error:
+        board.set_fault(str(error))
+        return 1
+    try:
+        run(player, words)
+        player.make_safe(words[b.CLOSE])
+        lines.close()
+    except OSError as error:
+        board.set_fault(str(error))
+        player.stop(b.LINE_FAULT)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
