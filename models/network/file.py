@@ -1,0 +1,132 @@
+"""A network file on disk, checked before any of it is run."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from foundation.errors import MissingFile, NetworkError
+from models.network.flat import FlatError, metadata_span
+from models.network.metadata import METADATA_NAME, NO_CHECKSUM, NetworkMetadata, fingerprint
+from models.robot import DeltaRobot, Geometry
+
+TRAINED_FOLDER = Path(__file__).resolve().parent.parent / "trained"
+"""Networks that ship with the program."""
+
+LARGEST_BYTES = 64 * 1024 * 1024
+"""Far above any network of this kind (the shipped one has 5 kB)."""
+
+_CHECKSUM_KEY = b'"sha256":"'
+
+
+@dataclass(frozen=True)
+class NetworkFile:
+    """The bytes of a file whose checksum holds, and what its metadata says."""
+
+    path: Path
+    content: bytes
+    metadata: NetworkMetadata
+
+    @classmethod
+    def load(cls, path: Path) -> NetworkFile:
+        """Read and check a file without running it.
+
+        Raises MissingFile when it cannot be read; NetworkError (one line) when it is no
+        TFLite file, broken, truncated, changed since it was written, or not ours.
+        """
+        content = _read(path)
+        return cls(path, content, checked_metadata(content, str(path)))
+
+    def check_robot(self, name: str, geometry: Geometry) -> None:
+        """Raises NetworkError, naming both robots, unless the file is for this one."""
+        trained, mark = self.metadata.robot, fingerprint(geometry)
+        if trained.name != name:
+            raise NetworkError(
+                f"{self.path}: was trained for robot '{trained.name}', not for '{name}'; "
+                "name the right file in the job or train one for this robot"
+            )
+        if trained.fingerprint != mark:
+            raise NetworkError(
+                f"{self.path}: was trained for '{trained.name}' with another geometry "
+                f"({trained.fingerprint}) than '{name}' has now ({mark}); train it again"
+            )
+
+    def check(self, robot: DeltaRobot) -> None:
+        """`check_robot` with a whole robot."""
+        self.check_robot(robot.name, robot.geometry)
+
+
+def find_network(name: str, beside: Path | None = None) -> Path:
+    """Where a named network is: as given, beside the file that names it, or shipped.
+
+    Raises MissingFile.
+    """
+    given = Path(name)
+    places = [given] if beside is None else [beside.parent / given]
+    places += [TRAINED_FOLDER / given, TRAINED_FOLDER / given.name]
+    for place in places:
+        if place.is_file():
+            return place
+    shipped = ", ".join(sorted(path.name for path in TRAINED_FOLDER.glob("*.tflite")))
+    raise MissingFile(f"{name}: no such network here or in models/trained; there are {shipped}")
+
+
+def checked_metadata(content: bytes, where: str) -> NetworkMetadata:
+    """The metadata of a whole file's bytes, after the checksum. Raises NetworkError."""
+    try:
+        span = metadata_span(content, METADATA_NAME)
+    except FlatError as error:
+        raise NetworkError(f"{where}: {error}; copy or train it again") from None
+    if span is None:
+        raise NetworkError(
+            f"{where}: is a TFLite file of another program (no '{METADATA_NAME}' metadata); "
+            "only networks written by deltactl say for which robot they are"
+        )
+    metadata = _parse(span.of(content), where)
+    if metadata.sha256 != checksum(content):
+        raise NetworkError(f"{where}: its checksum does not hold; copy or train it again")
+    return metadata
+
+
+def checksum(content: bytes) -> str:
+    """SHA-256 of a file's bytes with its own checksum taken as zeros. Raises FlatError."""
+    start = checksum_start(content)
+    return hashlib.sha256(
+        content[:start] + NO_CHECKSUM.encode() + content[start + len(NO_CHECKSUM) :]
+    ).hexdigest()
+
+
+def checksum_start(content: bytes) -> int:
+    """Position of the checksum's digits. Raises FlatError."""
+    span = metadata_span(content, METADATA_NAME)
+    # The last one: text of the metadata before it may contain anything.
+    found = -1 if span is None else span.of(content).rfind(_CHECKSUM_KEY)
+    if span is None or found < 0:
+        raise FlatError("has no checksum")
+    return span.start + found + len(_CHECKSUM_KEY)
+
+
+def _read(path: Path) -> bytes:
+    try:
+        size = path.stat().st_size
+        if size > LARGEST_BYTES:
+            raise NetworkError(f"{path}: has {size} bytes; a network has a few thousand")
+        return path.read_bytes()
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise MissingFile(f"{path}: cannot be read ({reason}); check the path") from error
+
+
+def _parse(text: bytes, where: str) -> NetworkMetadata:
+    try:
+        return NetworkMetadata.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise NetworkError(
+            f"{where}: its metadata cannot be used ({key + ': ' if key else ''}{first['msg']}); "
+            "it is broken or of another version, train it again"
+        ) from None

@@ -1,0 +1,86 @@
+"""Inverse kinematics by a network: one target in, three arm angles out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from foundation.errors import LimitExceeded, NetworkError
+from models.network.file import NetworkFile
+from models.network.metadata import NetworkMetadata
+from models.network.runtime import open_interpreter
+from models.robot import ARMS, DeltaRobot, FloatArray
+
+_SHAPE = [1, ARMS]
+
+
+class InverseNetwork:
+    """A loaded network of one robot. Not for two threads at once (the interpreter is not).
+
+    Float32 in and out: angles carry about 1e-6 rad of rounding, a hundredth of a microstep.
+    """
+
+    def __init__(self, file: NetworkFile):
+        """Load a checked file. Raises NetworkError when it is not (1, 3) to (1, 3) float32."""
+        self.file = file
+        self._interpreter = open_interpreter(file.content)
+        self._input_index = _only_tensor(file, self._interpreter.get_input_details(), "input")
+        self._output_index = _only_tensor(file, self._interpreter.get_output_details(), "output")
+        self._input = np.zeros((1, ARMS), dtype=np.float32)
+        self._contains = file.metadata.domain.contains
+        # Bound once: a look-up of a method is a noticeable part of a call of 3 us.
+        self._set, self._get = self._interpreter.set_tensor, self._interpreter.get_tensor
+        self._invoke = self._interpreter.invoke
+
+    @classmethod
+    def open(cls, path: Path, robot: DeltaRobot) -> InverseNetwork:
+        """Load a file for a robot. Raises MissingFile, or NetworkError (also for another robot)."""
+        file = NetworkFile.load(path)
+        file.check(robot)
+        return cls(file)
+
+    @property
+    def metadata(self) -> NetworkMetadata:
+        """What the file says about itself."""
+        return self.file.metadata
+
+    def angles_rad(self, x_m: float, y_m: float, z_m: float) -> tuple[float, float, float]:
+        """Commanded arm angles [rad] of one target [m].
+
+        Raises LimitExceeded outside the domain the network was trained in.
+        """
+        if not self._contains(x_m, y_m, z_m):
+            raise self._outside(x_m, y_m, z_m)
+        self._input[0] = (x_m, y_m, z_m)
+        self._set(self._input_index, self._input)
+        self._invoke()
+        first, second, third = self._get(self._output_index)[0].tolist()
+        return first, second, third
+
+    def angles_rad_many(self, position_m: FloatArray) -> FloatArray:
+        """Angles [rad] of targets [m], both of shape (n, 3), one call a target.
+
+        One call for all would use other kernels and could round to other counts.
+        Raises LimitExceeded at the first target outside the domain.
+        """
+        targets = np.asarray(position_m, dtype=np.float64).reshape(-1, ARMS).tolist()
+        angles = [self.angles_rad(x_m, y_m, z_m) for x_m, y_m, z_m in targets]
+        return np.array(angles, dtype=np.float64).reshape(-1, ARMS)
+
+    def _outside(self, x_m: float, y_m: float, z_m: float) -> LimitExceeded:
+        return LimitExceeded(
+            f"target ({x_m:.4f}, {y_m:.4f}, {z_m:.4f}) m is outside what {self.file.path.name} "
+            f"was trained for ({self.metadata.domain.describe()}); "
+            "move the path inside or use inverse_kinematics: geometry"
+        )
+
+
+def _only_tensor(file: NetworkFile, details: list[dict[str, object]], role: str) -> int:
+    index = details[0]["index"] if len(details) == 1 else None
+    if not isinstance(index, int) or details[0]["dtype"] is not np.float32:
+        raise NetworkError(f"{file.path}: must have one float32 {role}; train it again")
+    shape = [int(size) for size in np.asarray(details[0]["shape"])]
+    if shape != _SHAPE:
+        raise NetworkError(f"{file.path}: its {role} has shape {shape}, not {_SHAPE}")
+    return index

@@ -1,0 +1,1 @@
+"""Trains networks and writes them as TFLite files; an extra (`.[training]`), not for the Pi."""

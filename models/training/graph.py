@@ -1,0 +1,231 @@
+"""A small float32 graph, written as a TFLite file without TensorFlow.
+
+Only what a network of arm angles needs: FullyConnected, Tanh, Logistic, Mul, Reshape.
+Operator versions are the lowest that both runtimes take for float32.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import flatbuffers
+import numpy as np
+import tflite
+
+from models.network.flat import IDENTIFIER
+from models.network.metadata import METADATA_NAME
+
+Activation = Literal["tanh", "sigmoid"]
+
+_SCHEMA_VERSION = 3
+_ALIGNMENT = 16
+"""The runtime reads weights in place, with vector instructions."""
+
+_OPERATORS = {
+    "fully_connected": tflite.BuiltinOperator.FULLY_CONNECTED,
+    "tanh": tflite.BuiltinOperator.TANH,
+    "sigmoid": tflite.BuiltinOperator.LOGISTIC,
+    "mul": tflite.BuiltinOperator.MUL,
+    "reshape": tflite.BuiltinOperator.RESHAPE,
+}
+
+
+@dataclass(frozen=True)
+class _Tensor:
+    name: str
+    shape: tuple[int, ...]
+    data: np.ndarray[Any, Any] | None = None
+
+
+@dataclass(frozen=True)
+class _Operation:
+    kind: str
+    inputs: tuple[int, ...]
+    output: int
+
+
+@dataclass
+class Graph:
+    """Operations in order; every method returns the index of the tensor it made."""
+
+    tensors: list[_Tensor] = field(default_factory=list)
+    operations: list[_Operation] = field(default_factory=list)
+
+    def input(self, name: str, shape: tuple[int, ...]) -> int:
+        """A tensor the caller fills in."""
+        return self._add(_Tensor(name, shape))
+
+    def fully_connected(self, source: int, weights: Any, bias: Any) -> int:
+        """`source @ weights.T + bias`; weights of shape (outputs, inputs)."""
+        w = np.asarray(weights, dtype=np.float32)
+        b = np.asarray(bias, dtype=np.float32)
+        rows, columns = self.tensors[source].shape
+        if w.ndim != 2 or w.shape[1] != columns or b.shape != (w.shape[0],):
+            raise ValueError(f"weights {w.shape}, bias {b.shape} do not fit {columns} inputs")
+        inputs = (source, self._constant("weights", w), self._constant("bias", b))
+        return self._apply("fully_connected", inputs, (rows, w.shape[0]))
+
+    def activation(self, source: int, kind: Activation) -> int:
+        """Tanh or sigmoid of every element."""
+        return self._apply(kind, (source,), self.tensors[source].shape)
+
+    def multiply(self, first: int, second: int) -> int:
+        """Element by element; shapes must be equal."""
+        shape = self.tensors[first].shape
+        if shape != self.tensors[second].shape:
+            raise ValueError(f"cannot multiply {shape} by {self.tensors[second].shape}")
+        return self._apply("mul", (first, second), shape)
+
+    def reshape(self, source: int, shape: tuple[int, ...]) -> int:
+        """The same numbers in another shape."""
+        if np.prod(shape) != np.prod(self.tensors[source].shape):
+            raise ValueError(f"cannot reshape {self.tensors[source].shape} to {shape}")
+        new_shape = self._constant("shape", np.array(shape, dtype=np.int32))
+        return self._apply("reshape", (source, new_shape), shape)
+
+    def to_bytes(self, source: int, result: int, description: str, metadata: bytes) -> bytes:
+        """The TFLite file with `metadata` under our name."""
+        return _Writer(self, source, result).write(description, metadata)
+
+    def _constant(self, role: str, data: np.ndarray[Any, Any]) -> int:
+        return self._add(_Tensor(f"{role}_{len(self.tensors)}", data.shape, data))
+
+    def _apply(self, kind: str, inputs: tuple[int, ...], shape: tuple[int, ...]) -> int:
+        output = self._add(_Tensor(f"{kind}_{len(self.tensors)}", shape))
+        self.operations.append(_Operation(kind, inputs, output))
+        return output
+
+    def _add(self, tensor: _Tensor) -> int:
+        self.tensors.append(tensor)
+        return len(self.tensors) - 1
+
+
+class _Writer:
+    """Flatbuffers are written back to front: children before the tables that name them."""
+
+    def __init__(self, graph: Graph, source: int, result: int):
+        self.graph, self.source, self.result = graph, source, result
+        self.builder = flatbuffers.Builder(16 * 1024)
+        self.kinds = sorted({operation.kind for operation in graph.operations})
+
+    def write(self, description: str, metadata: bytes) -> bytes:
+        # Buffer 0 is empty by convention: tensors without data point at it.
+        constants = [t.data.tobytes() for t in self.graph.tensors if t.data is not None]
+        contents = [b"", *constants, metadata]
+        buffers = self._tables([self._buffer(content) for content in contents])
+        subgraphs = self._tables([self._subgraph()])
+        codes = self._tables([self._operator_code(kind) for kind in self.kinds])
+        entries = self._tables([self._metadata_entry(len(contents) - 1)])
+        text = self.builder.CreateString(description)
+        b = self.builder
+        tflite.ModelStart(b)
+        tflite.ModelAddVersion(b, _SCHEMA_VERSION)
+        tflite.ModelAddOperatorCodes(b, codes)
+        tflite.ModelAddSubgraphs(b, subgraphs)
+        tflite.ModelAddDescription(b, text)
+        tflite.ModelAddBuffers(b, buffers)
+        tflite.ModelAddMetadata(b, entries)
+        b.Finish(tflite.ModelEnd(b), file_identifier=IDENTIFIER)
+        return bytes(b.Output())
+
+    def _buffer(self, content: bytes) -> int:
+        b = self.builder
+        data = self._bytes(content) if content else None
+        tflite.BufferStart(b)
+        if data is not None:
+            tflite.BufferAddData(b, data)
+        return int(tflite.BufferEnd(b))
+
+    def _subgraph(self) -> int:
+        b = self.builder
+        numbers = iter(range(1, len(self.graph.tensors) + 1))
+        tensors = self._tables(
+            [
+                self._tensor(tensor, next(numbers) if tensor.data is not None else 0)
+                for tensor in self.graph.tensors
+            ]
+        )
+        operators = self._tables([self._operator(one) for one in self.graph.operations])
+        inputs, outputs = self._integers([self.source]), self._integers([self.result])
+        tflite.SubGraphStart(b)
+        tflite.SubGraphAddTensors(b, tensors)
+        tflite.SubGraphAddInputs(b, inputs)
+        tflite.SubGraphAddOutputs(b, outputs)
+        tflite.SubGraphAddOperators(b, operators)
+        return int(tflite.SubGraphEnd(b))
+
+    def _tensor(self, tensor: _Tensor, buffer: int) -> int:
+        b = self.builder
+        name, shape = b.CreateString(tensor.name), self._integers(tensor.shape)
+        is_integer = tensor.data is not None and tensor.data.dtype == np.int32
+        kind = tflite.TensorType.INT32 if is_integer else tflite.TensorType.FLOAT32
+        tflite.TensorStart(b)
+        tflite.TensorAddShape(b, shape)
+        tflite.TensorAddType(b, kind)
+        tflite.TensorAddBuffer(b, buffer)
+        tflite.TensorAddName(b, name)
+        return int(tflite.TensorEnd(b))
+
+    def _operator(self, operation: _Operation) -> int:
+        b = self.builder
+        options = self._options(operation)
+        inputs, outputs = self._integers(operation.inputs), self._integers([operation.output])
+        tflite.OperatorStart(b)
+        tflite.OperatorAddOpcodeIndex(b, self.kinds.index(operation.kind))
+        tflite.OperatorAddInputs(b, inputs)
+        tflite.OperatorAddOutputs(b, outputs)
+        if options is not None:
+            tflite.OperatorAddBuiltinOptionsType(b, options[0])
+            tflite.OperatorAddBuiltinOptions(b, options[1])
+        return int(tflite.OperatorEnd(b))
+
+    def _options(self, operation: _Operation) -> tuple[int, int] | None:
+        b = self.builder
+        kinds = tflite.BuiltinOptions
+        if operation.kind == "fully_connected":
+            tflite.FullyConnectedOptionsStart(b)
+            return kinds.FullyConnectedOptions, tflite.FullyConnectedOptionsEnd(b)
+        if operation.kind == "mul":
+            tflite.MulOptionsStart(b)
+            return kinds.MulOptions, tflite.MulOptionsEnd(b)
+        if operation.kind == "reshape":
+            shape = self._integers(self.graph.tensors[operation.output].shape)
+            tflite.ReshapeOptionsStart(b)
+            tflite.ReshapeOptionsAddNewShape(b, shape)
+            return kinds.ReshapeOptions, tflite.ReshapeOptionsEnd(b)
+        return None
+
+    def _operator_code(self, kind: str) -> int:
+        b, code = self.builder, _OPERATORS[kind]
+        tflite.OperatorCodeStart(b)
+        # Both fields, as the schema asks for codes below 127.
+        tflite.OperatorCodeAddDeprecatedBuiltinCode(b, code)
+        tflite.OperatorCodeAddBuiltinCode(b, code)
+        tflite.OperatorCodeAddVersion(b, 1)
+        return int(tflite.OperatorCodeEnd(b))
+
+    def _metadata_entry(self, buffer: int) -> int:
+        b = self.builder
+        name = b.CreateString(METADATA_NAME)
+        tflite.MetadataStart(b)
+        tflite.MetadataAddName(b, name)
+        tflite.MetadataAddBuffer(b, buffer)
+        return int(tflite.MetadataEnd(b))
+
+    def _bytes(self, content: bytes) -> int:
+        b = self.builder
+        b.StartVector(1, len(content), _ALIGNMENT)
+        b.head = b.head - len(content)
+        b.Bytes[b.head : b.head + len(content)] = content
+        return int(b.EndVector())
+
+    def _integers(self, values: Any) -> int:
+        return int(self.builder.CreateNumpyVector(np.array(values, dtype=np.int32)))
+
+    def _tables(self, offsets: list[int]) -> int:
+        b = self.builder
+        b.StartVector(4, len(offsets), 4)
+        for offset in reversed(offsets):
+            b.PrependUOffsetTRelative(offset)
+        return int(b.EndVector())

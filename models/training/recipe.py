@@ -1,0 +1,78 @@
+"""What a training run is given, what it makes, and how it tells how far it is."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+
+from models.network.domain import Box, Cylinder
+from models.robot import DeltaRobot
+from models.training.graph import Graph
+
+Progress = Callable[[str], None]
+
+
+def silent(line: str) -> None:
+    """Says nothing."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A robot, the region to learn, and a seed."""
+
+    robot: DeltaRobot
+    domain: Cylinder | Box
+    seed: int
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Effort and shape of a Levenberg-Marquardt training."""
+
+    hidden: tuple[int, ...] = (16, 16)
+    spread: int = 2000
+    """Positions evenly over the domain."""
+    edge: int = 500
+    """Positions on its faces."""
+    cluster: int = 4000
+    """Positions around the hardest point, at all scales."""
+    cluster_weight: float = 0.1
+    """Of one such position at first; one of the others counts 1."""
+    finest_m: float = 1e-7
+    iterations: int = 1000
+    rounds: int = 6
+    """How often the samples are weighted anew by their errors, to lower the largest."""
+    iterations_a_round: int = 250
+
+    def as_metadata(self) -> dict[str, float | int | str]:
+        """Plain values for the file's metadata."""
+        plain = asdict(self)
+        plain["hidden"] = "-".join(map(str, self.hidden))
+        return plain
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A network ready to be written."""
+
+    graph: Graph
+    source: int
+    result: int
+    recipe: str
+    architecture: str
+    parameters: int
+    samples: int
+    settings: dict[str, float | int | str] = field(default_factory=dict)
+
+
+class Stopwatch:
+    """Prefixes progress lines with the seconds since it was made."""
+
+    def __init__(self, progress: Progress):
+        self._start_s = time.monotonic()
+        self._progress = progress
+
+    def say(self, text: str) -> None:
+        """Pass one line on."""
+        self._progress(f"{time.monotonic() - self._start_s:6.1f} s  {text}")
