@@ -1,0 +1,64 @@
+"""One target in plain floats is the same as the arrays, refusals included."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from foundation.errors import MotionError, UnreachablePoint
+from models.linkage import Linkage, Status, inverse, inverse_one
+from models.robot import Geometry
+
+CROOKED = Linkage.of(
+    Geometry(
+        base_radius_m=0.325,
+        platform_radius_m=0.075,
+        upper_arm_m=(0.25, 0.243, 0.258),
+        forearm_m=(0.49, 0.5, 0.512),
+        azimuth_deg=(3.0, 117.0, 244.5),
+        home_offset_deg=(1.5, -2.0, 0.7),
+    )
+)
+
+
+def test_agrees_with_the_arrays_everywhere(linkage: Linkage) -> None:
+    reach_m = float((linkage.upper_arm_m + linkage.forearm_m).max())
+    rng = np.random.default_rng(31)
+    points_m = rng.uniform([-0.8, -0.8, -1.05], [0.8, 0.8, 0.2], (3000, 3)) * reach_m
+    angles_rad, status = inverse(linkage, points_m)
+    assert 300 < (status == Status.OK).sum() < 2700
+    for point, expected, code in zip(points_m.tolist(), angles_rad, status, strict=True):
+        if code == Status.OK:
+            np.testing.assert_allclose(inverse_one(linkage, *point), expected, atol=1e-12)
+        else:
+            with pytest.raises(UnreachablePoint):
+                inverse_one(linkage, *point)
+
+
+coordinate = st.floats(allow_nan=True, allow_infinity=True) | st.floats(-0.7, 0.7)
+
+
+@settings(max_examples=400, deadline=None)
+@given(coordinate, coordinate, coordinate)
+def test_any_numbers_give_angles_or_unreachable_point(x_m: float, y_m: float, z_m: float) -> None:
+    expected_rad, status = inverse(CROOKED, np.array([x_m, y_m, z_m]))
+    if status == Status.OK:
+        np.testing.assert_allclose(inverse_one(CROOKED, x_m, y_m, z_m), expected_rad, atol=1e-9)
+    else:
+        with pytest.raises(UnreachablePoint, match=r"^target \(.*\) m is .*$"):
+            inverse_one(CROOKED, x_m, y_m, z_m)
+
+
+def test_says_which_target_and_why(zhao: Linkage) -> None:
+    with pytest.raises(MotionError, match=r"target \(0\.9, 0, -0\.25\) m is out of reach"):
+        inverse_one(zhao, 0.9, 0.0, -0.25)
+    with pytest.raises(ValueError, match=r"target \(0, 0, 0\) m is singular"):
+        inverse_one(zhao, 0.0, 0.0, 0.0)
+
+
+def test_needs_one_linkage(zhao: Linkage) -> None:
+    many = zhao.with_(upper_arm_m=np.full((5, 3), 0.25))
+    with pytest.raises(ValueError, match="differs from pose to pose"):
+        inverse_one(many, 0.0, 0.0, -0.5)
