@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from drivers.fakes.bench import FakeBench, fake_bench
+from drivers.pin_factory import lgpio_pin_factory
 from drivers.settings import InputSettings, StepSettings
 from drivers.steps.contract import StepOutput
 from drivers.steps.gpiozero_lines import GpiozeroLines
@@ -68,12 +69,12 @@ def build_step_output(
 ) -> StepOutput:
     """The step output of this Pi, by `settings.backend`.
 
-    pin_factory: for the gpiozero backend; the default is gpiozero's lgpio factory.
+    pin_factory: for the gpiozero backend; the default is lgpio_pin_factory().
     board_path: where the pulse process leaves its counters, see process_host.last_counts.
     Raises PulseFault (process or chip not there), ConfigError (pins).
     """
     if settings.backend == "gpiozero":
-        lines = GpiozeroLines(settings, inputs, pin_factory or _lgpio_factory())
+        lines = GpiozeroLines(settings, inputs, pin_factory or lgpio_pin_factory())
         return _task_output(settings, inputs, clock, lines)
     pins = lgpio_pins(settings, inputs)
     process = PulseProcess(
@@ -142,10 +143,3 @@ def _task_output(
 ) -> TaskStepOutput:
     period_ns = minimum_period_ns(settings, clock)
     return TaskStepOutput(lines, player_settings(settings, inputs), clock, period_ns)
-
-
-def _lgpio_factory() -> Any:
-    """Named outright: left to itself, gpiozero falls back to another library in silence."""
-    from gpiozero.pins.lgpio import LGPIOFactory
-
-    return LGPIOFactory()

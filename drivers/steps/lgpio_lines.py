@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NamedTuple
 
 from foundation.errors import PulseFault
@@ -38,7 +39,7 @@ class LgpioLines:
 
     def __init__(self, pins: LgpioPins, gpio: Any | None = None):
         if gpio is None:
-            gpio = import_module("lgpio")
+            gpio = _library()
         self._gpio = gpio
         self._handle = self._open(pins.chip)
         self._outputs = pins.outputs[0]
@@ -111,3 +112,10 @@ class LgpioLines:
         self._gpio.gpiochip_close(self._handle)
         names = ", ".join(str(pin) for pin in group)
         return PulseFault(f"GPIO {names} cannot be claimed ({error}); does another program run?")
+
+
+def _library() -> ModuleType:
+    try:
+        return import_module("lgpio")
+    except ImportError as error:
+        raise PulseFault("the package lgpio is missing; install it (python3-lgpio)") from error

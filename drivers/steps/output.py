@@ -167,18 +167,29 @@ class PlayerStepOutput:
                 self._board.words[b.BEAT] = self._clock.now_ns()
 
     def close(self) -> None:
-        """See StepOutput. What was sent can still be taken, and the status still be read."""
+        """See StepOutput. Afterwards status and sent ticks can be had; raises what lines raise."""
         with self._lock:
             if self._last is not None:
                 return
             self._board.words[b.CLOSE] = b.CLOSED
-            self._host.close()
-            self._collect()
-            counts, words = self._board.counts(self._fence), self._board.words
-            reason = self._board.reason_text()
-            self._last = OutputStatus(OutputState.STOPPED, counts, 0, words[b.SLIP], reason)
-            del self._due, self._codes
-            self._board.release()
+            try:
+                self._host.close()
+            finally:
+                self._collect()
+                self._last = self._final_status()
+                del self._due, self._codes
+                self._board.release()
+
+    def _final_status(self) -> OutputStatus:
+        words = self._board.words
+        return OutputStatus(
+            OutputState.STOPPED,
+            self._board.counts(self._fence),
+            0,
+            words[b.SLIP],
+            self._board.reason_text(),
+            bool(words[b.ENERGISED]),
+        )
 
     def _ask(self, kind: int, what: str, arguments: Counts = (0, 0, 0)) -> None:
         """Have the player do something. Raises what its answer means."""

@@ -52,6 +52,7 @@ class PulsePlayer:
         self._stop_seen = self._words[b.STOP]
         self._directions = 0
         self._last_edge_ns: int | None = None
+        self._fell_ns = 0
         self._last_due_ns = 0
         self._last_gap_ns = 0
         self._offset_ns = 0
@@ -129,8 +130,10 @@ class PulsePlayer:
         gap_ns = due_ns - self._last_due_ns
         if self._fresh:  # due times of another run say nothing about a gap, but its speed does
             gap_ns = min(gap_ns, self._last_gap_ns) if gap_ns > 0 else self._last_gap_ns
-        least_ns = max(int(gap_ns * self._settings.minimum_gap_fraction), self._settings.cycle_ns)
-        late_ns = self._last_edge_ns + least_ns - plan_ns
+        settings = self._settings
+        least_ns = max(int(gap_ns * settings.minimum_gap_fraction), settings.cycle_ns)
+        earliest_ns = max(self._last_edge_ns + least_ns, self._fell_ns + settings.pulse_width_ns)
+        late_ns = earliest_ns - plan_ns
         if late_ns <= 0:
             return plan_ns
         self._offset_ns += late_ns
@@ -160,6 +163,7 @@ class PulsePlayer:
             yield edge_ns + self._settings.pulse_width_ns
         finally:
             self._lines.write(0, step)
+            self._fell_ns = self._now()
 
     def _count(self, slot: int, due_ns: int, code: int, edge_ns: int) -> None:
         words, (first, second, third) = self._words, _DELTAS[code]

@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
@@ -49,7 +50,8 @@ class PulseProcess:
                 "settings": settings,
                 **lines,
             }
-            self._process = _start(config, (descriptor, *share))
+            self._folder = tempfile.TemporaryDirectory(prefix="deltactl-pulses-")
+            self._process = _start(config, (descriptor, *share), self._folder.name)
         finally:
             os.close(descriptor)
         self._fault = ""
@@ -125,6 +127,7 @@ class PulseProcess:
             self._process.wait()
         if self._process.stderr is not None:
             self._process.stderr.close()
+        self._folder.cleanup()
 
 
 class ProcessStepOutput(PlayerStepOutput):
@@ -179,8 +182,13 @@ def _board_file(path: Path | None) -> int:
     return descriptor
 
 
-def _start(config: dict[str, Any], descriptors: tuple[int, ...]) -> subprocess.Popen[bytes]:
-    """Start Python on pulse_main; nothing of ours runs between fork and exec."""
+def _start(
+    config: dict[str, Any], descriptors: tuple[int, ...], folder: str
+) -> subprocess.Popen[bytes]:
+    """Start Python on pulse_main; nothing of ours runs between fork and exec.
+
+    lgpio leaves a pipe in the folder that LG_WD names.
+    """
     search = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     return subprocess.Popen(
         [sys.executable, "-P", "-m", "drivers.steps.pulse_main", json.dumps(config)],
@@ -188,5 +196,6 @@ def _start(config: dict[str, Any], descriptors: tuple[int, ...]) -> subprocess.P
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         pass_fds=descriptors,
-        env={**os.environ, "PYTHONPATH": search},
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": search, "LG_WD": folder},
     )

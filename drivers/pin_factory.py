@@ -1,0 +1,35 @@
+"""gpiozero's pin factory for the pins of this Pi, named outright.
+
+Left to itself gpiozero tries one library after another and falls back in silence, to one
+that may not see our other process's claims.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from foundation.errors import ConfigError
+
+
+def lgpio_pin_factory() -> Any:
+    """A gpiozero LGPIOFactory. Raises ConfigError when this machine has no usable GPIO."""
+    here = Path.cwd()
+    os.environ.setdefault("LG_WD", os.environ.get("RUNTIME_DIRECTORY") or _private_folder())
+    try:
+        from gpiozero.pins.lgpio import LGPIOFactory
+
+        return LGPIOFactory()
+    except ImportError as error:
+        raise ConfigError("the package lgpio is missing; install it (python3-lgpio)") from error
+    except Exception as error:  # lgpio.error, PinUnknownPi and OSError have no common root
+        raise ConfigError(f"the GPIO pins of this machine cannot be used: {error}") from error
+    finally:
+        os.chdir(here)  # importing lgpio changes into LG_WD
+
+
+def _private_folder() -> str:
+    """Where lgpio may leave its notification pipe."""
+    return tempfile.mkdtemp(prefix="deltactl-lgpio-")
