@@ -55,6 +55,8 @@ class RangingSettings(StrictModel):
     maximum_jump_mm: Annotated[float, Field(gt=0.0)] = 100.0
     maximum_age_s: Annotated[float, Field(gt=0.0)] = 0.2
     retries: Annotated[int, Field(ge=0, le=10)] = 3
+    io_2v8: bool = True
+    """Boards pull I2C up to 2.8 V or more; false only for a bare module on 1.8 V."""
 
     @model_validator(mode="after")
     def _consistent(self) -> RangingSettings:

@@ -44,7 +44,7 @@ class RangingSensors(Protocol):
         """Reset, address and configure all sensors. Raises BusDead or SensorFault."""
 
     def poll(self) -> list[Reading]:
-        """New samples since the last poll. Raises BusDead; SensorFault when a restart did not help."""
+        """New samples since the last poll. Raises BusDead, or SensorFault when restarts fail."""
 
     def health(self) -> dict[str, str]:
         """Per axis 'ok', 'restarting' or what is wrong, for status and events."""

@@ -1,0 +1,139 @@
+"""A bus of chip models behind the interface of `smbus2.SMBus`, for real `i2c_msg` objects.
+
+Models: acknowledge by address, several chips at one address (all take what is written, what they
+send is ANDed: open drain), errno as the kernel gives it, a stuck bus, and on request the time
+that the bits take on the wire.
+
+Does not model: clock stretching, arbitration, SMBus commands (only `i2c_rdwr` is there), or how
+long a real adapter waits before it reports a time-out.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import threading
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Protocol
+
+from smbus2 import i2c_msg
+
+from foundation.clock import NS_PER_S, Clock
+
+_READ_FLAG = 0x0001
+"""I2C_M_RD of linux/i2c.h."""
+
+
+class BusFaults(Protocol):
+    """The part of a chip's fault knobs that the bus sees."""
+
+    def transfer_errno(self) -> int | None:
+        """The errno with which the next transfer fails, counting it."""
+
+
+class Chip(Protocol):
+    """What the bus needs of a chip model."""
+
+    @property
+    def faults(self) -> BusFaults:
+        """Its fault knobs."""
+
+    @property
+    def holds_sda(self) -> bool:
+        """Whether it blocks the bus."""
+
+    def answers(self, address: int) -> bool:
+        """Whether it acknowledges this address now."""
+
+    def write(self, data: bytes) -> None:
+        """A write message."""
+
+    def read(self, count: int) -> bytes:
+        """A read message."""
+
+
+class FakeI2cBus:
+    """The bus. Set `stuck` to make every transfer time out, `gone` to take the adapter away."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        chips: Sequence[Chip],
+        clock_hz: int = 400_000,
+        takes_time: bool = False,
+    ):
+        """`takes_time`: every transfer advances the clock by its bits at `clock_hz`."""
+        self.chips = list(chips)
+        self.stuck = False
+        self.gone = False
+        self.transfers = 0
+        """How many transfers were tried."""
+        self._clock = clock
+        self._ns_per_bit = NS_PER_S / clock_hz if takes_time else 0.0
+        self._lock = threading.RLock()
+        self._open = True
+
+    def __enter__(self) -> FakeI2cBus:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close; transfers then fail as on a closed descriptor."""
+        self._open = False
+
+    def i2c_rdwr(self, *i2c_msgs: i2c_msg) -> None:
+        """One transaction. Raises OSError with the kernel's errno."""
+        with self._lock:
+            self.transfers += 1
+            failure = self._failure(i2c_msgs[0].addr)
+            bits = 1
+            for message in i2c_msgs:
+                acknowledged = failure is None and self._message(message)
+                bits += 9 * (1 + message.len) if acknowledged else 9
+                if not acknowledged:
+                    failure = failure or errno.EREMOTEIO
+                    break
+            if self._ns_per_bit:
+                wire_ns = round(bits * self._ns_per_bit)
+                self._clock.sleep_until_ns(self._clock.now_ns() + wire_ns)
+        if failure is not None:
+            raise OSError(failure, os.strerror(failure))
+
+    def _failure(self, address: int) -> int | None:
+        """An errno that the transfer ends with whatever the messages are."""
+        if not self._open:
+            return errno.EBADF
+        if self.gone:
+            return errno.ENODEV
+        if self.stuck or any(chip.holds_sda for chip in self.chips):
+            return errno.ETIMEDOUT
+        addressed = [chip for chip in self.chips if chip.answers(address)]
+        failures = [chip.faults.transfer_errno() for chip in addressed]
+        if failures and all(failure is not None for failure in failures):
+            return failures[0]
+        return None
+
+    def _message(self, message: i2c_msg) -> bool:
+        """Carry out one message; whether somebody acknowledged its address."""
+        chips = [chip for chip in self.chips if chip.answers(message.addr)]
+        if not chips:
+            return False
+        if message.flags & _READ_FLAG:
+            data = chips[0].read(message.len)
+            for other in chips[1:]:
+                data = bytes(a & b for a, b in zip(data, other.read(message.len), strict=True))
+            ctypes.memmove(message.buf, data, message.len)
+        else:
+            data = ctypes.string_at(message.buf, message.len)
+            for chip in chips:
+                chip.write(data)
+        return True

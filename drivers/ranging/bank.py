@@ -1,0 +1,220 @@
+"""Three VL53L1X on one bus: started through XSHUT, read at their rate, restarted one by one."""
+
+from __future__ import annotations
+
+import errno
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+
+from drivers.i2c import I2cBus, Registers
+from drivers.ranging.bring_up import RESET_HOLD_NS, somebody_at_default
+from drivers.ranging.bus_watch import BusWatch
+from drivers.ranging.contract import Reading
+from drivers.ranging.registers import DEFAULT_ADDRESS
+from drivers.ranging.slot import Place, Slot, SlotState
+from drivers.ranging.xshut import XshutLine
+from drivers.settings import RangingSettings
+from foundation.clock import NS_PER_S, Clock
+from foundation.errors import HardwareError, SensorFault
+
+AXES = ("x", "y", "z")
+EVENTS_KEPT = 100
+RATE_TOLERANCE = 0.1
+
+
+class SensorBank:
+    """The RangingSensors of a robot. Every method may be called from any thread.
+
+    A restart goes on in short steps, one a poll, while the other sensors are read as always.
+    """
+
+    def __init__(
+        self,
+        settings: RangingSettings,
+        bus: I2cBus,
+        lines: Sequence[XshutLine],
+        clock: Clock,
+        on_close: Sequence[Callable[[], None]] = (),
+    ):
+        """`lines` in the order x, y, z; `on_close` is called at the end of `close`."""
+        self._settings = settings
+        self._clock = clock
+        self._bus = BusWatch(bus, clock)
+        self._on_close = tuple(on_close)
+        self._lock = threading.RLock()
+        self._epoch_ns = 0
+        self._events: deque[str] = deque(maxlen=EVENTS_KEPT)
+        self._advised: set[str] = set()
+        places = [
+            Place(axis, index, settings.addresses[index], settings.xshut_pins[index])
+            for index, axis in enumerate(AXES)
+        ]
+        self._slots = [
+            Slot(place, line, self._bus, clock, settings, self._start_at_ns)
+            for place, line in zip(places, lines, strict=True)
+        ]
+
+    def start(self) -> None:
+        """Pulse all XSHUT, address, configure and start all three, staggered over a period.
+
+        Sensors keep their addresses when a daemon restarts, so they are always reset. Raises
+        BusDead when nobody answers, SensorFault naming the sensor that does not come up;
+        then all three are held in reset.
+        """
+        with self._lock:
+            self._advised.clear()
+            self._bus.reset()
+            try:
+                self._hold_all()
+                while not all(slot.state is SlotState.RANGING for slot in self._slots):
+                    self._advance()
+                    self._check()
+                    self._sleep_to_next_step()
+            except HardwareError:
+                self._shut_down()
+                raise
+            self._bus.reset()
+
+    def poll(self) -> list[Reading]:
+        """New samples of the sensors that range, and one step of those that restart.
+
+        Raises BusDead while nobody has answered for 0.6 s, and SensorFault from then on until
+        the next `start` when three restarts did not bring a sensor back.
+        """
+        with self._lock:
+            self._advance()
+            readings = []
+            for slot in self._slots:
+                if slot.state is SlotState.RANGING:
+                    reading = self._read(slot)
+                    if reading is not None:
+                        readings.append(reading)
+            self._check()
+            self._advise()
+            return readings
+
+    def health(self) -> dict[str, str]:
+        """Per axis 'ok', 'off', 'starting', 'restarting (why)', or what is wrong."""
+        return {slot.place.axis: slot.health() for slot in self._slots}
+
+    def take_events(self) -> list[str]:
+        """What happened since the last call: restarts, brown-outs, advice; one line each."""
+        with self._lock:
+            events = list(self._events)
+            self._events.clear()
+        return events
+
+    def measured_hz(self) -> dict[str, float | None]:
+        """Samples per second of each sensor over the last seconds; None while not yet known."""
+        return {slot.place.axis: slot.reader.measured_hz for slot in self._slots}
+
+    def set_offset_mm(self, axis: str, offset_mm: float) -> None:
+        """Add this to every distance of one axis from now on (calibration)."""
+        with self._lock:
+            self._slots[AXES.index(axis)].reader.offset_mm = offset_mm
+
+    def close(self) -> None:
+        """Stop ranging, hold the sensors in reset, and give back what came with `on_close`."""
+        with self._lock:
+            self._shut_down()
+            for give_back in self._on_close:
+                give_back()
+
+    def _hold_all(self) -> None:
+        for slot in self._slots:
+            slot.renew()
+        self._clock.sleep_until_ns(self._clock.now_ns() + RESET_HOLD_NS)
+        for address in (DEFAULT_ADDRESS, *self._settings.addresses):
+            if Registers(self._bus, self._clock, address, 0).answers():
+                pins = ", ".join(str(pin) for pin in self._settings.xshut_pins)
+                raise SensorFault(
+                    f"somebody answers at 0x{address:02X} with all three sensors held in reset:"
+                    f" check the XSHUT wires (GPIO {pins}), or move the other device away"
+                )
+        self._epoch_ns = self._clock.now_ns()
+
+    def _advance(self) -> None:
+        """Give the turn at 0x29 to the next sensor, and let each take a step."""
+        busy = self._somebody_addressing()
+        for slot in self._slots:
+            if slot.state is SlotState.HELD and not busy:
+                slot.begin()
+                busy = True
+            was = slot.state
+            failure = slot.step()
+            if failure is not None:
+                self._restart(slot, failure)
+            elif slot.state is SlotState.RANGING is not was:
+                self._events.append(f"{slot.place} ranges")
+
+    def _sleep_to_next_step(self) -> None:
+        pending = [slot.wake_ns for slot in self._slots if slot.is_stepping]
+        if pending:
+            self._clock.sleep_until_ns(min(pending))
+
+    def _read(self, slot: Slot) -> Reading | None:
+        reading = None
+        try:
+            reading = slot.reader.read()
+        except HardwareError:
+            raise
+        except OSError as error:
+            slot.reader.failed(error)
+            if error.errno == errno.EREMOTEIO and self._browned_out():
+                self._restart(slot, f"brown-out: it answers at 0x{DEFAULT_ADDRESS:02X}")
+                return None
+        why = slot.reader.why_restart()
+        if why is not None:
+            self._restart(slot, why)
+        return reading
+
+    def _browned_out(self) -> bool:
+        return not self._somebody_addressing() and somebody_at_default(self._bus, self._clock)
+
+    def _somebody_addressing(self) -> bool:
+        return any(slot.state is SlotState.ADDRESSING for slot in self._slots)
+
+    def _restart(self, slot: Slot, why: str) -> None:
+        slot.restart(why)
+        self._events.append(f"{slot.place} held in reset: {why}")
+
+    def _check(self) -> None:
+        self._bus.check_alive()
+        for slot in self._slots:
+            if slot.fault is not None:
+                raise SensorFault(slot.fault)
+
+    def _start_at_ns(self, index: int) -> int:
+        """The next instant in a sensor's own third of the period: they must not light together."""
+        period_ns = round(NS_PER_S / self._settings.rate_hz)
+        now_ns = self._clock.now_ns()
+        phase_ns = self._epoch_ns + index * period_ns // len(AXES) - now_ns
+        return now_ns + phase_ns % period_ns
+
+    def _advise(self) -> None:
+        slow_hz = self._bus.measured_slow()
+        if slow_hz is not None:
+            self._advise_once(
+                "bus",
+                f"the I2C bus seems to run at {slow_hz / 1e3:.0f} kHz: set"
+                " dtparam=i2c_arm_baudrate=400000 in config.txt and restart",
+            )
+        wanted_hz = self._settings.rate_hz
+        for slot in self._slots:
+            found_hz = slot.reader.measured_hz
+            if found_hz is not None and abs(found_hz / wanted_hz - 1.0) > RATE_TOLERANCE:
+                self._advise_once(
+                    slot.place.axis,
+                    f"{slot.place} ranges {found_hz:.1f} times a second instead of"
+                    f" {wanted_hz:g}: a shorter ranging.timing_budget_ms or lower rate_hz helps",
+                )
+
+    def _advise_once(self, subject: str, text: str) -> None:
+        if subject not in self._advised:
+            self._advised.add(subject)
+            self._events.append(text)
+
+    def _shut_down(self) -> None:
+        for slot in self._slots:
+            slot.shut_down()

@@ -1,0 +1,42 @@
+"""Opens the sensors of a real robot: /dev/i2c-N and the XSHUT pins through gpiozero."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gpiozero import Device
+
+from drivers.i2c import bus_clock_hz, open_bus
+from drivers.ranging.bank import SensorBank
+from drivers.ranging.xshut import OpenDrainLine
+from drivers.settings import RangingSettings
+from foundation.clock import Clock
+
+FULL_SPEED_HZ = 400_000
+
+
+def open_robot_sensors(settings: RangingSettings, clock: Clock, factory: Any = None) -> SensorBank:
+    """The three sensors of this machine, not yet started; `close` gives bus and pins back.
+
+    `factory` is a gpiozero pin factory (default: gpiozero's own choice). Raises BusDead when the
+    bus cannot be opened.
+    """
+    bus = open_bus(settings.bus)
+    if factory is None:
+        Device.ensure_pin_factory()
+        factory = Device.pin_factory
+    lines = [OpenDrainLine(factory, number) for number in settings.xshut_pins]
+    return SensorBank(
+        settings, bus, lines, clock, on_close=(bus.close, *(line.close for line in lines))
+    )
+
+
+def bus_speed_advice(settings: RangingSettings) -> str | None:
+    """What to change when the device tree has the bus below 400 kHz; None when it is well."""
+    clock_hz = bus_clock_hz(settings.bus)
+    if clock_hz is None or clock_hz >= FULL_SPEED_HZ:
+        return None
+    return (
+        f"I2C bus {settings.bus} runs at {clock_hz // 1000} kHz, three sensors need 400 kHz: set"
+        " dtparam=i2c_arm_baudrate=400000 in config.txt and restart"
+    )
