@@ -174,6 +174,8 @@ class _Where:
 
 def _numbers(values: AnyArray, name: str, source: str) -> FloatArray:
     try:
+        if values.dtype.kind in "mMc":
+            raise TypeError(f"it holds {values.dtype}")
         return np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise RecordingError(f"{source}: column '{name}' must hold numbers ({error})") from error

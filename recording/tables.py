@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from foundation.errors import RecordingError
-from recording.flat import AnyArray, FlatRecording, from_columns
+from recording.flat import UNITS, AnyArray, FlatRecording, from_columns
 
 
 def read_parquet(path: Path) -> FlatRecording:
@@ -40,13 +40,12 @@ def read_mat(path: Path) -> FlatRecording:
     matlab = _needs("scipy.io", "scipy", path)
     try:
         found: dict[str, Any] = matlab.loadmat(path, squeeze_me=False)
-    except (OSError, ValueError, TypeError, NotImplementedError) as error:
+    except Exception as error:  # scipy raises nearly anything for a damaged file
         raise RecordingError(f"{path}: is not a readable .mat file ({_first(error)})") from error
     columns = {
         name: np.ravel(values) for name, values in found.items() if not name.startswith("__")
     }
-    _check_lengths(path, columns)
-    return from_columns(columns, str(path))
+    return from_columns(_of_one_length(path, columns), str(path))
 
 
 def write_mat(recording: FlatRecording, path: Path) -> None:
@@ -69,11 +68,13 @@ def _from_arrow(column: Any) -> AnyArray:
     return np.asarray(values)
 
 
-def _check_lengths(path: Path, columns: dict[str, AnyArray]) -> None:
-    lengths = {len(values) for name, values in columns.items()}
-    if len(lengths) > 1:
-        sizes = ", ".join(f"{name} {len(values)}" for name, values in columns.items())
-        raise RecordingError(f"{path}: its variables differ in length ({sizes[:200]})")
+def _of_one_length(path: Path, columns: dict[str, AnyArray]) -> dict[str, AnyArray]:
+    """The columns as long as `t`; a MATLAB file may hold other variables beside them."""
+    rows = len(columns.get("t", ()))
+    for name, values in columns.items():
+        if name in UNITS and "t" in columns and len(values) != rows:
+            raise RecordingError(f"{path}: {name} has {len(values)} values, t has {rows}")
+    return {name: values for name, values in columns.items() if len(values) == rows}
 
 
 def _needs(module: str, package: str, path: Path) -> ModuleType:
