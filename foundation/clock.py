@@ -41,7 +41,7 @@ class TaskHandle:
         self._stopped.set()
 
     def resume(self) -> int | None:
-        """Run the task up to its next yield. Returns the wake-up time, or None when it has ended."""
+        """Run the task up to its next yield; returns the wake-up time, None when it has ended."""
         if self._stopped.is_set():
             self._task.close()
             self.done = True

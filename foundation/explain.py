@@ -1,0 +1,117 @@
+"""What a pydantic error means for the person who wrote the file."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Container
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from foundation.yaml_tree import Location
+
+
+def explain(
+    model: type[BaseModel], error: ValidationError, in_file: Container[Location]
+) -> tuple[Location, str]:
+    """Where the mistake stands and what to say about it; `in_file` holds all places of the file."""
+    found = _worst(error, in_file)
+    place = _place(found["loc"], in_file)
+    kind = found["type"]
+    if kind == "extra_forbidden":
+        valid = _valid_keys(model, found["loc"][:-1])
+        return place, f"unknown key{_nearest(str(place[-1]), valid)}"
+    if kind == "missing":
+        part = found["loc"][-1]
+        return place, f"item {part + 1} is missing" if isinstance(
+            part, int
+        ) else f"'{part}' is missing"
+    if kind.startswith("union_tag"):
+        return _wrong_choice(found, place, in_file)
+    return place, found["msg"].removeprefix("Value error, ") + _got(found)
+
+
+def _worst(error: ValidationError, in_file: Container[Location]) -> Any:
+    """The one error to report."""
+    # A misspelt key is also a missing one: the misspelling is what the user can see.
+    found = sorted(
+        error.errors(include_url=False), key=lambda one: one["type"] != "extra_forbidden"
+    )
+    place = _place(found[0]["loc"], in_file)
+    # Of the errors that the members of a union give for one value, the innermost says most.
+    places = [(_place(one["loc"], in_file), one) for one in found]
+    same = [(where, one) for where, one in places if where[: len(place)] == place]
+    return max(same, key=lambda each: (len(each[0]), not each[1]["type"].endswith("_type")))[1]
+
+
+def _place(loc: Location, in_file: Container[Location]) -> Location:
+    """A pydantic location without the parts that are no keys of the file (members of unions)."""
+    kept: Location = ()
+    for part in loc:
+        if (*kept, part) in in_file:
+            kept = (*kept, part)
+    return kept
+
+
+def _wrong_choice(
+    found: Any, place: Location, in_file: Container[Location]
+) -> tuple[Location, str]:
+    # A function that picks the member is named after its key: `mode()`.
+    key = found["ctx"]["discriminator"].strip("'()")
+    if found["type"] == "union_tag_not_found":
+        return place, f"'{key}' is missing" if (*place, key) not in in_file else f"'{key}' is empty"
+    if (*place, key) in in_file:
+        place = (*place, key)
+    choices = found["ctx"]["expected_tags"].replace("'", "").split(", ")
+    given = found["ctx"]["tag"]
+    return place, f"must be one of {', '.join(choices)} (got {_short(given)})"
+
+
+def _got(found: Any) -> str:
+    value = found["input"]
+    if isinstance(value, dict | list) or found["type"] == "value_error":
+        return ""
+    return f" (got {_short(value)})"
+
+
+def _short(value: object) -> str:
+    shown = repr(value)
+    return shown if len(shown) <= 60 else shown[:57] + "..."
+
+
+def _nearest(key: str, valid: list[str]) -> str:
+    close = difflib.get_close_matches(key, valid, n=1, cutoff=0.5)
+    if close:
+        return f"; did you mean '{close[0]}'?"
+    return f"; valid keys: {', '.join(valid)}" if valid else ""
+
+
+def _valid_keys(model: type[BaseModel], loc: Location) -> list[str]:
+    """Field names valid at `loc`, following nested models and tagged unions."""
+    candidates: list[Any] = [model]
+    for part in loc:
+        candidates = [inner for candidate in candidates for inner in _step_into(candidate, part)]
+    return sorted({name for found in candidates for name in getattr(found, "model_fields", {})})
+
+
+def _step_into(candidate: Any, part: str | int) -> list[Any]:
+    fields = getattr(candidate, "model_fields", {})
+    if part in fields:
+        return _models_in(fields[part].annotation)
+    return [candidate] if _carries_tag(candidate, part) or isinstance(part, int) else []
+
+
+def _carries_tag(candidate: Any, part: str | int) -> bool:
+    """Whether `part` is the discriminator value (or class name) of this union member."""
+    if part == getattr(candidate, "__name__", None):
+        return True
+    for field in getattr(candidate, "model_fields", {}).values():
+        if part in getattr(field.annotation, "__args__", ()):
+            return True
+    return False
+
+
+def _models_in(annotation: Any) -> list[Any]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [found for inner in getattr(annotation, "__args__", ()) for found in _models_in(inner)]
