@@ -1,0 +1,159 @@
+"""The answer of the diagnosis: what `contracts/diagnosis.md` fixes as JSON, as typed records.
+
+`Diagnosis.to_json()` is the contract's object. Other parts of the program (report, command
+line) read these records; the `Picture` is for drawings only and not part of the JSON.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+Verdict = Literal["nothing_missing", "explained", "partly_explained", "unexplained"]
+Number = float | list[float]
+FloatArray = np.ndarray[Any, np.dtype[np.float64]]
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
+
+
+class ParameterResult(_Record):
+    """A size with its 95 % interval; a vector has one interval a component."""
+
+    value: Number
+    ci95: list[float] | list[list[float]]
+    unit: str
+
+
+class Where(_Record):
+    """Where a finding shows: observation columns, stretches of time, and in which regime."""
+
+    axes: list[str]
+    times_s: list[tuple[float, float]]
+    regime: str
+
+
+class Evidence(_Record):
+    """What the data lose without the finding, all else refitted, and its calibrated p."""
+
+    delta_chi2: float
+    p: float
+
+
+class Alternative(_Record):
+    """Something this recording cannot tell from the finding; delta_chi2: how much worse it fits."""
+
+    effect: str
+    component: str
+    delta_chi2: float
+
+
+class Finding(_Record):
+    """One effect. `unknown` is real but in no vocabulary: `depends_on` then says what it follows."""
+
+    effect: str
+    component: str
+    says: str
+    parameters: dict[str, ParameterResult]
+    where: Where
+    evidence: Evidence
+    share_of_mismatch: float
+    alternatives: list[Alternative] = Field(default_factory=list)
+    depends_on: list[str] = Field(default_factory=list)
+    has_memory: bool | None = None
+
+
+class Fit(_Record):
+    """Mismatch in the unit of the position (m for a delta, else `unit`)."""
+
+    rms_before_m: float
+    rms_after_m: float
+    noise_floor_m: float
+    holdout_rms_before_m: float
+    holdout_rms_after_m: float
+    unit: str = "m"
+    holdout: str = "blocks"
+    """'run': another recording; 'blocks': blocks of time of the recording itself."""
+
+
+class Unexplained(_Record):
+    """What no finding explains."""
+
+    share_of_mismatch: float
+    depends_on: list[str]
+    says: str
+
+
+class NextExperiment(_Record):
+    """The safe job that would best tell explanations apart."""
+
+    job: dict[str, Any]
+    tells_apart: list[str]
+    expected_delta_chi2: float
+    minutes: float
+
+
+class NotTestable(_Record):
+    """An effect that could not have been seen in this recording."""
+
+    effect: str
+    component: str
+    why: str
+
+
+class SmallestDetectable(_Record):
+    """The smallest size that would have been found in this recording."""
+
+    effect: str
+    component: str
+    parameter: str
+    value: float
+    unit: str
+
+
+class Channel(_Record):
+    """One observation channel for drawings; arrays of shape (n,), NaN where nothing is valid."""
+
+    name: str
+    unit: str
+    observed: FloatArray
+    before: FloatArray
+    """Prediction of the robot file as it stands."""
+    after: FloatArray
+    """Prediction with all findings."""
+    noise: float
+    """Standard deviation of the readings' noise."""
+
+
+class Picture(_Record):
+    """What a drawing needs; not in the JSON."""
+
+    t_s: FloatArray
+    channels: list[Channel]
+    drivers: dict[str, FloatArray] = Field(default_factory=dict)
+    """Interpretable quantities over time to draw the mismatch against, name (with unit) -> (n,)."""
+
+
+class Diagnosis(_Record):
+    """The whole answer."""
+
+    verdict: Verdict
+    false_alarm_p: float
+    fit: Fit
+    findings: list[Finding]
+    unexplained: Unexplained
+    next_experiment: NextExperiment | None = None
+    not_testable: list[NotTestable] = Field(default_factory=list)
+    smallest_detectable: list[SmallestDetectable] = Field(default_factory=list)
+    says: list[str] = Field(default_factory=list)
+    """The summary in plain sentences."""
+    robot: str = ""
+    recordings: list[str] = Field(default_factory=list)
+    picture: Picture | None = Field(default=None, exclude=True)
+
+    def to_json(self) -> dict[str, Any]:
+        """The contract's JSON object."""
+        return self.model_dump(mode="json")

@@ -1,0 +1,13 @@
+"""The chain: counts -> motor -> gear -> arm -> linkage -> platform -> sensor -> clock.
+
+The nominal robot is the chain with no effects. `Chain.delta(robot).simulate(commands, effects)`
+computes a whole recording at once; `OnlineChain` goes on block by block with the same result.
+"""
+
+from models.chain.active import Active, activate
+from models.chain.commands import Commands
+from models.chain.delta import Chain
+from models.chain.online import OnlineChain
+from models.chain.outputs import Outputs
+
+__all__ = ["Active", "Chain", "Commands", "OnlineChain", "Outputs", "activate"]

@@ -1,0 +1,124 @@
+"""The whole chain of a rotary delta, vectorised over time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from models.chain.active import Active, at, of_entries
+from models.chain.commands import Commands
+from models.chain.outputs import Outputs
+from models.effects.flow import Flow, Load
+from models.effects.port import Port
+from models.gravity import STANDARD_GRAVITY_MPS2, gravity_torque_nm
+from models.linkage import Linkage, forward, jacobian
+from models.robot import DeltaRobot, EffectEntry, FloatArray
+
+ANGLE_PORTS = (Port.MOTOR, Port.GEAR, Port.ARM)
+ADDED_KG = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """Commands with what follows from them and the nominal robot alone; reused between calls."""
+
+    commands: Commands
+    load: Load
+
+
+class Chain:
+    """One robot's chain. Effects in the robot file are part of the belief and always act."""
+
+    def __init__(self, robot: DeltaRobot):
+        self.robot = robot
+        self.linkage = Linkage.of(robot.geometry)
+        self._believed = robot.effects
+        self._fields = [field.name for field in fields(Linkage)]
+
+    @classmethod
+    def delta(cls, robot: DeltaRobot) -> Chain:
+        """The chain of a delta robot."""
+        return cls(robot)
+
+    def course(self, commands: Commands) -> Course:
+        """What is needed of the commands in every simulation: the load at the joints."""
+        return Course(commands, self._load(commands.angles_rad))
+
+    def simulate(
+        self,
+        given: Commands | Course,
+        effects: Iterable[Active | EffectEntry] = (),
+        start_s: float | None = None,
+        previous_s: float | None = None,
+    ) -> Outputs:
+        """Everything that happens on commands, with the effects.
+
+        start_s: when warming up began. previous_s: time of the last sample before, when the
+        commands go on from an earlier call with the same effects. Effects remember: give fresh
+        ones (or entries) for a new run.
+        """
+        course = given if isinstance(given, Course) else self.course(given)
+        commands = course.commands
+        flow = self._flow(course, commands.t_s[0] if start_s is None else start_s)
+        flow.previous_s = previous_s
+        active = [*of_entries(self._believed), *_activated(effects)]
+        for port in ANGLE_PORTS:
+            for effect in at(active, port):
+                effect.act(flow)
+        self._assemble(flow, at(active, Port.LINKAGE))
+        true_rad = flow.angles_rad
+        for effect in at(active, Port.PLATFORM):
+            effect.act(flow)
+        self._sense(flow)
+        for port in (Port.SENSOR, Port.CLOCK):
+            for effect in at(active, port):
+                effect.act(flow)
+        flow.measured_rad = true_rad.copy()
+        for effect in at(active, Port.ENCODER):
+            effect.act(flow)
+        return Outputs(true_rad, flow.position_m, flow.ranges_m, flow.measured_rad)
+
+    def _flow(self, course: Course, start_s: float) -> Flow:
+        commands, drive = course.commands, self.robot.drive
+        return Flow(
+            t_s=commands.t_s,
+            fresh=commands.fresh,
+            start_s=float(start_s),
+            angles_rad=np.array(commands.angles_rad),
+            load=course.load,
+            rad_per_step=drive.rad_per_step if drive else 0.0,
+        )
+
+    def _assemble(self, flow: Flow, effects: Sequence[Active]) -> None:
+        linkage = self.linkage
+        if effects:
+            flow.linkage = {name: getattr(linkage, name) for name in self._fields}
+            for effect in effects:
+                effect.act(flow)
+            linkage = linkage.with_(**flow.linkage)
+        flow.position_m = forward(linkage, flow.angles_rad).position_m
+
+    def _sense(self, flow: Flow) -> None:
+        sensors = self.robot.sensors
+        if sensors is not None:
+            flow.sensor_axes, flow.sensor_offsets_m = sensors.axes, sensors.offsets_m
+        flow.ranges_m = flow.sensor_offsets_m + flow.position_m @ flow.sensor_axes.T
+
+    def _load(self, angles_rad: FloatArray) -> Load:
+        masses = self.robot.masses
+        position_m = forward(self.linkage, angles_rad).position_m
+        falls = -jacobian(self.linkage, angles_rad, position_m)[..., 2, :]
+        per_kg = np.nan_to_num(STANDARD_GRAVITY_MPS2 * ADDED_KG * falls)
+        if masses is None:
+            return Load(np.zeros_like(per_kg), per_kg)
+        torque = gravity_torque_nm(self.linkage, masses, angles_rad, position_m)
+        return Load(np.nan_to_num(torque), per_kg)
+
+
+def _activated(effects: Iterable[Active | EffectEntry]) -> list[Active]:
+    active: list[Active] = []
+    for effect in effects:
+        active += of_entries([effect]) if isinstance(effect, EffectEntry) else [effect]
+    return active

@@ -1,0 +1,87 @@
+"""The vocabulary: every effect that can be named, as an operator at a port of the chain.
+
+A new effect is one file with an `EFFECT`, and its line here.
+"""
+
+from __future__ import annotations
+
+from foundation.errors import ConfigError
+from models.effects import (
+    base_radius,
+    contact,
+    encoder_error,
+    following_lag,
+    forearm_length,
+    frame_tilt,
+    gear_backlash,
+    gear_ratio,
+    home_offset,
+    joint_compliance,
+    joint_friction,
+    lost_steps,
+    motor_azimuth,
+    payload,
+    resonance,
+    sensor_crosstalk,
+    sensor_drift,
+    sensor_latency,
+    sensor_offset,
+    sensor_scale,
+    stale_reading,
+    thermal_expansion,
+    transmission_error,
+    upper_arm_length,
+    viscous_friction,
+)
+from models.effects.kind import EffectKind, Memory, Parameter, Values
+from models.effects.port import PORT_TEXT, Port
+
+_MODULES = (
+    following_lag,
+    lost_steps,
+    gear_ratio,
+    transmission_error,
+    gear_backlash,
+    joint_friction,
+    viscous_friction,
+    joint_compliance,
+    payload,
+    home_offset,
+    upper_arm_length,
+    forearm_length,
+    base_radius,
+    motor_azimuth,
+    thermal_expansion,
+    contact,
+    resonance,
+    frame_tilt,
+    sensor_offset,
+    sensor_scale,
+    sensor_crosstalk,
+    sensor_drift,
+    sensor_latency,
+    stale_reading,
+    encoder_error,
+)
+
+VOCABULARY: dict[str, EffectKind] = {module.EFFECT.name: module.EFFECT for module in _MODULES}
+"""Effects of a delta by name. Those of single axes stand with their chains."""
+
+
+def effect_kind(name: str) -> EffectKind:
+    """An effect of the vocabulary. Raises ConfigError naming those there are."""
+    if name not in VOCABULARY:
+        raise ConfigError(f"effect '{name}' must be one of {', '.join(sorted(VOCABULARY))}")
+    return VOCABULARY[name]
+
+
+__all__ = [
+    "PORT_TEXT",
+    "VOCABULARY",
+    "EffectKind",
+    "Memory",
+    "Parameter",
+    "Port",
+    "Values",
+    "effect_kind",
+]

@@ -1,0 +1,71 @@
+"""What passes along the chain: the samples of one block, changed stage by stage."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from models.robot import FloatArray
+
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
+
+
+@dataclass
+class Load:
+    """Gravity at the joints along the commanded motion, from the nominal linkage and masses."""
+
+    torque_nm: FloatArray
+    """Shape (n, joints); 0 where the masses are not known."""
+    per_kg_nm: FloatArray
+    """Torque of one kilogram more at the platform, shape (n, joints)."""
+
+
+@dataclass
+class Flow:
+    """Samples of one block; arrays of shape (n,), (n, joints) or (n, 3).
+
+    angles_rad starts as the commanded angles and ends as the true ones.
+    """
+
+    t_s: FloatArray
+    fresh: BoolArray
+    """True where a new stretch starts: filters and play start afresh there."""
+    start_s: float
+    """Time at which the recording (not the block) began: warming up counts from here."""
+    angles_rad: FloatArray
+    load: Load
+    rad_per_step: float = 0.0
+    previous_s: float | None = None
+    """Time of the last sample of the block before, if this one goes on from it."""
+    linkage: dict[str, FloatArray] = field(default_factory=dict)
+    """Fields of Linkage that an effect changed: shape (3,) or (n, 3)."""
+    position_m: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    ranges_m: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    measured_rad: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    sensor_axes: FloatArray = field(default_factory=lambda: np.eye(3))
+    sensor_offsets_m: FloatArray = field(default_factory=lambda: np.zeros(3))
+
+    @cached_property
+    def step_s(self) -> FloatArray:
+        """Time since the sample before, shape (n,); 0 at a fresh start."""
+        before = self.t_s[0] if self.previous_s is None else self.previous_s
+        step = np.diff(self.t_s, prepend=before)
+        step[self.fresh] = 0.0
+        return step
+
+    @cached_property
+    def since_s(self) -> FloatArray:
+        """Time since the recording began, shape (n,)."""
+        return self.t_s - self.start_s
+
+    @cached_property
+    def stretch_start_s(self) -> FloatArray:
+        """Time at which each sample's stretch began within this block, shape (n,)."""
+        marks = self.fresh.copy()
+        marks[0] = True
+        starts = np.flatnonzero(marks)
+        start: FloatArray = self.t_s[starts][np.cumsum(marks) - 1]
+        return start

@@ -1,0 +1,34 @@
+"""The drive follows late: a pure delay, then a first-order lag."""
+
+from __future__ import annotations
+
+from models.effects.flow import Flow
+from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, joints, scalar
+from models.effects.port import Port
+from models.effects.recursion import delayed, lagged
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    part = flow.angles_rad[:, joints(index)]
+    dead_s, lag_s = scalar(values, "dead_time"), scalar(values, "time")
+    if dead_s != 0.0:
+        past = memory.setdefault("delay", {})
+        part = delayed(part, flow.t_s, flow.stretch_start_s, dead_s, past)
+    state = memory.setdefault("lag", {})
+    flow.angles_rad[:, joints(index)] = lagged(part, flow.step_s, lag_s, state)
+
+
+EFFECT = EffectKind(
+    name="following_lag",
+    port=Port.MOTOR,
+    components=MOTORS,
+    parameters=(
+        Parameter("time", "s", 0.0, 2.0, starts=(0.02,), step=1e-3),
+        Parameter("dead_time", "s", 0.0, 2.0, starts=(0.0,), step=1e-3, default=0.0),
+    ),
+    operate=_operate,
+    says=lambda component, v: (
+        f"{component} follows its command late, with a time constant of {1e3 * v['time']:.3g} ms"
+        + (f" after a dead time of {1e3 * v['dead_time']:.3g} ms" if v["dead_time"] else "")
+    ),
+)

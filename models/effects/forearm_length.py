@@ -1,0 +1,26 @@
+"""The forearm has another length than believed."""
+
+from __future__ import annotations
+
+from models.effects.flow import Flow
+from models.effects.kind import ARM_NAMES, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    length_m = flow.linkage["forearm_m"].copy()
+    length_m[..., index] += scalar(values, "length_error")
+    flow.linkage["forearm_m"] = length_m
+
+
+EFFECT = EffectKind(
+    name="forearm_length",
+    port=Port.LINKAGE,
+    components=ARM_NAMES,
+    parameters=(Parameter("length_error", "m", -0.2, 0.2),),
+    operate=_operate,
+    says=lambda component, v: (
+        f"the forearm of {component} is {1e3 * abs(v['length_error']):.2f} mm too "
+        f"{'long' if v['length_error'] > 0 else 'short'}"
+    ),
+)

@@ -1,0 +1,37 @@
+"""The sensors' frame is turned against the robot's: they see the platform turned with it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.effects.flow import Flow
+from models.effects.kind import EffectKind, Memory, Parameter, Values
+from models.effects.port import Port
+from models.robot import FloatArray
+
+
+def rotation(vector_rad: FloatArray) -> FloatArray:
+    """Rotation matrix of a rotation vector (Rodrigues' formula); shape (3, 3)."""
+    angle = float(np.linalg.norm(vector_rad))
+    x, y, z = vector_rad / max(angle, 1e-300)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turned: FloatArray = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return turned
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    flow.position_m = flow.position_m @ rotation(np.asarray(values["rotation"])).T
+
+
+EFFECT = EffectKind(
+    name="frame_tilt",
+    port=Port.PLATFORM,
+    components=("frame",),
+    parameters=(Parameter("rotation", "rad", -0.6, 0.6, size=3),),
+    operate=_operate,
+    says=lambda component, v: (
+        "the sensor frame is turned against the robot by "
+        f"{', '.join(f'{np.degrees(a):+.3f}' for a in v['rotation'])} degrees about x, y, z"
+    ),
+    order=2,
+)

@@ -1,0 +1,51 @@
+"""Free play in the gearbox.
+
+Inside the play the arm is held by nothing but its bearing: gravity pulls it towards one flank,
+drag (proportional to speed) and friction keep it back. A slow arm therefore hangs on one flank
+all the time and the play looks like an offset; a fast motor runs ahead of the falling arm to
+the other flank, and the arm falls back once the motor stands. With more friction than gravity
+the arm stays where it was pushed: the pure play operator. The arm's inertia is not modelled.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.effects.flow import Flow
+from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+from models.effects.recursion import clipped
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    driven = flow.angles_rad[:, index]
+    half = 0.5 * scalar(values, "width")
+    torque = flow.load.torque_nm[:, index]
+    pull = np.sign(torque) * np.maximum(np.abs(torque) - scalar(values, "friction"), 0.0)
+    drag = max(scalar(values, "drag"), 1e-6)
+    low, high = driven - half, driven + half
+    fresh = flow.fresh
+    low[fresh] = high[fresh] = driven[fresh] + half * np.sign(pull[fresh])
+    before = memory.get("arm", driven[0] + half * np.sign(pull[0]))
+    arm = clipped(pull / drag * flow.step_s, low, high, float(before))
+    memory["arm"] = arm[-1]
+    flow.angles_rad[:, index] = arm
+
+
+EFFECT = EffectKind(
+    name="gear_backlash",
+    port=Port.GEAR,
+    components=MOTORS,
+    parameters=(
+        Parameter("width", "rad", 0.0, 0.2, starts=(0.004,)),
+        Parameter("drag", "N m s/rad", 1e-3, 1e4, starts=(8.0, 20.0, 1e4), step=1.0, default=10.0),
+        Parameter("friction", "N m", 0.0, 100.0, step=0.05, default=0.0),
+    ),
+    operate=_operate,
+    says=lambda component, v: (
+        f"the gear of {component} has {np.degrees(v['width']):.3f} degrees "
+        f"({1e3 * v['width']:.2f} mrad) of free play at the arm"
+    ),
+    order=2,
+    smooth=False,
+)

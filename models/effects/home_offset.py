@@ -1,0 +1,26 @@
+"""The arm stands at another angle than believed when the count is 0."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.effects.flow import Flow
+from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    flow.angles_rad[:, index] += scalar(values, "angle")
+
+
+EFFECT = EffectKind(
+    name="home_offset",
+    port=Port.ARM,
+    components=MOTORS,
+    parameters=(Parameter("angle", "rad", -0.6, 0.6),),
+    operate=_operate,
+    says=lambda component, v: (
+        f"{component} stands {np.degrees(v['angle']):+.3f} degrees "
+        f"({1e3 * v['angle']:+.2f} mrad) off its home"
+    ),
+)

@@ -1,0 +1,27 @@
+"""Shafts and arms yield under the gravity torque at the joint."""
+
+from __future__ import annotations
+
+from models.effects.flow import Flow
+from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, joints, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    part = joints(index)
+    flow.angles_rad[:, part] += flow.load.torque_nm[:, part] / scalar(values, "stiffness")
+
+
+EFFECT = EffectKind(
+    name="joint_compliance",
+    port=Port.GEAR,
+    components=("joints", *MOTORS),
+    parameters=(Parameter("stiffness", "N m/rad", 1.0, 1e12, starts=(1e12,), reciprocal=True),),
+    operate=_operate,
+    says=lambda component, v: (
+        f"{'all joints yield' if component == 'joints' else component + ' yields'} under load, "
+        f"with a stiffness of {v['stiffness']:.4g} N m/rad"
+    ),
+    order=5,
+    nothing=float("inf"),
+)

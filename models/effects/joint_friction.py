@@ -1,0 +1,44 @@
+"""Bearing friction that winds up a compliant shaft before the arm moves.
+
+In slow motion this is the play operator, its width twice the friction torque over the stiffness
+(al-Bender 2005 on pre-sliding; reference sheet of the diagnosis).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.effects.flow import Flow
+from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+from models.effects.recursion import clipped
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    driven = flow.angles_rad[:, index]
+    half, asymmetry = 0.5 * scalar(values, "width"), scalar(values, "asymmetry")
+    low, high = driven - half * (1.0 + asymmetry), driven + half * (1.0 - asymmetry)
+    start = driven + half * scalar(values, "start")
+    low[flow.fresh] = high[flow.fresh] = start[flow.fresh]
+    arm = clipped(np.zeros_like(driven), low, high, float(memory.get("arm", start[0])))
+    memory["arm"] = arm[-1]
+    flow.angles_rad[:, index] = arm
+
+
+EFFECT = EffectKind(
+    name="joint_friction",
+    port=Port.GEAR,
+    components=MOTORS,
+    parameters=(
+        Parameter("width", "rad", 0.0, 0.2, starts=(0.004,)),
+        Parameter("asymmetry", "1", -1.0, 1.0, step=0.05, default=0.0),
+        Parameter("start", "1", -1.0, 1.0, step=0.1, default=0.0),
+    ),
+    operate=_operate,
+    says=lambda component, v: (
+        f"friction in the bearing of {component} winds its shaft up by "
+        f"{1e3 * v['width']:.2f} mrad between the two directions"
+    ),
+    order=3,
+    smooth=False,
+)

@@ -1,0 +1,102 @@
+"""What every effect of the vocabulary is: an operator at a port with named parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from foundation.errors import ConfigError
+from models.effects.flow import Flow
+from models.effects.port import Port
+from models.robot import FloatArray
+
+Values = Mapping[str, FloatArray]
+"""Parameter name -> value, shape () for numbers and (3,) for vectors."""
+Memory = dict[str, Any]
+"""What an operator remembers from block to block; empty at the start."""
+Operate = Callable[[Flow, int, Values, Memory], None]
+"""Changes the flow in place, for the component of the given index (0 for the only one)."""
+
+MOTORS = ("motor1", "motor2", "motor3")
+ARM_NAMES = ("arm1", "arm2", "arm3")
+RANGES = ("range_x", "range_y", "range_z")
+EVERY_JOINT = -1
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One parameter in SI units; `low` and `high` are the bounds of what is plausible."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    starts: tuple[float, ...] = (0.0,)
+    """Where to start a fit: one value, or several where the operator is not smooth."""
+    step: float = 1e-4
+    """Step for a numerical derivative, small against what can be seen."""
+    default: float | None = None
+    """Value when it is not given; None: it must be."""
+    size: int = 1
+    reciprocal: bool = False
+    """A fit moves in 1 / value, where the effect is linear."""
+
+
+@dataclass(frozen=True, slots=True)
+class EffectKind:
+    """One entry of the vocabulary.
+
+    `nothing` names the parameter (and its value) at which the effect vanishes. `says` is a
+    sentence with {component} and parameter names in braces, made by `sentence`.
+    """
+
+    name: str
+    port: Port
+    components: tuple[str, ...]
+    parameters: tuple[Parameter, ...]
+    operate: Operate
+    says: Callable[[str, Mapping[str, Any]], str]
+    order: int = 0
+    """Order within the port."""
+    smooth: bool = True
+    event: bool = False
+    """Happens once at its time and does not come back in another run."""
+    nothing: float = 0.0
+    """Value of the main (first) parameter with which nothing happens."""
+
+    @property
+    def main(self) -> Parameter:
+        """The parameter that says how large the effect is."""
+        return self.parameters[0]
+
+    def index(self, component: str) -> int:
+        """Number of a component: 0..2 for one of three, EVERY_JOINT for a common one.
+
+        Raises ConfigError naming the components there are.
+        """
+        if component not in self.components:
+            raise ConfigError(
+                f"effect {self.name}: component '{component}' must be one of "
+                f"{', '.join(self.components)}"
+            )
+        last = component[-1]
+        if last in "123":
+            return int(last) - 1
+        return "xyz".index(last) if component.startswith("range_") else EVERY_JOINT
+
+    def sentence(self, component: str, values: Mapping[str, Any]) -> str:
+        """The effect in plain words with its size."""
+        return self.says(component, values)
+
+
+def scalar(values: Values, name: str) -> float:
+    """A parameter that is one number."""
+    return float(np.asarray(values[name]))
+
+
+def joints(index: int) -> slice:
+    """Columns an effect acts on: one joint or all of them."""
+    return slice(None) if index == EVERY_JOINT else slice(index, index + 1)

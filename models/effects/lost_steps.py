@@ -1,0 +1,30 @@
+"""The motor falls out of step once and stays behind (or ahead) from then on."""
+
+from __future__ import annotations
+
+from models.effects.flow import Flow
+from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    short_rad = scalar(values, "steps") * flow.rad_per_step
+    flow.angles_rad[flow.t_s >= scalar(values, "time"), index] -= short_rad
+
+
+EFFECT = EffectKind(
+    name="lost_steps",
+    port=Port.MOTOR,
+    components=MOTORS,
+    parameters=(
+        Parameter("steps", "microsteps", -20000.0, 20000.0, step=1.0),
+        Parameter("time", "s", -1e9, 1e9, step=0.05),
+    ),
+    operate=_operate,
+    says=lambda component, v: (
+        f"{component} lost {v['steps']:.0f} microsteps at {v['time']:.2f} s and stayed there"
+    ),
+    order=1,
+    smooth=False,
+    event=True,
+)

@@ -1,0 +1,27 @@
+"""A motor is mounted in another direction about the vertical than believed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.effects.flow import Flow
+from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    azimuth_rad = flow.linkage["azimuth_rad"].copy()
+    azimuth_rad[..., index] += scalar(values, "angle")
+    flow.linkage["azimuth_rad"] = azimuth_rad
+
+
+EFFECT = EffectKind(
+    name="motor_azimuth",
+    port=Port.LINKAGE,
+    components=MOTORS,
+    parameters=(Parameter("angle", "rad", -0.6, 0.6),),
+    operate=_operate,
+    says=lambda component, v: (
+        f"{component} is mounted {np.degrees(v['angle']):+.3f} degrees off its direction"
+    ),
+)

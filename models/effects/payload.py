@@ -1,0 +1,29 @@
+"""A load on the platform bears the joints down; how far depends on their stiffness."""
+
+from __future__ import annotations
+
+from models.effects.flow import Flow
+from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    yields = scalar(values, "mass") / scalar(values, "stiffness")
+    flow.angles_rad += flow.load.per_kg_nm * yields
+
+
+EFFECT = EffectKind(
+    name="payload",
+    port=Port.GEAR,
+    components=("platform",),
+    parameters=(
+        Parameter("mass", "kg", -5.0, 50.0, step=0.05),
+        Parameter("stiffness", "N m/rad", 1.0, 1e12, starts=(500.0,), default=500.0),
+    ),
+    operate=_operate,
+    says=lambda component, v: (
+        f"the platform carries {v['mass']:.3g} kg more than believed "
+        f"(if the joints have {v['stiffness']:.4g} N m/rad)"
+    ),
+    order=6,
+)

@@ -1,0 +1,49 @@
+"""The platform rings after moves like a mass on a damped spring, alike in all directions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.effects.flow import Flow
+from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+from models.effects.recursion import linear
+
+FASTEST_DECAY = 0.999
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    """One complex pole: y = x + Re(z), z' = pole z - share x'."""
+    omega = 2.0 * np.pi * max(scalar(values, "frequency"), 1e-3)
+    damping = float(np.clip(scalar(values, "damping"), 0.0, FASTEST_DECAY))
+    pole = omega * complex(-damping, np.sqrt(1.0 - damping**2))
+    # The error e = y - x obeys e'' + 2 d w e' + w^2 e = -x'' (the damper moves along with x).
+    # Its answer to a unit of x' is -Re(share exp(pole t)); x' is constant between samples.
+    share = 1.0 + 1j * damping / np.sqrt(1.0 - damping**2)
+    x, step = flow.position_m, flow.step_s
+    before = np.vstack([memory.get("x", x[0])[None, :], x[:-1]])
+    decay = np.exp(pole * step)
+    kept = np.where(step > 0.0, (decay - 1.0) / (pole * np.maximum(step, 1e-12)), 0.0)
+    moved = np.where((step > 0.0)[:, None], x - before, 0.0)
+    gain = np.where(step > 0.0, decay, 0.0)
+    state = linear(gain, -(share * kept)[:, None] * moved, memory.get("z", np.zeros(3, complex)))
+    memory["x"], memory["z"] = x[-1].copy(), state[-1].copy()
+    flow.position_m = x + state.real
+
+
+EFFECT = EffectKind(
+    name="resonance",
+    port=Port.PLATFORM,
+    components=("platform",),
+    parameters=(
+        Parameter("frequency", "Hz", 0.3, 40.0, starts=(1.5, 3.0, 6.0, 10.0), step=0.02),
+        Parameter("damping", "1", 0.005, 0.95, starts=(0.05, 0.2), step=0.01),
+    ),
+    operate=_operate,
+    says=lambda component, v: (
+        f"the platform rings at {v['frequency']:.2f} Hz after moves, "
+        f"with a damping of {v['damping']:.2f}"
+    ),
+    smooth=False,
+    nothing=float("inf"),
+)

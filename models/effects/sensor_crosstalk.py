@@ -1,0 +1,25 @@
+"""A ranging sensor's error grows with the square of the distance (light from the cover glass)."""
+
+from __future__ import annotations
+
+from models.effects.flow import Flow
+from models.effects.kind import RANGES, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    distance = flow.ranges_m[:, index]
+    flow.ranges_m[:, index] = distance + scalar(values, "curvature") * distance**2
+
+
+EFFECT = EffectKind(
+    name="sensor_crosstalk",
+    port=Port.SENSOR,
+    components=RANGES,
+    parameters=(Parameter("curvature", "1/m", -2.0, 2.0),),
+    operate=_operate,
+    says=lambda component, v: (
+        f"the error of {component} grows with distance squared: "
+        f"{v['curvature']:+.4f} times the square [m]"
+    ),
+)

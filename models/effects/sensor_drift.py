@@ -1,0 +1,32 @@
+"""A ranging sensor's reading drifts towards an offset, from the start of the recording."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.effects.flow import Flow
+from models.effects.kind import RANGES, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    share = -np.expm1(-flow.since_s / scalar(values, "time_constant"))
+    flow.ranges_m[:, index] += scalar(values, "offset") * share
+
+
+EFFECT = EffectKind(
+    name="sensor_drift",
+    port=Port.SENSOR,
+    components=RANGES,
+    parameters=(
+        Parameter("offset", "m", -0.5, 0.5),
+        Parameter("time_constant", "s", 1.0, 1e5, starts=(15.0, 60.0, 200.0), step=2.0),
+    ),
+    operate=_operate,
+    says=lambda component, v: (
+        f"{component} drifts by {1e3 * v['offset']:+.2f} mm with a time constant of "
+        f"{v['time_constant']:.0f} s"
+    ),
+    order=3,
+    smooth=False,
+)

@@ -1,0 +1,22 @@
+"""A ranging sensor reports a constant too much."""
+
+from __future__ import annotations
+
+from models.effects.flow import Flow
+from models.effects.kind import RANGES, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    flow.ranges_m[:, index] += scalar(values, "offset")
+
+
+EFFECT = EffectKind(
+    name="sensor_offset",
+    port=Port.SENSOR,
+    components=RANGES,
+    parameters=(Parameter("offset", "m", -0.5, 0.5),),
+    operate=_operate,
+    says=lambda component, v: f"{component} reads {1e3 * v['offset']:+.2f} mm off, everywhere",
+    order=2,
+)

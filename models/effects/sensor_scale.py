@@ -1,0 +1,25 @@
+"""A ranging sensor reports a constant multiple of the distance."""
+
+from __future__ import annotations
+
+from models.effects.flow import Flow
+from models.effects.kind import RANGES, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    flow.ranges_m[:, index] *= scalar(values, "scale")
+
+
+EFFECT = EffectKind(
+    name="sensor_scale",
+    port=Port.SENSOR,
+    components=RANGES,
+    parameters=(Parameter("scale", "1", 0.2, 5.0, starts=(1.0,)),),
+    operate=_operate,
+    says=lambda component, v: (
+        f"{component} reads {100 * (v['scale'] - 1):+.2f} % of the distance too much"
+    ),
+    order=1,
+    nothing=1.0,
+)

@@ -1,0 +1,34 @@
+"""The arms grow while they warm up, from the start of the recording."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.effects.flow import Flow
+from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    warm = -np.expm1(-flow.since_s / scalar(values, "time_constant"))
+    growth = 1.0 + scalar(values, "strain") * warm[:, None]
+    for name in ("upper_arm_m", "forearm_m"):
+        flow.linkage[name] = flow.linkage[name] * growth
+
+
+EFFECT = EffectKind(
+    name="thermal_expansion",
+    port=Port.LINKAGE,
+    components=("arms",),
+    parameters=(
+        Parameter("strain", "1", -0.1, 0.1),
+        Parameter("time_constant", "s", 1.0, 1e5, starts=(15.0, 60.0, 200.0), step=2.0),
+    ),
+    operate=_operate,
+    says=lambda component, v: (
+        f"the arms change their length by {100 * v['strain']:+.3f} % while warming up, "
+        f"with a time constant of {v['time_constant']:.0f} s"
+    ),
+    order=1,
+    smooth=False,
+)

@@ -1,0 +1,31 @@
+"""Friction in proportion to speed winds up a compliant shaft: the arm lags by c / k."""
+
+from __future__ import annotations
+
+from models.effects.flow import Flow
+from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, joints, scalar
+from models.effects.port import Port
+from models.effects.recursion import lagged
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    lag_s = scalar(values, "coefficient") / scalar(values, "stiffness")
+    part = flow.angles_rad[:, joints(index)]
+    flow.angles_rad[:, joints(index)] = lagged(part, flow.step_s, lag_s, memory)
+
+
+EFFECT = EffectKind(
+    name="viscous_friction",
+    port=Port.GEAR,
+    components=MOTORS,
+    parameters=(
+        Parameter("coefficient", "N m s/rad", 0.0, 1e4, starts=(10.0,), step=1.0),
+        Parameter("stiffness", "N m/rad", 1.0, 1e7, starts=(1000.0,), default=1000.0),
+    ),
+    operate=_operate,
+    says=lambda component, v: (
+        f"viscous friction of {v['coefficient']:.3g} N m s/rad at {component} holds its arm back"
+        f" (if the shaft has {v['stiffness']:.0f} N m/rad)"
+    ),
+    order=4,
+)
