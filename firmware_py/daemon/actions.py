@@ -1,0 +1,147 @@
+"""What each request does: one small function each, errors turned into answers."""
+
+from __future__ import annotations
+
+import logging
+import platform
+import threading
+from collections.abc import Callable
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as installed_version
+from pathlib import Path
+from typing import Final
+
+from firmware_py.controller.contract import RobotController, Status
+from firmware_py.daemon import protocol, wire_errors
+from firmware_py.daemon.address import Peer
+from firmware_py.daemon.job_store import JobStore, check_job, check_record
+from firmware_py.daemon.protocol import SLOW, Message, Request
+from foundation.errors import ConfigError, DeltactlError, NotReady, ServiceError
+
+NOTED: Final = SLOW | {"pause", "resume", "cancel", "stop"}
+"""These are noted with who asked."""
+
+Note = Callable[[str], None]
+_log = logging.getLogger(__name__)
+
+
+class Actions:
+    """Carries out requests on a controller. Any thread may call."""
+
+    def __init__(self, controller: RobotController, jobs: JobStore, note: Note | None = None):
+        self._controller = controller
+        self._jobs = jobs
+        self._note = note or (lambda text: None)
+        self._submitted: set[int] = set()
+        self._ending = threading.Event()
+        self._table: dict[str, Callable[[Request], Message]] = {
+            "ping": self._ping,
+            "version": self._version,
+            "on": self._plain(controller.power_on),
+            "off": self._plain(controller.power_off),
+            "home": self._plain(controller.home),
+            "run": self._run,
+            "pause": self._plain(controller.pause),
+            "resume": self._plain(controller.resume),
+            "cancel": self._plain(controller.cancel),
+            "acknowledge": self._plain(controller.acknowledge),
+            "status": lambda request: {"status": self.status().as_json()},
+            "sensors": self._sensors,
+            "result": self._result,
+        }
+
+    def perform(self, request: Request, peer: Peer) -> Message:
+        """Carry out one request; returns its answer, whatever happens."""
+        try:
+            if request.do == "stop":
+                return self._stop(request, peer)
+            if request.do in NOTED:
+                self._write_down(request, peer)
+            if request.do in SLOW and self._ending.is_set():
+                raise NotReady(f"cannot {request.do}: the daemon is ending; start it again first")
+            return protocol.success(request.id, **self._table[request.do](request))
+        except DeltactlError as error:
+            return self.refuse(request, error)
+        except Exception as error:
+            _log.exception("request %s of %s failed", request.do, peer)
+            return self.refuse(request, error)
+
+    def refuse(self, request: Request, error: BaseException) -> Message:
+        """The answer that a request was not carried out."""
+        return protocol.refusal(request.id, wire_errors.as_message(error))
+
+    def status(self) -> Status:
+        """A snapshot for streams."""
+        return self._controller.status()
+
+    def end(self) -> None:
+        """From now on nothing is started; stop and status go on."""
+        self._ending.set()
+
+    def _write_down(self, request: Request, peer: Peer) -> None:
+        named = request.text("job") or request.text("name") or request.text("reason") or ""
+        text = f"{request.do}{' ' + named if named else ''} asked for by {peer}"
+        _log.info("%s", text)
+        self._note(text)
+
+    def _plain(self, call: Callable[[], None]) -> Callable[[Request], Message]:
+        def act(request: Request) -> Message:
+            call()
+            return {}
+
+        return act
+
+    def _stop(self, request: Request, peer: Peer) -> Message:
+        """Stop first, write it down afterwards: a log may be slow."""
+        self._controller.stop(request.text("reason") or "stop requested")
+        self._write_down(request, peer)
+        return protocol.success(request.id)
+
+    def _run(self, request: Request) -> Message:
+        record = request.text("record")
+        target = check_record(record) if record else None
+        named, text = request.text("job"), request.text("job_text")
+        if (named is None) == (text is None):
+            raise ConfigError("'run' needs either 'job', a path, or 'job_text' with a 'name'")
+        if named is not None:
+            return {"job_id": self._submit(check_job(named), target)}
+        name = request.text("name") or "job.yaml"
+        path = self._jobs.keep(text or "", name)
+        try:
+            return {"job_id": self._submit(path, target)}
+        except DeltactlError as error:
+            raise type(error)(str(error).replace(str(path), name)) from error
+
+    def _submit(self, job: Path, record: Path | None) -> int:
+        number = self._controller.submit(job, record)
+        self._submitted.add(number)
+        return number
+
+    def _result(self, request: Request) -> Message:
+        number = request.arguments.get("job_id")
+        if number not in self._submitted:
+            raise ServiceError(f"the daemon knows no job {number}; was it restarted since?")
+        result = self._controller.result(number)
+        return {"result": None if result is None else asdict(result)}
+
+    def _sensors(self, request: Request) -> Message:
+        return {"sensors": [asdict(sensor) for sensor in self.status().sensors]}
+
+    def _ping(self, request: Request) -> Message:
+        return {"progress": self._controller.progress_count()}
+
+    def _version(self, request: Request) -> Message:
+        return {
+            "protocol": protocol.VERSION,
+            "deltactl": own_version(),
+            "python": platform.python_version(),
+        }
+
+
+def own_version() -> str:
+    """Version of the installed package."""
+    try:
+        return installed_version("deltactl")
+    except PackageNotFoundError:
+        return "unknown"

@@ -1,0 +1,163 @@
+"""The client: the calls of a controller, carried out by the daemon."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+
+from firmware_py.controller.contract import JobResult, SensorStatus, Status
+from firmware_py.daemon import protocol
+from firmware_py.daemon.line import Line, find_daemon
+from firmware_py.daemon.protocol import SLOW, Message
+from foundation.errors import MissingFile, ServiceError
+
+QUICK_S = 5.0
+SLOW_S = 600.0
+"""Homing by switches and checking a long survey take minutes. A daemon that hangs is ended
+by its watchdog, which ends the connection too."""
+
+
+class Client:
+    """Speaks to the daemon over one connection; implements RobotController.
+
+    Any thread may call; calls wait for one another, but `stop` never waits (it takes a
+    connection of its own). Raises ServiceError when no daemon answers, and whatever error
+    the daemon answered with.
+    """
+
+    def __init__(
+        self, path: Path | None = None, *, quick_s: float = QUICK_S, slow_s: float = SLOW_S
+    ):
+        self._quick_s, self._slow_s = quick_s, slow_s
+        self._line = Line(path, quick_s)
+        self._turn = threading.Lock()
+
+    @property
+    def path(self) -> Path:
+        """The socket of the daemon that answers."""
+        return self._line.path
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def power_on(self) -> None:
+        """See RobotController."""
+        self._ask("on")
+
+    def power_off(self) -> None:
+        """See RobotController."""
+        self._ask("off")
+
+    def home(self) -> None:
+        """See RobotController."""
+        self._ask("home")
+
+    def submit(self, job: Path, record: Path | None = None) -> int:
+        """Check and queue a job; its text is sent when the daemon cannot read the file."""
+        job = job.absolute()
+        extra = {} if record is None else {"record": str(record.absolute())}
+        try:
+            answer = self._ask("run", job=str(job), **extra)
+        except MissingFile as error:
+            if not str(error).startswith(f"{job}:") or (text := _text_of(job)) is None:
+                raise
+            answer = self._ask("run", job_text=text, name=str(job), **extra)
+        return _number(answer.get("job_id"))
+
+    def pause(self) -> None:
+        """See RobotController."""
+        self._ask("pause")
+
+    def resume(self) -> None:
+        """See RobotController."""
+        self._ask("resume")
+
+    def cancel(self) -> None:
+        """See RobotController."""
+        self._ask("cancel")
+
+    def stop(self, reason: str = "stop requested") -> None:
+        """Emergency stop, past everything that is under way."""
+        with contextlib.closing(Line(self.path, self._quick_s)) as line:
+            line.ask({"do": "stop", "reason": reason[:200] or "stop requested"}, self._quick_s)
+
+    def acknowledge(self) -> None:
+        """See RobotController."""
+        self._ask("acknowledge")
+
+    def status(self) -> Status:
+        """See RobotController."""
+        return protocol.status_from(self._ask("status").get("status"))
+
+    def sensors(self) -> tuple[SensorStatus, ...]:
+        """The newest reading of each sensor."""
+        return self.status().sensors
+
+    def watch(self, rate_hz: float) -> Iterator[Status]:
+        """The status again and again, until the caller stops or the daemon ends."""
+        with contextlib.closing(Line(self.path, self._quick_s)) as line:
+            line.ask({"do": "watch", "rate_hz": rate_hz}, self._quick_s)
+            while True:
+                message = line.receive(time.monotonic() + self._quick_s + 1.0 / rate_hz)
+                yield protocol.status_from(message.get("status"))
+
+    def result(self, job_id: int) -> JobResult | None:
+        """How a job ended; None while it waits or runs. ServiceError for one never submitted."""
+        found = self._ask("result", job_id=job_id).get("result")
+        return None if found is None else protocol.result_from(found)
+
+    def version(self) -> Message:
+        """Versions of the daemon: deltactl, python, protocol."""
+        answer = self._ask("version")
+        return {name: value for name, value in answer.items() if name not in ("id", "ok")}
+
+    def progress_count(self) -> int:
+        """See RobotController."""
+        return _number(self._ask("ping").get("progress"))
+
+    def close(self) -> None:
+        """End the connection; the robot goes on."""
+        self._line.close()
+
+    def _ask(self, do: str, **arguments: object) -> Message:
+        patience_s = self._slow_s if do in SLOW else self._quick_s
+        with self._turn:
+            return self._line.ask({"do": do, **arguments}, patience_s)
+
+
+def daemon_answers(path: Path | None = None, timeout_s: float = 1.0) -> bool:
+    """Whether a daemon is there. Raises ServiceError when one is but may not be used, or hangs."""
+    found = find_daemon(path, timeout_s)
+    if found is None:
+        return False
+    place, connection = found
+    connection.close()
+    with Client(place, quick_s=timeout_s) as client:
+        client.progress_count()
+    return True
+
+
+def _text_of(job: Path) -> str | None:
+    """What stands in the file, if we can read it."""
+    try:
+        return job.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return None
+
+
+def _number(value: object) -> int:
+    if not isinstance(value, int):
+        raise ServiceError("the daemon's answer holds no number; are both one version?")
+    return value

@@ -1,0 +1,123 @@
+"""The daemon: builds the controller, serves it, proves that it lives, and ends it safely."""
+
+from __future__ import annotations
+
+import faulthandler
+import logging
+import os
+import sys
+import time
+from contextlib import closing
+from pathlib import Path
+
+from firmware_py.controller.contract import RobotController
+from firmware_py.controller.states import State
+from firmware_py.daemon.address import daemon_socket
+from firmware_py.daemon.listener import Listener
+from firmware_py.daemon.notify import Notifier
+from firmware_py.daemon.server import Server
+from firmware_py.daemon.signals import EndSignals
+from firmware_py.daemon.watchdog import Watchdog, check_period_s
+from foundation.errors import DeltactlError
+
+SETTLE_S = 5.0
+"""How long a job may take to decelerate when the daemon is told to end."""
+SETTLE_LOOK_S = 0.02
+MOVING = (State.RUNNING.value, State.PAUSED.value)
+
+_log = logging.getLogger(__name__)
+
+
+def serve(robot: Path, socket: Path | None, simulated: bool, recordings: Path) -> int:
+    """Run the daemon until SIGTERM or SIGINT; returns its exit status.
+
+    Raises ServiceError when the socket is taken, and what `build_controller` raises.
+    """
+    from firmware_py.controller.build import build_controller
+
+    _set_up_logging()
+    notifier = Notifier.from_environment()
+    with EndSignals() as signals, closing(notifier):
+        try:
+            # The socket first: whoever has it has the robot too.
+            listener = Listener(daemon_socket(socket))
+            try:
+                controller = build_controller(
+                    robot, simulated=simulated, realtime=True, recordings=recordings
+                )
+            except BaseException:
+                listener.close()
+                raise
+        except DeltactlError as error:
+            notifier.status(str(error))
+            raise
+
+        def note(text: str) -> None:
+            controller.journal.event(controller.clock.now_ns(), "request", text)
+
+        server = Server(controller, listener, _jobs_folder(recordings), note)
+        return run_daemon(controller, server, notifier, signals)
+
+
+def run_daemon(
+    controller: RobotController, server: Server, notifier: Notifier, signals: EndSignals
+) -> int:
+    """Serve until a signal comes or the server dies; closes server and controller."""
+    try:
+        with server:
+            watchdog = Watchdog(
+                controller.progress_count, notifier.alive, serving=lambda: server.alive
+            )
+            notifier.ready()
+            _log.info("listening at %s", server.path)
+            while not signals.count and server.alive:
+                notifier.status(_in_words(controller))
+                signals.wait(check_period_s(notifier.watchdog_s))
+                watchdog.check()
+            notifier.stopping()
+            server.end_commands()
+            _settle(controller, watchdog, signals)
+            return 0 if signals.count else 1
+    finally:
+        controller.close()
+
+
+def _settle(controller: RobotController, watchdog: Watchdog, signals: EndSignals) -> None:
+    """Decelerate on the path, so that the drives lose no step; a second signal hurries."""
+    if controller.status().state not in MOVING:
+        return
+    _log.info("decelerating before the end")
+    try:
+        controller.cancel()
+    except DeltactlError as error:
+        _log.info("not cancelled: %s", error)
+    give_up_s = time.monotonic() + SETTLE_S
+    asked = signals.count
+    while controller.status().state in MOVING and signals.count == asked:
+        if time.monotonic() > give_up_s:
+            _log.warning("the job does not end in %g s; stopping it", SETTLE_S)
+            break
+        time.sleep(SETTLE_LOOK_S)
+        watchdog.check()
+
+
+def _in_words(controller: RobotController) -> str:
+    status = controller.status()
+    job = f", job {status.job} {status.progress:.0%}" if status.job else ""
+    why = f" ({status.why})" if status.why else ""
+    return f"{status.robot}{' (simulated)' if status.simulated else ''}: {status.state}{why}{job}"
+
+
+def _jobs_folder(recordings: Path) -> Path:
+    """Where sent jobs are kept: the unit's state directory, or beside the recordings."""
+    state = os.environ.get("STATE_DIRECTORY", "").split(":")[0]
+    return (Path(state) if state else recordings.absolute()) / "jobs"
+
+
+def _set_up_logging() -> None:
+    """To standard error, which the journal keeps; a crash leaves the stacks of all threads."""
+    faulthandler.enable()
+    stamp = "" if "JOURNAL_STREAM" in os.environ else "%(asctime)s "
+    logging.basicConfig(
+        stream=sys.stderr, level=logging.INFO, format=f"{stamp}%(levelname)s %(message)s"
+    )

@@ -1,0 +1,77 @@
+"""sd_notify(3): tells systemd that the service is ready, alive, ending. Standard library only.
+
+Without NOTIFY_SOCKET every call does nothing. What cannot be sent is dropped: the robot
+must not stop because its service manager does not listen.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import socket
+from collections.abc import MutableMapping
+
+_log = logging.getLogger(__name__)
+USEC_PER_S = 1_000_000
+
+
+class Notifier:
+    """Sends datagrams to the service manager; knows how often it wants to hear from us."""
+
+    def __init__(self, address: str | None = None, watchdog_s: float | None = None):
+        self.watchdog_s = watchdog_s
+        """The watchdog's limit; None when there is no watchdog."""
+        self._address = _socket_name(address) if address else None
+        self._told = ""
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
+        self._socket.setblocking(False)
+
+    @classmethod
+    def from_environment(cls, environment: MutableMapping[str, str] | None = None) -> Notifier:
+        """Take NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID out, so that no child uses them."""
+        variables = os.environ if environment is None else environment
+        address = variables.pop("NOTIFY_SOCKET", None)
+        limit_usec = variables.pop("WATCHDOG_USEC", "")
+        meant_for = variables.pop("WATCHDOG_PID", str(os.getpid()))
+        watchdog_s = None
+        if limit_usec.isdigit() and int(limit_usec) > 0 and meant_for == str(os.getpid()):
+            watchdog_s = int(limit_usec) / USEC_PER_S
+        return cls(address, watchdog_s)
+
+    def ready(self) -> None:
+        """Clients may come."""
+        self._send("READY=1")
+
+    def status(self, text: str) -> None:
+        """One line for `systemctl status`; sent when it has changed."""
+        line = " ".join(text.split())
+        if line != self._told:
+            self._told = line
+            self._send(f"STATUS={line}")
+
+    def alive(self) -> None:
+        """Feed the watchdog."""
+        self._send("WATCHDOG=1")
+
+    def stopping(self) -> None:
+        """The service is on its way down."""
+        self._send("STOPPING=1")
+
+    def close(self) -> None:
+        """Give the socket back."""
+        self._socket.close()
+
+    def _send(self, text: str) -> None:
+        if self._address is None:
+            return
+        try:
+            self._socket.sendto(text.encode(), self._address)
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                _log.warning("the service manager was not told %s: %s", text, error)
+
+
+def _socket_name(address: str) -> str:
+    """`@name` stands for an abstract socket, as in sd_notify(3)."""
+    return "\0" + address[1:] if address.startswith("@") else address

@@ -1,0 +1,135 @@
+"""The server: lets clients in, a bounded number of them, and never waits for one."""
+
+from __future__ import annotations
+
+import logging
+import select
+import socket
+import threading
+import time
+from pathlib import Path
+from types import TracebackType
+
+from firmware_py.controller.contract import RobotController
+from firmware_py.daemon import protocol, wire_errors
+from firmware_py.daemon.actions import Actions, Note
+from firmware_py.daemon.connection import Connection
+from firmware_py.daemon.desk import Desk
+from firmware_py.daemon.job_store import JobStore
+from firmware_py.daemon.limits import Limits
+from firmware_py.daemon.listener import Listener
+from foundation.errors import ServiceError
+
+LOOK_S = 0.2
+ACCEPT_PAUSE_S = 0.005
+"""At most 200 new clients a second, whoever they are."""
+
+_log = logging.getLogger(__name__)
+
+
+class Server:
+    """Serves a controller on a listening Unix socket, which it closes in the end.
+
+    `jobs` is a folder for jobs that clients send as text; `note` writes into the event log.
+    """
+
+    def __init__(
+        self,
+        controller: RobotController,
+        listener: Listener,
+        jobs: Path,
+        note: Note | None = None,
+        limits: Limits | None = None,
+    ):
+        self._limits = limits or Limits()
+        self._actions = Actions(controller, JobStore(jobs), note)
+        self._desk = Desk(self._actions, self._limits.waiting_commands)
+        self._clients: set[Connection] = set()
+        self._changed = threading.Lock()
+        self._closing = threading.Event()
+        self._listener = listener
+        self._accepting = threading.Thread(target=self._accept, name="accept", daemon=True)
+
+    @property
+    def path(self) -> Path:
+        """Where the socket is."""
+        return self._listener.path
+
+    @property
+    def alive(self) -> bool:
+        """Whether clients are let in and their commands carried out."""
+        return self._accepting.is_alive() and self._desk.alive
+
+    def start(self) -> None:
+        """Let clients in from now on."""
+        self._desk.start()
+        self._accepting.start()
+
+    def end_commands(self) -> None:
+        """Start nothing any more; stop, cancel and status go on until `close`."""
+        self._actions.end()
+
+    def close(self, timeout_s: float = 2.0) -> None:
+        """Cut all clients off and take the socket away."""
+        self.end_commands()
+        self._closing.set()
+        self._listener.wake()
+        if self._accepting.is_alive():
+            self._accepting.join(timeout_s)
+            self._desk.close(timeout_s)
+        self._listener.close()
+        with self._changed:
+            clients = list(self._clients)
+        for client in clients:
+            client.close()
+
+    def __enter__(self) -> Server:
+        self.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _accept(self) -> None:
+        poll = select.poll()
+        poll.register(self._listener.socket, select.POLLIN)
+        self._listener.socket.setblocking(False)
+        while not self._closing.is_set():
+            if poll.poll(LOOK_S * 1e3) and not self._closing.is_set():
+                try:
+                    self._let_in(self._listener.socket.accept()[0])
+                except OSError as error:
+                    # Gone again already, or no file descriptors left.
+                    _log.warning("a client could not be let in: %s", error)
+                time.sleep(ACCEPT_PAUSE_S)
+
+    def _let_in(self, peer_socket: socket.socket) -> None:
+        limits = self._limits
+        with self._changed:
+            stop_only = sum(client.stop_only for client in self._clients)
+            full = len(self._clients) - stop_only >= limits.clients
+            if full and stop_only >= limits.stop_only_clients:
+                _turn_away(peer_socket)
+                return
+            client = Connection(
+                peer_socket, self._actions, self._desk, limits, self._forget, stop_only=full
+            )
+            self._clients.add(client)
+        client.start()
+
+    def _forget(self, client: Connection) -> None:
+        with self._changed:
+            self._clients.discard(client)
+
+
+def _turn_away(peer_socket: socket.socket) -> None:
+    error = ServiceError("too many clients are connected; close some, and try again")
+    answer = protocol.refusal(None, wire_errors.as_message(error))
+    with peer_socket:
+        peer_socket.setblocking(False)
+        peer_socket.send(protocol.encode(answer))

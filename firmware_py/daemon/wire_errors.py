@@ -1,0 +1,42 @@
+"""Errors across the socket: the class goes over by name and comes out as the same class."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from foundation.errors import DeltactlError, ServiceError
+
+Message = dict[str, Any]
+
+
+def _tree(root: type[DeltactlError]) -> dict[str, type[DeltactlError]]:
+    found = {root.__name__: root}
+    for leaf in root.__subclasses__():
+        found |= _tree(leaf)
+    return found
+
+
+KINDS: dict[str, type[DeltactlError]] = _tree(DeltactlError)
+"""Every class of `foundation.errors` by its name."""
+
+
+def as_message(error: BaseException) -> Message:
+    """Kind and one-line text of an error; what is not ours is an internal ServiceError."""
+    text = " ".join(str(error).split())
+    kind = type(error).__name__
+    if kind in KINDS and type(error) is KINDS[kind]:
+        return {"kind": kind, "message": text}
+    return {
+        "kind": ServiceError.__name__,
+        "message": f"the daemon failed inside ({kind}: {text}); see 'journalctl -u deltactl'",
+    }
+
+
+def as_exception(message: object) -> DeltactlError:
+    """The exception a message stands for; an unknown kind becomes a ServiceError."""
+    if not isinstance(message, dict) or not isinstance(message.get("message"), str):
+        return ServiceError(
+            "the daemon refused, and its reason cannot be read; are both one version?"
+        )
+    kind = KINDS.get(str(message.get("kind")), ServiceError)
+    return kind(message["message"])

@@ -1,0 +1,1 @@
+"""Putting the service onto a Raspberry Pi: files, users, boot options, wiring."""

@@ -1,0 +1,259 @@
+"""An in-memory controller with the real table of states, and a daemon served from it."""
+
+from __future__ import annotations
+
+import json
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+from firmware_py.controller.contract import JobResult, SensorStatus, Status
+from firmware_py.controller.states import Request, State, require
+from firmware_py.daemon.client import Client
+from firmware_py.daemon.limits import Limits
+from firmware_py.daemon.listener import Listener
+from firmware_py.daemon.server import Server
+from foundation.errors import ConfigError
+
+
+@dataclass
+class MemoryJob:
+    number: int
+    name: str
+    path: Path
+    record: Path | None
+    left_s: float
+    outcome: str = ""
+
+
+@dataclass
+class MemoryController:
+    """States, queue and results of a controller; a job is nothing but a duration.
+
+    Does not model: pulses, sensors, files (a job's text is "duration: seconds"), faults.
+    """
+
+    home_s: float = 0.0
+    prepare_s: float = 0.0
+    state: State = State.OFF
+    why: str = ""
+    jobs: list[MemoryJob] = field(default_factory=list)
+    calls: list[str] = field(default_factory=list)
+    lock: threading.RLock = field(default_factory=threading.RLock)
+    frozen: bool = False
+    closed: bool = False
+    _count: int = 0
+    _at_s: float = field(default_factory=time.monotonic)
+
+    def power_on(self) -> None:
+        self._request(Request.ON, State.UNHOMED)
+
+    def power_off(self) -> None:
+        self._request(Request.OFF, State.OFF)
+
+    def home(self) -> None:
+        self._request(Request.HOME, State.UNHOMED)
+        time.sleep(self.home_s)
+        with self.lock:
+            if self.state is State.UNHOMED:
+                self.state = State.READY
+
+    def submit(self, job: Path, record: Path | None = None) -> int:
+        require(Request.RUN, self.state, self.why)
+        time.sleep(self.prepare_s)
+        text = job.read_text()
+        if not text.startswith("duration: "):
+            raise ConfigError(f"{job}:1: 'duration' is missing")
+        with self.lock:
+            number = len(self.jobs) + 1
+            self.calls.append("run")
+            self.jobs.append(MemoryJob(number, job.stem, job, record, float(text[10:])))
+        return number
+
+    def pause(self) -> None:
+        self._request(Request.PAUSE, State.PAUSED)
+
+    def resume(self) -> None:
+        self._request(Request.RESUME, State.RUNNING)
+
+    def cancel(self) -> None:
+        self._request(Request.CANCEL, State.READY)
+        self._end_all("cancelled")
+
+    def stop(self, reason: str) -> None:
+        self.calls.append("stop")
+        with self.lock:
+            self.state, self.why = State.STOPPED, reason
+            self._end_all("stopped")
+
+    def acknowledge(self) -> None:
+        self._request(Request.ACKNOWLEDGE, State.UNHOMED)
+
+    def status(self) -> Status:
+        with self.lock:
+            self._go_on()
+            job = next((one for one in self.jobs if not one.outcome), None)
+            return Status(
+                state=self.state.value,
+                why=self.why,
+                robot="memory",
+                simulated=True,
+                time_s=time.monotonic(),
+                counts=(1, 2, 3),
+                angles_rad=(0.1, 0.2, 0.3) if self.state is State.READY else None,
+                position_m=(0.0, float("nan"), -0.4),
+                job=job.name if job else None,
+                job_id=job.number if job else None,
+                progress=0.5,
+                seconds_left=job.left_s if job else None,
+                queued=tuple(one.name for one in self.jobs if not one.outcome)[1:],
+                recording=None,
+                recording_error="",
+                late_ns=0,
+                sensors=(SensorStatus("x", 0.4, 0.01, "good", 9.5, "ok"),),
+            )
+
+    def result(self, job_id: int) -> JobResult | None:
+        with self.lock:
+            self._go_on()
+            job = self.jobs[job_id - 1]
+            if not job.outcome:
+                return None
+            return JobResult(job.number, job.name, job.outcome, self.why, None)
+
+    def progress_count(self) -> int:
+        self._count += not self.frozen
+        return self._count
+
+    def close(self) -> None:
+        self.closed = True
+
+    def _request(self, request: Request, then: State) -> None:
+        with self.lock:
+            self._go_on()
+            require(request, self.state, self.why)
+            self.calls.append(request.value)
+            self.state, self.why = then, ""
+
+    def _go_on(self) -> None:
+        """Let the time since the last look pass."""
+        now_s = time.monotonic()
+        passed_s, self._at_s = now_s - self._at_s, now_s
+        waiting = [job for job in self.jobs if not job.outcome]
+        if self.state in (State.READY, State.RUNNING):
+            self.state = State.RUNNING if waiting else State.READY
+        if self.state is State.RUNNING and waiting:
+            waiting[0].left_s -= passed_s
+            if waiting[0].left_s <= 0.0:
+                waiting[0].outcome = "done"
+
+    def _end_all(self, outcome: str) -> None:
+        for job in self.jobs:
+            job.outcome = job.outcome or outcome
+
+
+class RawClient:
+    """A socket and nothing else, to say what a well-behaved client would not."""
+
+    def __init__(self, path: Path):
+        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self.socket.settimeout(5.0)
+        self.socket.connect(str(path))
+        self._file = self.socket.makefile("rb")
+
+    def send(self, raw: bytes) -> None:
+        self.socket.sendall(raw)
+
+    def receive(self) -> dict[str, object] | None:
+        """The next answer; None at the end of the connection."""
+        line = self._file.readline()
+        return json.loads(line) if line else None
+
+    def ask(self, **request: object) -> dict[str, object] | None:
+        self.send(json.dumps(request).encode() + b"\n")
+        return self.receive()
+
+    def close(self) -> None:
+        self._file.close()
+        self.socket.close()
+
+
+@dataclass
+class Daemon:
+    """A served controller and everything needed to talk to it."""
+
+    controller: MemoryController
+    server: Server
+    path: Path
+    notes: list[str]
+    _opened: list[RawClient] = field(default_factory=list)
+
+    def client(self) -> Client:
+        return Client(self.path)
+
+    def raw(self) -> RawClient:
+        self._opened.append(RawClient(self.path))
+        return self._opened[-1]
+
+    def close(self) -> None:
+        for client in self._opened:
+            client.close()
+        self.server.close()
+
+
+@contextmanager
+def _serving(folder: Path, controller: MemoryController, limits: Limits) -> Iterator[Daemon]:
+    notes: list[str] = []
+    path = folder / "d.sock"
+    server = Server(controller, Listener(path), folder / "jobs", notes.append, limits)
+    server.start()
+    daemon = Daemon(controller, server, path, notes)
+    try:
+        yield daemon
+    finally:
+        daemon.close()
+
+
+Serve = Callable[..., Daemon]
+
+
+@pytest.fixture
+def serve(tmp_path: Path) -> Iterator[Serve]:
+    """Start daemons: `serve(limits=..., home_s=..., prepare_s=...)`."""
+    open_ones: list[Iterator[Daemon]] = []
+
+    def start(limits: Limits | None = None, **options: float) -> Daemon:
+        one = _serving(tmp_path, MemoryController(**options), limits or Limits())
+        open_ones.append(one)
+        return one.__enter__()
+
+    yield start
+    for one in open_ones:
+        one.__exit__(None, None, None)
+
+
+@pytest.fixture
+def wait_until() -> Callable[[Callable[[], bool]], None]:
+    """Wait for something that happens in another thread; fail when it does not."""
+
+    def wait(condition: Callable[[], bool]) -> None:
+        give_up_s = time.monotonic() + 5.0
+        while not condition():
+            assert time.monotonic() < give_up_s, "did not happen within 5 s"
+            time.sleep(0.005)
+
+    return wait
+
+
+@pytest.fixture
+def job(tmp_path: Path) -> Path:
+    """A job of a tenth of a second."""
+    path = tmp_path / "circle.yaml"
+    path.write_text("duration: 0.1")
+    return path
