@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from drivers.fakes.bench import FakeBench
 from drivers.ranging.contract import RangingSensors
 from drivers.steps.contract import StepOutput
 from firmware_py.simulation.world import SimulatedRobot
@@ -20,6 +21,8 @@ class Machine:
     output: StepOutput
     sensors: RangingSensors
     world: SimulatedRobot | None = None
+    bench: FakeBench | None = None
+    """The simulated drives and buttons, in simulation only."""
     home_switches: tuple[Callable[[], bool], ...] = ()
     """One for each arm, true while pressed; empty when the robot has none."""
     closers: tuple[Callable[[], None], ...] = field(default_factory=tuple)

@@ -19,7 +19,7 @@ SHOW_AFTER_S = 0.05
 def follow(
     controller: RobotController, job_id: int, sleep: Sleep, every_s: float, quiet: bool
 ) -> JobResult:
-    """Wait for a job. On Ctrl-C the motion decelerates, the job is cancelled, and the rest is kept."""
+    """Wait for a job. Ctrl-C decelerates and cancels it; what was recorded is kept."""
     with Progress(
         TextColumn("{task.description}"),
         BarColumn(),

@@ -26,7 +26,8 @@ def run(
         bool, typer.Option("--simulate", help="On a simulated robot in this process, no daemon.")
     ] = False,
     realtime: Annotated[
-        bool, typer.Option("--realtime", help="Simulated robot in real time, not as fast as it goes.")
+        bool,
+        typer.Option("--realtime", help="Simulated robot in real time, not as fast as it goes."),
     ] = False,
     record: Annotated[Path | None, typer.Option(help="Where to record (.mcap).")] = None,
     report: Annotated[Path | None, typer.Option(help="Write an HTML report here.")] = None,
@@ -51,7 +52,7 @@ def run(
 def check(job: JobArgument, json_out: JsonOption = False) -> None:
     """Dry run: limits, duration, peak step rate; nothing moves.
 
-        deltactl check heart.yaml
+    deltactl check heart.yaml
     """
     from firmware_py.cli.check import check_job
 
@@ -65,7 +66,7 @@ def report(
 ) -> None:
     """Tracking errors of a recorded run, and one HTML file with the curves.
 
-        deltactl report recordings/heart.mcap -o heart.html
+    deltactl report recordings/heart.mcap -o heart.html
     """
     from firmware_py.cli.show import show_recording
 
@@ -81,7 +82,7 @@ def export(
 ) -> None:
     """Turn a recorded run into a flat table (one row every 20 ms).
 
-        deltactl export recordings/heart.mcap heart.csv
+    deltactl export recordings/heart.mcap heart.csv
     """
     from firmware_py.cli.show import export_recording
 

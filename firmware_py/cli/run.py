@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import time
-from contextlib import contextmanager
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
@@ -59,9 +59,7 @@ def _say_where(simulate: bool, quiet: bool) -> None:
         errors.print("No daemon, and this is not a Raspberry Pi: running the simulated robot.")
 
 
-def _through_daemon(
-    path: Path, record: Path | None, socket: Path | None, quiet: bool
-) -> JobResult:
+def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet: bool) -> JobResult:
     with Client(socket) as client:
         number = client.submit(path.resolve(), record.resolve() if record else None)
         return follow(client, number, time.sleep, POLL_S, quiet)

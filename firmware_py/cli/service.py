@@ -45,7 +45,7 @@ def stop(
 ) -> None:
     """Emergency stop: pulses end at once, and the position is no longer trusted.
 
-        deltactl stop
+    deltactl stop
     """
     from firmware_py.cli.remote import stop_robot
 
@@ -59,7 +59,7 @@ def status(
 ) -> None:
     """State, position, job, sensors.
 
-        deltactl status --json
+    deltactl status --json
     """
     from firmware_py.cli.remote import show_status
 
@@ -80,11 +80,11 @@ def sensors(
 ) -> None:
     """Live readings of the three ranging sensors.
 
-        deltactl sensors
+    deltactl sensors
 
-        deltactl sensors --watch
+    deltactl sensors --watch
 
-        deltactl sensors --calibrate z=0.412
+    deltactl sensors --calibrate z=0.412
     """
     from firmware_py.cli.sensors import show_sensors
 
@@ -99,7 +99,7 @@ def daemon(
 ) -> None:
     """Run the daemon that owns the robot (systemd starts it so).
 
-        deltactl daemon zhao-2023.yaml --simulate
+    deltactl daemon zhao-2023.yaml --simulate
     """
     from firmware_py.cli.output import errors
     from firmware_py.daemon.main import serve

@@ -21,7 +21,8 @@ def diagnose(
     recordings: Annotated[list[Path], typer.Argument(help="Recordings: .mcap, .csv, .parquet.")],
     robot: Annotated[str, typer.Option(help="What a perfect machine would be.")],
     holdout: Annotated[
-        list[Path] | None, typer.Option(help="Another run of the same robot, to test the answer on.")
+        list[Path] | None,
+        typer.Option(help="Another run of the same robot, to test the answer on."),
     ] = None,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the answer here as JSON (- for stdout).")
@@ -33,9 +34,9 @@ def diagnose(
 ) -> None:
     """Compare recordings with the robot file: what is missing, where, how sure.
 
-        deltactl diagnose run.csv.gz --robot zhao-2023.yaml
+    deltactl diagnose run.csv.gz --robot zhao-2023.yaml
 
-        deltactl diagnose a.mcap --robot zhao-2023.yaml --holdout b.mcap --report why.html
+    deltactl diagnose a.mcap --robot zhao-2023.yaml --holdout b.mcap --report why.html
     """
     from firmware_py.cli.diagnose import diagnose_recordings
 
@@ -44,13 +45,15 @@ def diagnose(
 
 def install(
     robot: Annotated[str, typer.Option(help="Robot file whose pins are wired.")] = "zhao-2023.yaml",
-    apply: Annotated[bool, typer.Option("--apply", help="Do it; without this, only say it.")] = False,
+    apply: Annotated[
+        bool, typer.Option("--apply", help="Do it; without this, only say it.")
+    ] = False,
 ) -> None:
     """Install the service on a Raspberry Pi: unit, udev rules, boot options, wiring table.
 
-        deltactl install
+    deltactl install
 
-        sudo deltactl install --apply
+    sudo deltactl install --apply
     """
     from firmware_py.cli.install import install_service
 

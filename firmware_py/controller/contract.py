@@ -60,6 +60,8 @@ class JobResult:
     """'done', 'cancelled', 'stopped' or 'fault'."""
     why: str
     recording: str | None
+    recording_error: str = ""
+    """Why the recording is not whole; empty when it is."""
 
 
 class RobotController(Protocol):

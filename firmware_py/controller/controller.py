@@ -12,20 +12,25 @@ import threading
 from collections import deque
 from pathlib import Path
 
+import numpy as np
+
 from drivers.ranging.contract import Reading
 from drivers.steps.contract import OutputState, OutputStatus
 from firmware_py.controller.active_job import ActiveJob, Phase
 from firmware_py.controller.contract import JobResult, Status
-from firmware_py.controller.homing import Homer
+from firmware_py.controller.feeder import LEAD_S
+from firmware_py.controller.homing import Homer, wait_until_still
 from firmware_py.controller.job_queue import QueuedJob, prepare
 from firmware_py.controller.journal import Journal
 from firmware_py.controller.ranging_loop import RangingLoop
-from firmware_py.controller.report_status import snapshot
+from firmware_py.controller.report_status import Running, snapshot
 from firmware_py.controller.states import Request, State, require
 from firmware_py.machine import Machine
+from firmware_py.planner.approach import approach
+from firmware_py.planner.step_gate import StepGate
 from firmware_py.robot_file import RobotFile
-from foundation.clock import NS_PER_S, Task, TaskHandle
-from foundation.errors import DeltactlError, HardwareError
+from foundation.clock import NS_PER_S, Task, TaskHandle, ns, sleep_s
+from foundation.errors import DeltactlError
 
 CONTROL_PERIOD_NS = 10_000_000
 MOVING = frozenset({State.RUNNING, State.PAUSED})
@@ -52,9 +57,10 @@ class Controller:
         self._results: dict[int, JobResult] = {}
         self._numbers = itertools.count(1)
         self._lock = threading.RLock()
-        self._tasks: list[TaskHandle] = []
         self._loops = 0
         self._homer = Homer(robot, machine, self.ranging)
+        self._ranging_task: TaskHandle | None = None
+        self._control_task = self.clock.start("control", self._control_loop(), self._on_loop_error)
 
     def power_on(self) -> None:
         """OFF -> UNHOMED. Raises BusDead, SensorFault, DriveAlarm or EmergencyStop."""
@@ -64,16 +70,17 @@ class Controller:
         self.machine.output.enable()
         with self._lock:
             self._enter(State.UNHOMED)
-            self._start_loops()
+            self._sensing(True)
 
     def power_off(self) -> None:
         """-> OFF; the arms may drop."""
         with self._lock:
             require(Request.OFF, self.state, self.why)
-            self._end_loops()
+            self._sensing(False)
             self.machine.output.disable()
             self._enter(State.OFF)
-        self.machine.sensors.close()
+        if self.machine.world is not None:
+            self.machine.world.put_to_stops(self.clock.now_ns())
 
     def home(self) -> None:
         """UNHOMED or READY -> READY, blocking. Raises NotReady when the sensors disagree."""
@@ -82,7 +89,7 @@ class Controller:
             was_ready = self.state is State.READY
             self._enter(State.UNHOMED, "homing")
         try:
-            seen = self._homer.home(return_first=was_ready)
+            seen = self._homer.home(self._go_home if was_ready else None)
         except BaseException:
             self._enter_if(State.UNHOMED, State.UNHOMED)
             raise
@@ -139,16 +146,19 @@ class Controller:
         with self._lock:
             require(Request.ACKNOWLEDGE, self.state, self.why)
         self.machine.output.acknowledge()
-        self._restart_sensors_if_needed()
+        if self._ranging_task is None or self._ranging_task.done:
+            self.machine.sensors.start()
         self.machine.output.enable()
         with self._lock:
             self._enter(State.UNHOMED)
-            self._start_loops()
+            self._sensing(True)
 
     def status(self) -> Status:
         """A snapshot."""
         with self._lock:
-            return snapshot(self)
+            queued = tuple(waiting.name for waiting in self.queue)
+            running = Running(self.state, self.why, self.job, queued, self.ranging.status())
+            return snapshot(self.robot, self.machine, running)
 
     def result(self, job_id: int) -> JobResult | None:
         """How a job ended; None while it is queued or running."""
@@ -164,25 +174,37 @@ class Controller:
         with self._lock:
             if self.state in MOVING:
                 self._halt(State.STOPPED, "the controller was closed")
-            self._end_loops()
+            self._sensing(False)
+            self._control_task.stop()
         self.machine.close()
         self.journal.close()
 
+    def _go_home(self) -> None:
+        """Bring a homed robot back to its home angles, and wait."""
+        output = self.machine.output
+        here = output.status().counts
+        goal_rad = np.deg2rad(self.robot.homing.angle_deg)
+        step_rad = self.robot.drive.rad_per_step
+        schedule = approach(self.robot, np.array(here) * step_rad, goal_rad)
+        start_ns = self.clock.now_ns() + ns(LEAD_S)
+        gate = StepGate()
+        gate.rules(*schedule.gate_ns)
+        for ticks in schedule.play(0, len(schedule.reached_ns) - 1, start_ns, gate):
+            while output.room() < len(ticks):
+                sleep_s(self.clock, LEAD_S)
+            output.push(ticks)
+        wait_until_still(self.machine, schedule.duration_ns / NS_PER_S)
+
     # The loops
 
-    def _start_loops(self) -> None:
-        self._end_loops()
-        self._tasks = [
-            self.clock.start("control", self._control_task(), self._on_loop_error),
-            self.clock.start("ranging", self.ranging.task(), self._on_loop_error),
-        ]
+    def _sensing(self, on: bool) -> None:
+        """Start or end the ranging loop."""
+        if self._ranging_task is not None:
+            self._ranging_task.stop()
+        task = self.ranging.task()
+        self._ranging_task = self.clock.start("ranging", task, self._on_loop_error) if on else None
 
-    def _end_loops(self) -> None:
-        for task in self._tasks:
-            task.stop()
-        self._tasks = []
-
-    def _control_task(self) -> Task:
+    def _control_loop(self) -> Task:
         while True:
             with self._lock:
                 self._control(self.clock.now_ns())
@@ -251,11 +273,6 @@ class Controller:
         self.queue.clear()
         self._enter(state, why)
 
-    def _restart_sensors_if_needed(self) -> None:
-        if any(task.done and task.name == "ranging" for task in self._tasks):
-            self.machine.sensors.close()
-            self.machine.sensors.start()
-
     # Small things
 
     def _finish(
@@ -282,11 +299,3 @@ class Controller:
 
     def _note(self, kind: str, text: str) -> None:
         self.journal.event(self.clock.now_ns(), kind, text)
-
-
-def seconds(duration_ns: int) -> float:
-    """Nanoseconds as seconds."""
-    return duration_ns / NS_PER_S
-
-
-__all__ = ["Controller", "HardwareError"]

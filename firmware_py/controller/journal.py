@@ -6,7 +6,6 @@ A recorder that fails (full disk) is reported once and never stops the motion.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 
 from drivers.ranging.contract import Reading
 from drivers.steps.contract import Counts, Ticks
@@ -22,11 +21,10 @@ class Journal:
     Events that happen between jobs (power, e-stop) are kept and open the next recording.
     """
 
-    def __init__(self, on_failure: Callable[[str], None]):
+    def __init__(self) -> None:
         self._recorder: RunRecorder | None = None
         self._waiting: list[Note] = []
         self._lock = threading.Lock()
-        self._on_failure = on_failure
 
     @property
     def path(self) -> str | None:

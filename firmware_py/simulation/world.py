@@ -1,4 +1,4 @@
-"""A robot made of the chain of models/chain, moved by simulated drives and seen by simulated sensors.
+"""A robot made of the chain of models/chain, moved by simulated drives, seen by fake sensors.
 
 Does not model: dynamics between the chain's own effects, collisions, or cables. The arms
 start against their stops, at the home angles; releasing the drives puts them back there, as
@@ -50,11 +50,21 @@ class SimulatedRobot:
         self._robot = robot
         self._counts_at = counts_at
         self._home_steps = np.deg2rad(robot.homing.angle_deg) / robot.drive.rad_per_step
-        self._chain = OnlineChain(robot, robot.as_built.effects)
         self._lock = threading.Lock()
         self._start_ns = start_ns
         self._samples: deque[_Sample] = deque(maxlen=round(MEMORY_S / GRID_S))
         self._next_ns = start_ns
+        self._put(np.zeros(3))
+
+    def put_to_stops(self, t_ns: int) -> None:
+        """The simulated operator puts the arms against their stops; the drives must be released."""
+        with self._lock:
+            self._advance(t_ns)
+            self._put(np.asarray(self._counts_at(t_ns), dtype=np.float64))
+
+    def _put(self, counts: FloatArray) -> None:
+        self._zero_steps = self._home_steps - counts
+        self._chain = OnlineChain(self._robot, self._robot.as_built.effects)
 
     def distance_m(self, axis: str, start_ns: int, end_ns: int) -> float:
         """Distance a sensor on `axis` sees on average from `start_ns` to `end_ns` [m]."""
@@ -78,7 +88,7 @@ class SimulatedRobot:
 
     def _window(self, start_ns: int, end_ns: int) -> list[_Sample]:
         """Samples within the window; the last one before its end if there is none."""
-        newest_first = []
+        newest_first: list[_Sample] = []
         for sample in reversed(self._samples):
             if sample.t_ns > end_ns:
                 continue
@@ -97,7 +107,7 @@ class SimulatedRobot:
         times_ns = self._next_ns + step_ns * np.arange(count, dtype=np.int64)
         moved = np.array([self._counts_at(int(t)) for t in times_ns], dtype=np.float64)
         t_s = (times_ns - self._start_ns) / NS_PER_S
-        out = self._chain.advance(t_s, moved + self._home_steps)
+        out = self._chain.advance(t_s, moved + self._zero_steps)
         for index, t_ns in enumerate(times_ns):
             self._samples.append(
                 _Sample(int(t_ns), out.position[index], out.theta[index], out.ranges[index])

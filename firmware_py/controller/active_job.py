@@ -1,0 +1,141 @@
+"""The job that runs now: approach, path, and a last moment for the readings that trail behind."""
+
+from __future__ import annotations
+
+import enum
+from importlib.metadata import PackageNotFoundError, version
+
+from firmware_py.controller.feeder import Feeder
+from firmware_py.controller.job_queue import QueuedJob
+from firmware_py.controller.journal import Journal
+from firmware_py.job_file import Together
+from firmware_py.machine import Machine
+from firmware_py.planner.stream import MotionStream
+from firmware_py.planner.warp import WarpedMotion
+from firmware_py.robot_file import RobotFile
+from foundation.clock import NS_PER_S, VirtualClock, ns
+from recording.configuration import RunConfiguration
+from recording.writer import RunRecorder
+
+SETTLE_S = 0.3
+"""Readings of the last moments arrive up to a timing budget and a poll later."""
+
+
+class Phase(enum.Enum):
+    """How far a job is."""
+
+    APPROACH = "approach"
+    PATH = "path"
+    SETTLE = "settle"
+    ENDED = "ended"
+
+
+class ActiveJob:
+    """Drives one queued job through its phases; every call comes from the control loop."""
+
+    def __init__(self, queued: QueuedJob, robot: RobotFile, machine: Machine, journal: Journal):
+        self.number = queued.number
+        self.name = queued.name
+        self.recording = str(queued.recording)
+        self.recording_error = ""
+        self.cancelled = False
+        self.phase = Phase.APPROACH
+        self._queued = queued
+        self._robot = robot
+        self._machine = machine
+        self._journal = journal
+        self._settled_ns = 0
+
+    def begin(self, now_ns: int) -> None:
+        """Open the recording and start moving. Raises RecordingError, UnreachablePoint."""
+        plan, output = self._queued.plan, self._machine.output
+        counts = output.status().counts
+        self._stream = MotionStream(plan, counts)
+        self._motion = WarpedMotion(iter(self._stream), plan.ramp_s)
+        recorder = RunRecorder(
+            self._queued.recording,
+            self._configuration(),
+            start_ns=now_ns,
+            counts=counts,
+            wait_when_behind=isinstance(self._machine.clock, VirtualClock),
+        )
+        self._journal.open(recorder)
+        timing = plan.job.timing
+        t_pwm_s = timing.t_pwm_s if isinstance(timing, Together) else None
+        recorder.settings(now_ns, t_pwm_s)
+        self._feeder = Feeder(output, self._journal, self._motion, now_ns)
+        self._journal.event(now_ns, "approach", f"from counts {counts}")
+        self._feeder.feed(now_ns)
+
+    def advance(self, now_ns: int) -> None:
+        """Feed the motion and move on to the next phase when it is time."""
+        if self.phase is Phase.SETTLE:
+            if now_ns >= self._settled_ns:
+                self._end()
+            return
+        self._feeder.feed(now_ns)
+        self._journal.commanded(now_ns, self._machine.output.status().counts)
+        on_path = self._feeder.motion_ns(now_ns) >= self._stream.path_start_ns
+        if self.phase is Phase.APPROACH and on_path:
+            self.phase = Phase.PATH
+            self._journal.event(now_ns, "path_start", self.name)
+        if self._feeder.finished:
+            self._journal.event(now_ns, "path_end", "cancelled" if self.cancelled else "done")
+            self.phase = Phase.SETTLE
+            self._settled_ns = now_ns + ns(SETTLE_S)
+
+    def pause(self, now_ns: int) -> None:
+        """Decelerate on the path."""
+        self._motion.pause(self._feeder.run_ns(now_ns))
+        self._journal.event(now_ns, "pause", "")
+
+    def resume(self, now_ns: int) -> None:
+        """Go on."""
+        self._motion.resume(self._feeder.run_ns(now_ns))
+        self._journal.event(now_ns, "resume", "")
+
+    def cancel(self, now_ns: int) -> None:
+        """Decelerate and drop the rest."""
+        self.cancelled = True
+        self._motion.cancel(self._feeder.run_ns(now_ns))
+        self._journal.event(now_ns, "cancel", "")
+
+    def abort(self) -> None:
+        """The pulses have stopped already: finish the recording."""
+        self._end()
+
+    def progress(self, now_ns: int) -> float:
+        """Part done, 0 to 1."""
+        if self.phase in (Phase.SETTLE, Phase.ENDED):
+            return 1.0
+        return min(1.0, self._feeder.motion_ns(now_ns) / max(1, self._stream.end_ns))
+
+    def seconds_left(self, now_ns: int) -> float:
+        """Robot time left, pauses not counted."""
+        left_ns = self._stream.end_ns - self._feeder.motion_ns(now_ns)
+        return max(0.0, left_ns / NS_PER_S)
+
+    def _end(self) -> None:
+        self.recording_error = self._journal.failed
+        self._journal.close()
+        self.phase = Phase.ENDED
+
+    def _configuration(self) -> RunConfiguration:
+        plan = self._queued.plan
+        return RunConfiguration(
+            robot_text=self._robot.model_dump_json(),
+            job_text=self._queued.job_file.read_text(encoding="utf-8"),
+            robot_name=self._robot.name,
+            job_name=self.name,
+            version=software_version(),
+            simulated=self._machine.simulated,
+            settings={"inverse_kinematics": plan.job.inverse_kinematics.model_dump()},
+        )
+
+
+def software_version() -> str:
+    """Version of the installed package."""
+    try:
+        return version("deltactl")
+    except PackageNotFoundError:
+        return "unknown"

@@ -1,0 +1,66 @@
+"""Builds the machine and its controller: on the hardware, or on the simulated robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from drivers.fakes.range_noise import RangeNoise
+from drivers.fakes.ranging_rig import build_rig
+from drivers.inputs import home_switches
+from drivers.steps.build import build_step_output, simulated_step_output
+from firmware_py.controller.controller import Controller
+from firmware_py.machine import Machine
+from firmware_py.robot_file import RobotFile, load_robot
+from firmware_py.simulation.world import SimulatedRobot
+from foundation.clock import Clock, RealClock, VirtualClock
+
+
+def build_controller(
+    robot_file: Path, *, simulated: bool, realtime: bool, recordings: Path
+) -> Controller:
+    """A controller, switched off. `realtime` matters in simulation only.
+
+    Raises ConfigError, or HardwareError when pins, bus or pulse process cannot be had.
+    """
+    robot = load_robot(robot_file)
+    machine = simulated_machine(robot, realtime) if simulated else real_machine(robot)
+    return Controller(robot, robot_file, machine, recordings)
+
+
+def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:
+    """The fakes with the simulated robot behind them."""
+    clock: Clock = RealClock() if realtime else VirtualClock()
+    steps = simulated_step_output(robot.steps, robot.inputs, clock, realtime=realtime)
+    world = SimulatedRobot(robot, steps.bench.counts_at, clock.now_ns())
+    noise = robot.as_built.noise
+    rig = build_rig(
+        robot.ranging,
+        clock,
+        world.distance_m,
+        RangeNoise(sigma_m=noise.sigma_m, correlation=noise.correlation, seed=noise.seed),
+    )
+    return Machine(
+        clock=clock,
+        output=steps.output,
+        sensors=rig.bank,
+        world=world,
+        bench=steps.bench,
+        closers=(steps.bench.close,),
+    )
+
+
+def real_machine(robot: RobotFile) -> Machine:
+    """The Pi's pins and bus. Raises HardwareError naming what is not there."""
+    from drivers.ranging.robot_sensors import open_robot_sensors
+
+    clock = RealClock()
+    sensors = open_robot_sensors(robot.ranging, clock)
+    output = build_step_output(robot.steps, robot.inputs, clock)
+    switches = home_switches(robot.homing.switch_pins, robot.homing.switch_active_high)
+    return Machine(
+        clock=clock,
+        output=output,
+        sensors=sensors,
+        home_switches=switches,
+        closers=tuple(switch.close for switch in switches),
+    )

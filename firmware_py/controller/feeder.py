@@ -1,0 +1,85 @@
+"""Keeps the step output fed a little ahead of time, and notes which targets are reached.
+
+Only `LOOKAHEAD_S` of motion is ever queued: a pause begins that soon, and when the
+controller dies the pulses run dry as soon (the heartbeat ends them sooner).
+"""
+
+from __future__ import annotations
+
+from drivers.steps.contract import OutputState, StepOutput, Ticks
+from firmware_py.controller.journal import Journal
+from firmware_py.planner.motion import Reached
+from firmware_py.planner.warp import Pacing, WarpedMotion
+from foundation.clock import ns
+
+LOOKAHEAD_S = 0.1
+LEAD_S = 0.03
+"""The first tick is due this long after the start, so that it is not late at once."""
+
+
+class Feeder:
+    """Plays one motion on a step output. Times along the motion are run times of the warp."""
+
+    def __init__(self, output: StepOutput, journal: Journal, motion: WarpedMotion, now_ns: int):
+        self._output = output
+        self._journal = journal
+        self._motion = motion
+        self._start_ns = now_ns + ns(LEAD_S)
+        self._slip_before_ns = output.status().slip_ns
+        self.last_index = -1
+
+    @property
+    def finished(self) -> bool:
+        """Whether everything was handed on and played."""
+        return self._motion.pacing() is Pacing.DONE and self._still
+
+    @property
+    def held(self) -> bool:
+        """Whether the arms stand still on the path."""
+        return self._motion.pacing() is Pacing.HELD and self._still
+
+    def run_ns(self, now_ns: int) -> int:
+        """Run time of the motion at `now_ns`; what the pulses slipped is not counted."""
+        return now_ns - self._start_ns - self._slip_ns()
+
+    def motion_ns(self, now_ns: int) -> int:
+        """How far the motion has come, in the time of its plan."""
+        return max(0, self._motion.motion_ns(self.run_ns(now_ns)))
+
+    def feed(self, now_ns: int) -> None:
+        """Queue what is due within the look-ahead. Raises MotionError, PulseFault."""
+        chunk = self._motion.take(self.run_ns(now_ns) + ns(LOOKAHEAD_S))
+        if len(chunk.ticks):
+            self._take_over_slip()
+            self._output.push(Ticks(chunk.ticks.due_ns + self._start_ns, chunk.ticks.steps))
+        self._note(chunk.reached)
+
+    def _note(self, reached: Reached) -> None:
+        offset_ns = self._start_ns + self._slip_ns()
+        rows = zip(
+            reached.t_ns.tolist(),
+            reached.index.tolist(),
+            reached.number.tolist(),
+            reached.position_m.tolist(),
+            reached.counts.tolist(),
+            strict=True,
+        )
+        for t_ns, index, number, position_m, counts in rows:
+            self.last_index = index
+            if number >= 0:
+                self._journal.target(t_ns + offset_ns, number, tuple(position_m), tuple(counts))
+
+    @property
+    def _still(self) -> bool:
+        seen = self._output.status()
+        return seen.state is OutputState.READY and seen.queued == 0
+
+    def _take_over_slip(self) -> None:
+        """A player that ran dry starts afresh: what it was late by is now part of the plan."""
+        if self._still:
+            slip_ns = self._output.status().slip_ns
+            self._start_ns += slip_ns - self._slip_before_ns
+            self._slip_before_ns = slip_ns
+
+    def _slip_ns(self) -> int:
+        return self._output.status().slip_ns - self._slip_before_ns

@@ -1,0 +1,66 @@
+"""Jobs waiting to run: checked, planned, and with a place for their recording."""
+
+from __future__ import annotations
+
+import re
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from firmware_py.job_file import load_job
+from firmware_py.planner.check import plan_of
+from firmware_py.planner.plan import Plan
+from firmware_py.robot_file import RobotFile, find, load_robot
+from foundation.errors import ConfigError, RecordingError
+
+
+@dataclass(frozen=True, slots=True)
+class QueuedJob:
+    """A job that passed its check."""
+
+    number: int
+    name: str
+    job_file: Path
+    plan: Plan
+    recording: Path
+
+
+def prepare(
+    number: int,
+    job_file: Path,
+    record: Path | None,
+    robot: RobotFile,
+    robot_file: Path,
+    recordings: Path,
+) -> QueuedJob:
+    """Read and check a job for `robot`, which was loaded from `robot_file`.
+
+    Raises ConfigError (also when the job is for another robot), NetworkError, MotionError,
+    RecordingError. Takes as long as mapping the whole path does.
+    """
+    job = load_job(job_file)
+    wanted = find(job.robot, beside=job_file)
+    if wanted.resolve() != robot_file.resolve() and load_robot(wanted) != robot:
+        raise ConfigError(
+            f"{job_file}: is for robot file {job.robot}, but this robot runs {robot_file.name};"
+            " change 'robot' in the job, or start the daemon with the other file"
+        )
+    plan = plan_of(job_file, robot)
+    chosen = record or (Path(job.record) if job.record else None)
+    return QueuedJob(number, job.name, job_file, plan, _place(job.name, chosen, recordings))
+
+
+def _place(name: str, chosen: Path | None, recordings: Path) -> Path:
+    """Where the recording goes; an existing file is never written over. Raises RecordingError."""
+    if chosen is not None:
+        path = chosen if chosen.suffix == ".mcap" else chosen.with_suffix(".mcap")
+        if path.exists():
+            raise RecordingError(f"{path}: exists already; choose another name or move it away")
+        return path
+    stem = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.") or "run"
+    stamp = time.strftime("%Y%m%d-%H%M%S")
+    free = (
+        recordings / f"{stem}-{stamp}{suffix}.mcap"
+        for suffix in ("", *(f"-{copy}" for copy in range(2, 1000)))
+    )
+    return next(path for path in free if not path.exists())

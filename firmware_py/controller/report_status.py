@@ -1,0 +1,71 @@
+"""The status of a controller as one snapshot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivers.steps.contract import Counts
+from firmware_py.controller.active_job import ActiveJob
+from firmware_py.controller.contract import SensorStatus, Status
+from firmware_py.controller.states import State
+from firmware_py.machine import Machine
+from firmware_py.robot_file import RobotFile
+from foundation.clock import NS_PER_S
+from models.linkage import Linkage, forward
+
+Three = tuple[float, float, float]
+TRUSTED = frozenset({State.READY, State.RUNNING, State.PAUSED})
+"""States in which the counters say where the arms are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Running:
+    """What of a controller changes while it runs."""
+
+    state: State
+    why: str
+    job: ActiveJob | None
+    queued: tuple[str, ...]
+    sensors: tuple[SensorStatus, ...]
+
+
+def snapshot(robot: RobotFile, machine: Machine, running: Running) -> Status:
+    """Everything a user may want to know now."""
+    now_ns = machine.clock.now_ns()
+    output = machine.output.status()
+    homed = running.state in TRUSTED
+    job = running.job
+    return Status(
+        state=running.state.value,
+        why=running.why,
+        robot=robot.name,
+        simulated=machine.simulated,
+        time_s=now_ns / NS_PER_S,
+        counts=output.counts,
+        angles_rad=_angles(robot, output.counts) if homed else None,
+        position_m=_position(robot, output.counts) if homed else None,
+        job=job.name if job else None,
+        job_id=job.number if job else None,
+        progress=job.progress(now_ns) if job else 0.0,
+        seconds_left=job.seconds_left(now_ns) if job else None,
+        queued=running.queued,
+        recording=job.recording if job else None,
+        recording_error=job.recording_error if job else "",
+        late_ns=output.slip_ns,
+        sensors=running.sensors,
+    )
+
+
+def _angles(robot: RobotFile, counts: Counts) -> Three:
+    first, second, third = (count * robot.drive.rad_per_step for count in counts)
+    return first, second, third
+
+
+def _position(robot: RobotFile, counts: Counts) -> Three | None:
+    pose = forward(Linkage.of(robot.geometry), np.array(_angles(robot, counts)))
+    if not np.isfinite(pose.position_m).all():
+        return None
+    x_m, y_m, z_m = pose.position_m.tolist()
+    return x_m, y_m, z_m
