@@ -5,20 +5,35 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from firmware_py.paths import circle, heart, points, spiral
+from firmware_py.paths.path import MAX_TARGETS
 from foundation.strict_yaml import Document, StrictModel
 
-Point = tuple[float, float, float]
+Coordinate = Annotated[float, Field(ge=-10.0, le=10.0, description="a robot arm is under 10 m")]
+Point = tuple[Coordinate, Coordinate, Coordinate]
+ArmAngle = Annotated[float, Field(ge=-360.0, le=360.0)]
 Size = Annotated[float, Field(gt=0.0, le=2.0)]
+Spacing = Annotated[float, Field(ge=1e-6, le=0.05)]
+"""A micrometre is less than any step; beyond 5 cm the arms no longer keep to the curve."""
+Dwell = Annotated[float, Field(ge=0.0, le=3600.0)]
+
+
+def _not_too_many(targets: float) -> None:
+    if targets > MAX_TARGETS:
+        raise ValueError(
+            f"the path has {targets:,.0f} targets, and {MAX_TARGETS:,} are allowed;"
+            " make spacing_m larger, or use repeats"
+        )
 
 
 class _Curve(StrictModel):
-    """What all curves in space share."""
+    """What all curves in space share. Each target is one call of the inverse kinematics."""
 
     centre_m: Point
-    spacing_m: Annotated[float, Field(gt=0.0, le=0.05)] = 0.0005
-    """Distance between targets along the path; each target is one network call."""
+    spacing_m: Spacing = 0.0005
+    """Distance between targets along the path (made a little shorter to fit the length)."""
 
 
 class Circle(_Curve):
@@ -28,13 +43,28 @@ class Circle(_Curve):
     radius_m: Size
     turns: Annotated[float, Field(ge=-1000.0, le=1000.0)] = 1.0
 
+    @model_validator(mode="after")
+    def _has_length(self) -> Circle:
+        if abs(self.turns) < 1e-3:
+            raise ValueError("turns must not be 0: the circle would have no length")
+        _not_too_many(circle.length_m(self.radius_m, self.turns) / self.spacing_m)
+        return self
+
 
 class Heart(_Curve):
-    """The level heart x = 16 sin^3 t, y = 13 cos t - 5 cos 2t - 2 cos 3t - cos 4t, by width."""
+    """The level heart x = 16 sin^3 t, y = 13 cos t - 5 cos 2t - 2 cos 3t - cos 4t, by width.
+
+    `centre_m` is the middle of its box; it is 0.904 times as high as wide.
+    """
 
     shape: Literal["heart"]
     width_m: Size
     turns: Annotated[int, Field(ge=1, le=1000)] = 1
+
+    @model_validator(mode="after")
+    def _bounded(self) -> Heart:
+        _not_too_many(heart.length_m(self.width_m, self.turns) / self.spacing_m)
+        return self
 
 
 class Spiral(_Curve):
@@ -43,7 +73,15 @@ class Spiral(_Curve):
     shape: Literal["spiral"]
     inner_radius_m: Size
     outer_radius_m: Size
-    turns: Annotated[float, Field(gt=0.0, le=1000.0)] = 3.0
+    turns: Annotated[float, Field(ge=1e-3, le=1000.0)] = 3.0
+
+    @model_validator(mode="after")
+    def _grows(self) -> Spiral:
+        if self.outer_radius_m <= self.inner_radius_m:
+            raise ValueError("outer_radius_m must be larger than inner_radius_m")
+        length_m = spiral.length_m(self.inner_radius_m, self.outer_radius_m, self.turns)
+        _not_too_many(length_m / self.spacing_m)
+        return self
 
 
 class Points(StrictModel):
@@ -51,26 +89,42 @@ class Points(StrictModel):
 
     shape: Literal["points"]
     points_m: Annotated[tuple[Point, ...], Field(min_length=1, max_length=10_000)]
-    dwell_s: Annotated[float, Field(ge=0.0, le=3600.0)] = 0.0
-    spacing_m: Annotated[float, Field(gt=0.0, le=0.05)] = 0.0005
+    dwell_s: Dwell = 0.0
+    spacing_m: Spacing = 0.0005
+
+    @model_validator(mode="after")
+    def _bounded(self) -> Points:
+        _not_too_many(points.target_count(self.points_m, self.spacing_m))
+        return self
 
 
 class Joints(StrictModel):
     """Arm angles one after another, straight in joint space, with a rest at each."""
 
     shape: Literal["joints"]
-    angles_deg: Annotated[tuple[Point, ...], Field(min_length=1, max_length=100_000)]
-    dwell_s: Annotated[float, Field(ge=0.0, le=3600.0)] = 0.0
+    angles_deg: Annotated[
+        tuple[tuple[ArmAngle, ArmAngle, ArmAngle], ...], Field(min_length=1, max_length=100_000)
+    ]
+    dwell_s: Dwell = 0.0
 
 
 class Survey(StrictModel):
-    """Random arm angles, as Zhao 2023 section 3 collects its training data."""
+    """Random arm angles, as Zhao 2023 section 3 collects its training data.
+
+    Triples that cannot be used are skipped and drawn again, see firmware_py/paths/survey.py.
+    """
 
     shape: Literal["survey"]
-    count: Annotated[int, Field(ge=1, le=1_000_000)]
-    angle_deg: tuple[float, float] = (-20.0, 110.0)
-    dwell_s: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
-    seed: Annotated[int, Field(ge=0)] = 1
+    count: Annotated[int, Field(ge=1, le=MAX_TARGETS)]
+    angle_deg: tuple[ArmAngle, ArmAngle] = (-20.0, 110.0)
+    dwell_s: Dwell = 0.0
+    seed: Annotated[int, Field(ge=0, le=2**63)] = 1
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Survey:
+        if self.angle_deg[0] >= self.angle_deg[1]:
+            raise ValueError("angle_deg must be [lowest, highest]")
+        return self
 
 
 PathSpec = Annotated[
@@ -79,7 +133,7 @@ PathSpec = Annotated[
 
 
 class Together(StrictModel):
-    """All motors step together, one tick every T_PWM, as in Zhao 2023."""
+    """All motors step together, one tick every T_PWM, as in Zhao 2023. There are no ramps."""
 
     mode: Literal["together"] = "together"
     t_pwm_s: Annotated[
@@ -91,10 +145,11 @@ class Accelerated(StrictModel):
     """Every motor keeps its own speed and acceleration limit; the path slows down where it must."""
 
     mode: Literal["accelerated"]
-    speed_mps: Annotated[float, Field(gt=0.0, le=10.0)]
-    joint_speed_radps: Annotated[float, Field(gt=0.0)] | None = None
-    joint_acceleration_radps2: Annotated[float, Field(gt=0.0)] | None = None
-    """Lower than the robot file's limits, or absent for those."""
+    speed_mps: Annotated[float, Field(ge=1e-6, le=10.0)]
+    """Speed of the platform along the path wherever the limits allow it."""
+    joint_speed_radps: Annotated[float, Field(ge=1e-5, le=1e3)] | None = None
+    """Not above the robot file's limit; absent for that limit. So too the acceleration."""
+    joint_acceleration_radps2: Annotated[float, Field(ge=1e-4, le=1e5)] | None = None
 
 
 Timing = Annotated[Together | Accelerated, Field(discriminator="mode")]
@@ -110,19 +165,21 @@ class NetworkIk(StrictModel):
     """A TFLite network; its file names the robot it was trained for."""
 
     kind: Literal["network"]
-    file: str
+    file: Annotated[str, Field(min_length=1, max_length=1000)]
+    """Sought beside the job, in `config/` and in `models/trained/`."""
 
 
 class JobFile(StrictModel):
     """One job. Named files are sought beside the job, then in the project."""
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
-    robot: str
+    robot: Annotated[str, Field(min_length=1, max_length=1000)]
     path: PathSpec
     timing: Timing
     inverse_kinematics: Annotated[GeometryIk | NetworkIk, Field(discriminator="kind")]
     repeats: Annotated[int, Field(ge=1, le=100_000)] = 1
-    record: str | None = None
+    """Each repeat begins and ends at rest; an open path is returned to its start between them."""
+    record: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
     """Where the recording goes; absent: `recordings/<name>-<date>.mcap`."""
     on_step_loss: Literal["stop", "warn"] = "stop"
 

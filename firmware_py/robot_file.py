@@ -2,31 +2,49 @@
 
 from __future__ import annotations
 
+import difflib
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from drivers.settings import InputSettings, Pin, RangingSettings, StepSettings
-from foundation.errors import ConfigError
+from foundation.errors import MissingFile
 from foundation.strict_yaml import Document, StrictModel
 from models.robot import KINDS, DeltaRobot, Drive, EffectEntry
 
-Rate = Annotated[float, Field(gt=0.0)]
+Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
+Coordinate = Annotated[float, Field(gt=-10.0, lt=10.0)]
 
 
 class Limits(StrictModel):
     """What no motion may exceed; checked along the whole path before anything moves."""
 
-    arm_deg: tuple[float, float] = (-20.0, 110.0)
-    box_m: tuple[tuple[float, float], tuple[float, float], tuple[float, float]] | None = None
-    """Cartesian box (x, y, z), each (low, high)."""
+    arm_deg: tuple[Angle, Angle] = (-20.0, 110.0)
+    """Lowest and highest commanded arm angle (rounding to a whole step may add half a step)."""
+    box_m: (
+        tuple[
+            tuple[Coordinate, Coordinate],
+            tuple[Coordinate, Coordinate],
+            tuple[Coordinate, Coordinate],
+        ]
+        | None
+    ) = None
+    """Cartesian box (x, y, z), each (low, high); the way from home into it is allowed."""
     step_rate_hz: Annotated[float, Field(gt=0.0, le=500_000.0)] = 20_000.0
     """CL57T takes 500 kHz; the pulse process on a Pi is good for about 10 to 20 kHz."""
-    joint_speed_radps: Annotated[float, Field(gt=0.0)] = 2.0
-    joint_acceleration_radps2: Annotated[float, Field(gt=0.0)] = 20.0
+    joint_speed_radps: Annotated[float, Field(gt=0.0, le=1000.0)] = 8.0
+    """The default is what 20 kHz gives on the Zhao drive (750 rev/min of the motor)."""
+    joint_acceleration_radps2: Annotated[float, Field(gt=0.0, le=1e5)] = 20.0
+    """In accelerated motion; stepping together (Zhao 2023) has no ramps to limit."""
+    approach_speed_radps: Annotated[float, Field(gt=0.0, le=1000.0)] = 0.5
+    """Joint speed of the move to where a path starts."""
     singularity_margin: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05
-    """Smallest |sin| between upper arm and forearm plane that a path may come to."""
+    """How near to singular a motion may come: smallest sine between a forearm and the plane of
+    its upper arm, and smallest volume spanned by the three forearm directions."""
+    network_deg: Annotated[float, Field(gt=0.0, le=180.0)] = 10.0
+    """How far a network's arm angles may lie from the geometry's before it counts as broken:
+    well above play, home offsets and length errors, well below a collision."""
 
     @model_validator(mode="after")
     def _ordered(self) -> Limits:
@@ -42,7 +60,7 @@ class Homing(StrictModel):
     """How the robot learns where its arms are: put against their stops, or by a switch an arm."""
 
     method: Literal["placed", "switch"] = "placed"
-    angle_deg: tuple[float, float, float] = (-20.0, -20.0, -20.0)
+    angle_deg: tuple[Angle, Angle, Angle] = (-20.0, -20.0, -20.0)
     switch_pins: tuple[Pin, Pin, Pin] | None = None
     switch_active_high: bool = False
     speed_radps: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
@@ -83,6 +101,16 @@ class RobotFile(DeltaRobot):
     as_built: AsBuilt = AsBuilt()
 
     @model_validator(mode="after")
+    def _home_is_allowed(self) -> RobotFile:
+        low, high = self.limits.arm_deg
+        for angle in self.homing.angle_deg:
+            if not low <= angle <= high:
+                raise ValueError(
+                    f"homing.angle_deg {angle:g} is outside limits.arm_deg [{low:g}, {high:g}]"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _pins_differ(self) -> RobotFile:
         steps = self.steps
         used = [*steps.step_pins, *steps.direction_pins, *self.ranging.xshut_pins]
@@ -105,18 +133,24 @@ def load_robot(path: Path) -> RobotFile:
 
 
 CONFIG_FOLDER = Path(__file__).resolve().parent.parent / "config"
+TRAINED_FOLDER = CONFIG_FOLDER.parent / "models" / "trained"
 
 
 def find(name: str, beside: Path | None = None) -> Path:
-    """Where a named file is: as given, beside the file that names it, or in `config/`.
+    """Where a named file is: as given, beside the file that names it, or in the project.
 
-    Raises MissingFile.
+    The project's places are `config/` and, for networks, `models/trained/`. Raises
+    MissingFile, which lists the files of that kind there are.
     """
     given = Path(name)
-    places = [given] if beside is None else [beside.parent / given]
-    places.append(CONFIG_FOLDER / given)
-    for place in places:
-        if place.is_file():
-            return place
-    here = sorted(path.name for path in CONFIG_FOLDER.glob("*.yaml"))
-    raise ConfigError(f"{name}: no such file here or in config/; there are {', '.join(here)}")
+    home = TRAINED_FOLDER if given.suffix == ".tflite" else CONFIG_FOLDER
+    folders = [Path() if beside is None else beside.parent, CONFIG_FOLDER, TRAINED_FOLDER]
+    for folder in folders:
+        if (folder / given).is_file():
+            return folder / given
+    pattern = f"*{given.suffix or '.yaml'}"
+    there = sorted({path.name for folder in folders for path in folder.glob(pattern)})
+    close = difflib.get_close_matches(given.name, there, n=1)
+    hint = f"did you mean '{close[0]}'?" if close else f"there are {', '.join(there) or 'none'}"
+    place = "here" if beside is None else f"beside {beside}"
+    raise MissingFile(f"{name}: no such file {place} or in {home.parent.name}/{home.name}; {hint}")

@@ -1,0 +1,39 @@
+"""The path of a job."""
+
+from __future__ import annotations
+
+from firmware_py.job_file import Circle, Heart, JobFile, Joints, Points, Spiral
+from firmware_py.paths.circle import circle
+from firmware_py.paths.heart import heart
+from firmware_py.paths.joints import joints
+from firmware_py.paths.path import Path
+from firmware_py.paths.points import points
+from firmware_py.paths.spiral import spiral
+from firmware_py.paths.survey import survey
+from firmware_py.robot_file import RobotFile
+from models.linkage import Linkage
+
+
+def path_of(job: JobFile, robot: RobotFile) -> Path:
+    """One repeat of the job's path. Raises UnreachablePoint for a survey that finds no poses."""
+    spec = job.path
+    if isinstance(spec, Circle):
+        return circle(spec.centre_m, spec.radius_m, spec.turns, spec.spacing_m)
+    if isinstance(spec, Heart):
+        return heart(spec.centre_m, spec.width_m, spec.turns, spec.spacing_m)
+    if isinstance(spec, Spiral):
+        return spiral(
+            spec.centre_m, spec.inner_radius_m, spec.outer_radius_m, spec.turns, spec.spacing_m
+        )
+    if isinstance(spec, Points):
+        return points(spec.points_m, spec.dwell_s, spec.spacing_m)
+    if isinstance(spec, Joints):
+        return joints(spec.angles_deg, spec.dwell_s)
+    return survey(
+        Linkage.of(robot.geometry),
+        spec.count,
+        spec.angle_deg,
+        spec.dwell_s,
+        spec.seed,
+        robot.limits.singularity_margin,
+    )

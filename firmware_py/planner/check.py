@@ -1,0 +1,76 @@
+"""From a job file to a plan that may run, and the summary of a dry run."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from drivers.steps.contract import Counts
+from firmware_py.job_file import JobFile, load_job
+from firmware_py.paths.of_job import path_of
+from firmware_py.planner.kinematics import kinematics_of
+from firmware_py.planner.limits import PathLimits
+from firmware_py.planner.plan import Plan, TimedLap, schedule_of
+from firmware_py.planner.summary import CheckSummary, summarise
+from firmware_py.planner.targets import Lap, LapBuilder, MappingFailed
+from firmware_py.planner.timing_accelerated import CurveSchedule
+from firmware_py.robot_file import RobotFile, find, load_robot
+from models.inverse_kinematics import InverseKinematics
+from models.linkage import Linkage
+
+
+def home_counts(robot: RobotFile) -> Counts:
+    """Counts of the home angles: where the arms are after homing."""
+    first, second, third = (
+        round(math.radians(angle) / robot.drive.rad_per_step) for angle in robot.homing.angle_deg
+    )
+    return first, second, third
+
+
+def make_plan(job: JobFile, robot: RobotFile, kinematics: InverseKinematics) -> Plan:
+    """Check the whole path of a job, all repeats, and time it.
+
+    Raises UnreachablePoint or LimitExceeded, naming the first bad point, and ConfigError.
+    """
+    limits = PathLimits(job, robot)
+    limits.check_timing()
+    path = path_of(job, robot)
+    builder = LapBuilder(kinematics, Linkage.of(robot.geometry), robot.drive.rad_per_step)
+    first = _timed(job, robot, limits, builder.first(path), 1)
+    again = None
+    if job.repeats > 1:
+        # A closed path is the same every time round.
+        again = first if path.is_closed else _timed(job, robot, limits, builder.again(path), 2)
+    return Plan(job, robot, kinematics, first, again, float(path.dwell_s[0]))
+
+
+def check_job(job_path: Path, from_counts: Counts | None = None) -> CheckSummary:
+    """Dry run of a job file from home (or other counts): what it would do.
+
+    Raises MissingFile, ConfigError, NetworkError, UnreachablePoint or LimitExceeded.
+    """
+    plan = plan_of(job_path)
+    return summarise(plan, from_counts or home_counts(plan.robot))
+
+
+def plan_of(job_path: Path, robot: RobotFile | None = None) -> Plan:
+    """The plan of a job file, for the robot it names or for one that is there already."""
+    job = load_job(job_path)
+    if robot is None:
+        robot = load_robot(find(job.robot, beside=job_path))
+    return make_plan(job, robot, kinematics_of(job, robot, job_path))
+
+
+def _timed(
+    job: JobFile,
+    robot: RobotFile,
+    limits: PathLimits,
+    built: tuple[Lap, MappingFailed | None],
+    repeat: int,
+) -> TimedLap:
+    lap, failed = built
+    reach, margins = limits.check(lap, failed, repeat)
+    schedule = schedule_of(job, robot, lap, reach)
+    if isinstance(schedule, CurveSchedule):
+        limits.check_swing(*schedule.angle_range_rad())
+    return TimedLap(lap, schedule, reach, margins)

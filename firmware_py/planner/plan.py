@@ -1,0 +1,126 @@
+"""A checked job: laps with their timing, ready to be streamed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivers.steps.contract import Counts
+from firmware_py.job_file import JobFile, Together
+from firmware_py.paths.path import Space
+from firmware_py.paths.reach import Reach
+from firmware_py.planner.approach import approach
+from firmware_py.planner.limits import joint_limits
+from firmware_py.planner.motion import Schedule
+from firmware_py.planner.targets import Lap
+from firmware_py.planner.timing_accelerated import CurveSchedule
+from firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
+from firmware_py.planner.timing_together import TogetherSchedule
+from firmware_py.robot_file import RobotFile
+from models.inverse_kinematics import InverseKinematics
+from models.robot import FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TimedLap:
+    """A lap, when its steps are due, and what was seen when it was checked."""
+
+    lap: Lap
+    schedule: Schedule
+    reach: Reach
+    margins: FloatArray
+
+    @property
+    def length_m(self) -> float:
+        """How far the platform travels [m]."""
+        if self.lap.space is Space.JOINT:
+            return float(self.reach.length_m.sum())
+        return float(np.linalg.norm(np.diff(self.lap.position_m, axis=0), axis=1).sum())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """A job that may run: every limit holds along the whole of it."""
+
+    job: JobFile
+    robot: RobotFile
+    kinematics: InverseKinematics
+    first: TimedLap
+    again: TimedLap | None
+    """The lap of every repeat but the first; None when there is only one."""
+    first_dwell_s: float
+    """Rest at the first target, before the first lap."""
+
+    def laps(self) -> Iterator[tuple[int, TimedLap]]:
+        """The laps with their repeat, from 1."""
+        yield 1, self.first
+        for repeat in range(2, self.job.repeats + 1):
+            assert self.again is not None
+            yield repeat, self.again
+
+    def approach(self, from_counts: Counts) -> MoveSchedule:
+        """The moves from where the arms are to the first target. Raises UnreachablePoint."""
+        start_rad = np.array(from_counts) * self.robot.drive.rad_per_step
+        return approach(self.robot, start_rad, self.first.lap.angles_rad[0])
+
+    @property
+    def first_counts(self) -> Counts:
+        """Where the path begins."""
+        return _counts(self.first.lap, 0)
+
+    @property
+    def last_counts(self) -> Counts:
+        """Where the arms are when the job is done."""
+        return _counts((self.again or self.first).lap, -1)
+
+    @property
+    def ramp_s(self) -> float:
+        """Shortest time in which pausing may bring the motion from full speed to rest.
+
+        Pausing adds speed / time to the accelerations planned, and must fit into what the plan
+        leaves of the limit. Stepping together has no acceleration to respect.
+        """
+        limits = motor_limits(self.job, self.robot)
+        spare = limits.acceleration_radps2 - limits.planned_acceleration_radps2
+        if isinstance(self.job.timing, Together):
+            return TOGETHER_RAMP_S
+        laps = [self.first] if self.again is None else [self.first, self.again]
+        peak_hz = max(float(timed.schedule.peak_rate_hz.max()) for timed in laps)
+        speed_radps = max(peak_hz * limits.rad_per_step, self.robot.limits.approach_speed_radps)
+        return max(TOGETHER_RAMP_S, speed_radps / spare)
+
+
+TOGETHER_RAMP_S = 0.2
+
+
+def schedule_of(job: JobFile, robot: RobotFile, lap: Lap, reach: Reach) -> Schedule:
+    """The timing of a checked lap."""
+    timing = job.timing
+    if isinstance(timing, Together):
+        return TogetherSchedule(lap.counts, lap.dwell_s, timing.t_pwm_s)
+    limits = motor_limits(job, robot)
+    if lap.space is Space.CARTESIAN and len(lap) > 1:
+        return CurveSchedule(
+            lap.angles_rad, lap.position_m, lap.rest, lap.dwell_s, timing.speed_mps, limits
+        )
+    with np.errstate(divide="ignore"):
+        fastest = timing.speed_mps / reach.steepest_m
+    return MoveSchedule(lap.angles_rad, lap.dwell_s, limits, fastest)
+
+
+def motor_limits(job: JobFile, robot: RobotFile) -> MotorLimits:
+    """What holds for every motor in a job."""
+    speed_radps, acceleration_radps2 = joint_limits(robot, job.timing)
+    return MotorLimits(
+        speed_radps=speed_radps,
+        acceleration_radps2=acceleration_radps2,
+        step_rate_hz=robot.limits.step_rate_hz,
+        rad_per_step=robot.drive.rad_per_step,
+    )
+
+
+def _counts(lap: Lap, row: int) -> Counts:
+    first, second, third = lap.counts[row].tolist()
+    return first, second, third

@@ -1,0 +1,134 @@
+"""The motion of a plan, made while it runs: a few hundred targets at a time.
+
+Each target in space is mapped again, one by one, as Zhao 2023 asks its network "at each time
+step", and must give the counts it gave when the whole path was checked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from drivers.steps.contract import Counts, Ticks
+from firmware_py.paths.path import Space
+from firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached, Schedule
+from firmware_py.planner.plan import Plan, TimedLap
+from firmware_py.planner.step_gate import StepGate
+from firmware_py.planner.targets import Lap
+from foundation.clock import ns
+from foundation.errors import MotionError
+from models.inverse_kinematics import TargetMapper
+
+BLOCK = 256
+"""Targets mapped ahead: some milliseconds of work, a second or two of motion."""
+
+
+class MotionStream:
+    """Chunks of a motion from where the arms are to the end of the job.
+
+    Iterating raises MotionError when a target no longer maps to the counts of the check.
+    """
+
+    def __init__(self, plan: Plan, from_counts: Counts):
+        """Find the way to the path's start. Raises UnreachablePoint."""
+        self.plan = plan
+        self.approach = plan.approach(from_counts)
+        self.path_start_ns = self.approach.duration_ns
+        """When the first target is reached; before that comes the approach."""
+        self.end_ns = _end_ns(plan, self.approach.duration_ns)
+        robot = plan.robot
+        self._mapper = TargetMapper(plan.kinematics, robot.drive, robot.limits.arm_deg)
+        self._gate = StepGate()
+
+    def __iter__(self) -> Iterator[Chunk]:
+        yield from self._approach()
+        lap_ns = self.path_start_ns + ns(self.plan.first_dwell_s)
+        index = 1
+        for repeat, timed in self.plan.laps():
+            self._gate.rules(*timed.schedule.gate_ns)
+            for first in range(0, len(timed.lap) - 1, BLOCK):
+                last = min(first + BLOCK, len(timed.lap) - 1)
+                self._map_again(timed.lap, first + 1, last, repeat)
+                reached = _reached(timed, first + 1, last, repeat, lap_ns, index)
+                yield from _chunks(timed.schedule, first, last, lap_ns, self._gate, reached)
+                index += last - first
+            lap_ns += timed.schedule.duration_ns
+            yield Chunk(NO_TICKS, NOTHING_REACHED, lap_ns)
+
+    def _approach(self) -> Iterator[Chunk]:
+        first = self.plan.first
+        self._map_again(first.lap, 0, 0, 1)
+        self._gate.rules(*self.approach.gate_ns)
+        there = _reached(first, 0, 0, 1, self.path_start_ns, 0)
+        moves = len(self.approach.reached_ns) - 1
+        yield from _chunks(self.approach, 0, moves, 0, self._gate, there)
+        if self.plan.first_dwell_s > 0.0:
+            until_ns = self.path_start_ns + ns(self.plan.first_dwell_s)
+            yield Chunk(NO_TICKS, NOTHING_REACHED, until_ns)
+
+    def _map_again(self, lap: Lap, first: int, last: int, repeat: int) -> None:
+        if lap.space is Space.JOINT:
+            return
+        counts_of = self._mapper.counts
+        checked = lap.counts[first : last + 1].tolist()
+        for row, (x_m, y_m, z_m) in enumerate(lap.targets[first : last + 1].tolist()):
+            counts = counts_of(x_m, y_m, z_m)
+            if list(counts) != checked[row]:
+                raise MotionError(
+                    f"{self.plan.job.name}: {lap.says(first + row)} (repeat {repeat}) maps to"
+                    f" counts {counts} now and to {tuple(checked[row])} when it was checked;"
+                    " the inverse kinematics has changed, check the job again"
+                )
+
+
+def _chunks(
+    schedule: Schedule, first: int, last: int, start_ns: int, gate: StepGate, reached: Reached
+) -> Iterator[Chunk]:
+    """Ticks from one target to another with what is reached on the way."""
+    end_ns = start_ns + int(schedule.reached_ns[last])
+    waiting: Ticks | None = None
+    for ticks in schedule.play(first, last, start_ns, gate):
+        if not len(ticks):
+            continue
+        if waiting is not None:
+            here, reached = _until(waiting, reached, int(waiting.due_ns[-1]))
+            yield here
+        waiting = ticks
+    ticks = waiting or NO_TICKS
+    # A motor that turned round may have been held back for a moment.
+    last_ns = max(end_ns, int(ticks.due_ns[-1])) if len(ticks) else end_ns
+    if len(reached):
+        reached.t_ns[-1] = last_ns
+    yield Chunk(ticks, reached, last_ns)
+
+
+def _until(ticks: Ticks, reached: Reached, until_ns: int) -> tuple[Chunk, Reached]:
+    count = int(np.searchsorted(reached.t_ns, until_ns, side="right"))
+    # The last target is kept back: its time is known only after the last tick.
+    count = min(count, max(0, len(reached) - 1))
+    chunk = Chunk(ticks, reached.part(slice(None, count)), until_ns)
+    return chunk, reached.part(slice(count, None))
+
+
+def _reached(
+    timed: TimedLap, first: int, last: int, repeat: int, lap_ns: int, index: int
+) -> Reached:
+    rows, lap = slice(first, last + 1), timed.lap
+    count = last + 1 - first
+    return Reached(
+        index=np.arange(index, index + count),
+        number=lap.number[rows],
+        repeat=np.full(count, repeat),
+        t_ns=lap_ns + timed.schedule.reached_ns[rows],
+        position_m=lap.position_m[rows],
+        angles_rad=lap.angles_rad[rows],
+        counts=lap.counts[rows],
+    )
+
+
+def _end_ns(plan: Plan, approach_ns: int) -> int:
+    end_ns = approach_ns + ns(plan.first_dwell_s) + plan.first.schedule.duration_ns
+    if plan.again is not None:
+        end_ns += (plan.job.repeats - 1) * plan.again.schedule.duration_ns
+    return end_ns

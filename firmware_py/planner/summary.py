@@ -1,0 +1,138 @@
+"""What a job would do, in numbers: the dry run."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from drivers.steps.contract import Counts
+from firmware_py.job_file import NetworkIk, Together
+from firmware_py.planner.plan import Plan, TimedLap
+from firmware_py.planner.stream import MotionStream
+from foundation.clock import NS_PER_S
+from models.robot import FloatArray
+
+Triple = tuple[float, float, float]
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class CheckSummary:
+    """The result of a dry run; figures of the path leave the approach out."""
+
+    job: str
+    robot: str
+    inverse_kinematics: str
+    timing: str
+    targets: int
+    """Targets of one repeat."""
+    repeats: int
+    path_length_m: float
+    """All repeats and the ways back between them."""
+    duration_s: float
+    """From home until the last rest is over."""
+    approach_s: float
+    moving_s: float
+    """Time on the path without the rests."""
+    mean_speed_mps: float
+    """Path length by the time it takes, without the rests."""
+    path_per_step_period_m: float | None
+    """Mean path length per T_PWM when stepping together (Zhao 2023, Table 4: 0.09305 mm)."""
+    peak_step_rate_hz: Triple
+    """Fastest steps of each motor on the path."""
+    approach_step_rate_hz: float
+    """Fastest steps of any motor on the way to the path's start."""
+    arm_range_deg: tuple[Range, Range, Range]
+    """Lowest and highest angle of each arm on the path."""
+    smallest_margin: float
+    """Nearest to singular on the path (limits.singularity_margin)."""
+    box_m: tuple[Range, Range, Range]
+    """Lowest and highest x, y, z of the platform on the path."""
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain types only."""
+        return asdict(self)
+
+
+def summarise(plan: Plan, from_counts: Counts) -> CheckSummary:
+    """Figures of a plan run from some counts. Raises UnreachablePoint for the approach."""
+    job, timed = plan.job, _laps(plan)
+    stream = MotionStream(plan, from_counts)
+    times = [1] if plan.again is None else [1, job.repeats - 1]
+    length_m = sum(n * lap.length_m for n, lap in zip(times, timed, strict=True))
+    moving_s = sum(n * _moving_s(lap) for n, lap in zip(times, timed, strict=True))
+    rates = [lap.schedule.peak_rate_hz for lap in timed]
+    mean_mps = length_m / moving_s if moving_s > 0.0 else 0.0
+    return CheckSummary(
+        job=job.name,
+        robot=plan.robot.name,
+        inverse_kinematics=_kinematics_in_words(plan),
+        timing=_timing_in_words(plan),
+        targets=len(plan.first.lap),
+        repeats=job.repeats,
+        path_length_m=length_m,
+        duration_s=stream.end_ns / NS_PER_S,
+        approach_s=stream.path_start_ns / NS_PER_S,
+        moving_s=moving_s,
+        mean_speed_mps=mean_mps,
+        path_per_step_period_m=(
+            mean_mps * job.timing.t_pwm_s if isinstance(job.timing, Together) else None
+        ),
+        peak_step_rate_hz=_triple(np.max(rates, axis=0)),
+        approach_step_rate_hz=float(stream.approach.peak_rate_hz.max()),
+        arm_range_deg=_arm_range_deg(timed),
+        smallest_margin=min(_margin(lap) for lap in timed),
+        box_m=_box(timed),
+    )
+
+
+def _laps(plan: Plan) -> list[TimedLap]:
+    return [plan.first] if plan.again is None else [plan.first, plan.again]
+
+
+def _moving_s(timed: TimedLap) -> float:
+    return (timed.schedule.duration_ns - timed.schedule.rest_ns) / NS_PER_S
+
+
+def _margin(timed: TimedLap) -> float:
+    return float(min(timed.margins.min(), timed.reach.margin.min(initial=1.0)))
+
+
+def _arm_range_deg(
+    laps: list[TimedLap],
+) -> tuple[Range, Range, Range]:
+    angles = np.rad2deg(np.concatenate([timed.lap.angles_rad for timed in laps]))
+    return _pairs(angles.min(axis=0), angles.max(axis=0))
+
+
+def _box(
+    laps: list[TimedLap],
+) -> tuple[Range, Range, Range]:
+    places = [timed.lap.position_m for timed in laps]
+    lows = [*places, *(timed.reach.low_m for timed in laps)]
+    highs = [*places, *(timed.reach.high_m for timed in laps)]
+    return _pairs(np.concatenate(lows).min(axis=0), np.concatenate(highs).max(axis=0))
+
+
+def _pairs(low: FloatArray, high: FloatArray) -> tuple[Range, Range, Range]:
+    first, second, third = zip(low.tolist(), high.tolist(), strict=True)
+    return first, second, third
+
+
+def _triple(values: FloatArray) -> Triple:
+    first, second, third = values.tolist()
+    return first, second, third
+
+
+def _kinematics_in_words(plan: Plan) -> str:
+    chosen = plan.job.inverse_kinematics
+    return f"network {chosen.file}" if isinstance(chosen, NetworkIk) else "geometry"
+
+
+def _timing_in_words(plan: Plan) -> str:
+    timing = plan.job.timing
+    if isinstance(timing, Together):
+        return f"together, T_PWM {timing.t_pwm_s:g} s"
+    return f"accelerated, {timing.speed_mps * 1e3:g} mm/s"
