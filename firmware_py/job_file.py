@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from firmware_py.paths import circle, heart, points, spiral
 from firmware_py.paths.path import MAX_TARGETS
@@ -152,7 +152,17 @@ class Accelerated(StrictModel):
     joint_acceleration_radps2: Annotated[float, Field(ge=1e-4, le=1e5)] | None = None
 
 
-Timing = Annotated[Together | Accelerated, Field(discriminator="mode")]
+def mode(timing: Any) -> Any:
+    """The mode that a `timing` section asks for; without one all motors step together."""
+    if isinstance(timing, dict):
+        return timing.get("mode", "together")
+    return getattr(timing, "mode", "together")
+
+
+Timing = Annotated[
+    Annotated[Together, Tag("together")] | Annotated[Accelerated, Tag("accelerated")],
+    Discriminator(mode),
+]
 
 
 class GeometryIk(StrictModel):

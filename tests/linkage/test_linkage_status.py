@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from foundation.errors import UnreachablePoint
 from models.linkage import (
     SINGULAR_MARGIN,
     Linkage,
     Status,
     forward,
     inverse,
+    inverse_one,
     parallel_margin,
     serial_margin,
 )
@@ -36,10 +38,14 @@ def test_an_outstretched_arm_is_the_edge_of_the_workspace(uzunovic: Linkage) -> 
         (1.0 + 1e-9, Status.UNREACHABLE),
         (1.0 - 1e-9, Status.OK),
         (1.0 + 1e-15, Status.SINGULAR),
+        (1.0 - 1e-14, Status.SINGULAR),
     ):
         angles_rad, status = inverse(others, outstretched(others, scale))
         assert status == expected, scale
         assert np.isnan(angles_rad).all() == (expected == Status.UNREACHABLE)
+        if expected != Status.OK:
+            with pytest.raises(UnreachablePoint):
+                inverse_one(others, *outstretched(others, scale))
 
 
 def test_singular_values_are_still_good(uzunovic: Linkage) -> None:
@@ -80,7 +86,7 @@ def test_elbows_in_one_spot_leave_the_platform_free(zhao: Linkage) -> None:
 def test_elbows_in_a_vertical_plane_have_no_lower_point() -> None:
     tall = Linkage(
         radius_m=np.array([0.1, 0.1, 0.1]),
-        upper_arm_m=np.array([0.2, 0.2, 0.2]),
+        upper_arm_m=np.array([0.2, 0.21, 0.22]),
         forearm_m=np.array([0.4, 0.4, 0.4]),
         azimuth_rad=np.deg2rad([0.0, 180.0, 0.0]),
         home_offset_rad=np.zeros(3),
@@ -88,6 +94,11 @@ def test_elbows_in_a_vertical_plane_have_no_lower_point() -> None:
     position_m, status = forward(tall, np.array([0.2, 0.2, 1.2]))
     assert status == Status.SINGULAR
     assert np.isnan(position_m).all()
+    for side_m in (0.1, -0.1):
+        target_m = (0.02, side_m, -0.3)
+        assert inverse(tall, np.array(target_m)).status == Status.SINGULAR
+        with pytest.raises(UnreachablePoint, match="is singular"):
+            inverse_one(tall, *target_m)
 
 
 def test_the_platform_above_its_elbows_is_refused(uzunovic: Linkage) -> None:
