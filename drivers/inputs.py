@@ -10,7 +10,6 @@ from collections.abc import Iterable
 from typing import Any
 
 from gpiozero import InputDevice
-from gpiozero.exc import GPIOZeroError
 
 from drivers.settings import InputSettings, PinPerMotor, StepSettings
 from foundation.errors import ConfigError
@@ -22,7 +21,7 @@ class InputLine:
     def __init__(self, pin: int, active_high: bool, pin_factory: Any | None = None):
         try:
             self._device = InputDevice(pin, pull_up=True, pin_factory=pin_factory)
-        except GPIOZeroError as error:
+        except Exception as error:  # gpiozero's and lgpio's errors have no common root
             raise ConfigError(f"GPIO {pin} cannot be used as an input: {error}") from error
         self._active_high = active_high
 

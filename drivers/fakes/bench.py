@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from functools import partial
 from mmap import mmap
+from typing import Protocol
 
 from drivers.fakes.lines import BENCH_BYTES, BenchMemory, Counts, FakeLines, FakeWiring
 from drivers.fakes.mock_pins import WiredFactory
@@ -23,6 +25,16 @@ def fake_wiring(settings: StepSettings, inputs: InputSettings) -> FakeWiring:
     )
 
 
+class Pins(Protocol):
+    """Where wires end: mock pins of gpiozero, or a GPIO chip."""
+
+    def connect(self, pin: int, on_level: Callable[[bool], None]) -> None:
+        """Call `on_level` when the program puts a level on this pin."""
+
+    def drive(self, pin: int, level: bool | None) -> None:
+        """A circuit puts a level on this pin, or lets it go (None)."""
+
+
 class FakeBench:
     """Hands on the simulated robot: press the button, trip a drive, see where the motors are.
 
@@ -31,7 +43,13 @@ class FakeBench:
     """
 
     def __init__(
-        self, settings: StepSettings, inputs: InputSettings, clock: Clock, *, shared: bool = False
+        self,
+        settings: StepSettings,
+        inputs: InputSettings,
+        clock: Clock,
+        *,
+        shared: bool = False,
+        pins: Pins | None = None,
     ):
         self.wiring = fake_wiring(settings, inputs)
         self.descriptor = os.memfd_create("deltactl-bench") if shared else None
@@ -43,6 +61,7 @@ class FakeBench:
         self.memory = BenchMemory(self._block)
         self.lines = FakeLines(self.memory, clock.now_ns, self.wiring)
         self.pin_factory = WiredFactory()
+        self._pins: Pins = pins or self.pin_factory
         self._settings, self._inputs = settings, inputs
         self._connect()
 
@@ -80,13 +99,13 @@ class FakeBench:
 
     def _connect(self) -> None:
         """Solder the drives to the pins."""
-        settings, factory = self._settings, self.pin_factory
+        settings, pins = self._settings, self._pins
         for motor in range(3):
-            factory.connect(settings.step_pins[motor], partial(self._level, 1 << motor))
+            pins.connect(settings.step_pins[motor], partial(self._level, 1 << motor))
             direction_bit = 1 << (DIRECTION_SHIFT + motor)
-            factory.connect(settings.direction_pins[motor], partial(self._level, direction_bit))
+            pins.connect(settings.direction_pins[motor], partial(self._level, direction_bit))
         if settings.enable_pin is not None:
-            factory.connect(settings.enable_pin, partial(self._level, ENABLE_BIT))
+            pins.connect(settings.enable_pin, partial(self._level, ENABLE_BIT))
         self.lines.on_alarms = self._show_alarms
         self._show_alarms(0)
         self._set_estop(False)
@@ -98,16 +117,25 @@ class FakeBench:
         self.memory.estop_pressed = pressed
         if self._inputs.estop_pin is not None:
             level = pressed == bool(self.wiring.estop_level)
-            self.pin_factory.drive(self._inputs.estop_pin, level)
+            self._pins.drive(self._inputs.estop_pin, level)
 
     def _show_alarms(self, alarms: int) -> None:
         for motor, pin in enumerate(self._settings.alarm_pins or ()):
             level = bool(alarms >> motor & 1) == bool(self.wiring.alarm_level)
-            self.pin_factory.drive(pin, level)
+            self._pins.drive(pin, level)
 
 
 def fake_bench(
-    settings: StepSettings, inputs: InputSettings, clock: Clock, *, shared: bool = False
+    settings: StepSettings,
+    inputs: InputSettings,
+    clock: Clock,
+    *,
+    shared: bool = False,
+    pins: Pins | None = None,
 ) -> FakeBench:
-    """The complete fake bench for these settings; `shared` when a pulse process moves it."""
-    return FakeBench(settings, inputs, clock, shared=shared)
+    """The complete fake bench for these settings.
+
+    shared: a pulse process moves it. pins: what the drives are soldered to, if not to the
+    bench's own `pin_factory`.
+    """
+    return FakeBench(settings, inputs, clock, shared=shared, pins=pins)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from gpiozero import OutputDevice
-from gpiozero.exc import GPIOZeroError
 
 from drivers.inputs import InputLine, alarm_inputs, estop_input
 from drivers.settings import InputSettings, StepSettings
@@ -33,12 +32,12 @@ class GpiozeroLines:
         self._levels = 0
         try:
             self._claim(settings, inputs, pin_factory)
-        except GPIOZeroError as error:
-            self.close()
-            raise ConfigError(f"the step pins cannot be used: {error}") from error
         except ConfigError:
             self.close()
             raise
+        except Exception as error:  # gpiozero's and lgpio's errors have no common root
+            self.close()
+            raise ConfigError(f"the step pins cannot be used: {error}") from error
 
     def write(self, levels: int, mask: int) -> None:
         """See LineGroup. Raises PulseFault."""
@@ -51,7 +50,7 @@ class GpiozeroLines:
                 device = self._devices.get(bit)
                 if device is not None:
                     device.value = bool(levels & bit)
-        except GPIOZeroError as error:
+        except Exception as error:
             raise PulseFault(f"a step pin cannot be written: {error}") from error
 
     def read(self) -> int:
@@ -61,7 +60,7 @@ class GpiozeroLines:
             for bit, line in self._inputs:
                 if line.level:
                     levels |= bit
-        except GPIOZeroError as error:
+        except Exception as error:
             raise PulseFault(f"an input pin cannot be read: {error}") from error
         return levels
 

@@ -41,7 +41,7 @@ class TaskHost:
                 return
             try:
                 self._player.serve()
-            except OSError as error:
+            except Exception as error:  # whatever it is, motion must end
                 self._fail(error)
 
     def play(self) -> None:
@@ -81,7 +81,7 @@ class TaskHost:
             with self._lock:
                 try:
                     wake_ns = next(plays, None)
-                except OSError as error:
+                except Exception as error:
                     self._fail(error)
                     wake_ns = None
                 if wake_ns is None:
@@ -89,7 +89,7 @@ class TaskHost:
                     return
             yield wake_ns
 
-    def _fail(self, error: OSError) -> None:
+    def _fail(self, error: Exception) -> None:
         self._fault = f"the step lines failed ({error})"
         self._player.stop(LINE_FAULT)
 

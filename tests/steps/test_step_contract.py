@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
-from drivers.fakes.bench import FakeBench
+from drivers.fakes.bench import FakeBench, fake_bench
+from drivers.fakes.gpio_chip import GpioChip
+from drivers.fakes.syscall_trap import SyscallTrap, available
 from drivers.settings import InputSettings, StepSettings
 from drivers.steps.build import build_step_output, simulated_step_output
 from drivers.steps.contract import OutputState, StepOutput, Ticks
@@ -282,6 +285,26 @@ class TestPulseProcessInRealTime(StepOutputContract):
         made = simulated_step_output(STEPS, INPUTS, clock, realtime=True)
         yield Rig(made.output, clock, 1_000_000, made.bench)
         made.close()
+
+
+class TestPulseProcessThroughLgpio(StepOutputContract):
+    """What runs on a Pi, down to lgpio; only the kernel's GPIO chip is a model."""
+
+    @pytest.fixture
+    def rig(self, monkeypatch: pytest.MonkeyPatch) -> Iterator[Rig]:
+        pytest.importorskip("lgpio", exc_type=ImportError)
+        if not available():
+            pytest.skip("needs seccomp user notification (Linux 5.14)")
+        clock, chip = RealClock(), GpioChip()
+        bench = fake_bench(STEPS, INPUTS, clock, pins=chip)
+        trap = SyscallTrap({"/dev/gpiochip0": chip}, (0xB4,))
+        monkeypatch.setattr(sys, "executable", trap.executable)
+        output = build_step_output(STEPS, INPUTS, clock)
+        monkeypatch.undo()
+        yield Rig(output, clock, 1_000_000, bench)
+        output.close()
+        trap.close()
+        assert not any(chip.outputs[pin] for pin in STEPS.step_pins)
 
 
 def real_rig(request: pytest.FixtureRequest, backend: str) -> Iterator[Rig]:
