@@ -94,39 +94,45 @@ class FakeI2cBus:
         """One transaction. Raises OSError with the kernel's errno."""
         with self._lock:
             self.transfers += 1
-            failure = self._failure(i2c_msgs[0].addr)
-            bits = 1
-            for message in i2c_msgs:
-                acknowledged = failure is None and self._message(message)
-                bits += 9 * (1 + message.len) if acknowledged else 9
-                if not acknowledged:
-                    failure = failure or errno.EREMOTEIO
-                    break
+            failure, bits = self._transfer(i2c_msgs)
             if self._ns_per_bit:
                 wire_ns = round(bits * self._ns_per_bit)
                 self._clock.sleep_until_ns(self._clock.now_ns() + wire_ns)
         if failure is not None:
             raise OSError(failure, os.strerror(failure))
 
-    def _failure(self, address: int) -> int | None:
-        """An errno that the transfer ends with whatever the messages are."""
+    def _transfer(self, messages: Sequence[i2c_msg]) -> tuple[int | None, int]:
+        """Carry out the messages; (errno or None, bits on the wire)."""
+        failure, bits = self._blocked(), 1
+        for count, message in enumerate(messages):
+            chips = [] if failure else [c for c in self.chips if c.answers(message.addr)]
+            if chips and count == 0:
+                failure = self._disturbed(chips)
+            if failure or not chips:
+                return failure or errno.EREMOTEIO, bits + 9
+            self._message(message, chips)
+            bits += 9 * (1 + message.len)
+        return None, bits
+
+    def _blocked(self) -> int | None:
+        """The errno of a bus on which nothing can be said at all."""
         if not self._open:
             return errno.EBADF
         if self.gone:
             return errno.ENODEV
-        if self.stuck or any(chip.holds_sda for chip in self.chips):
+        if self.stuck:
             return errno.ETIMEDOUT
-        addressed = [chip for chip in self.chips if chip.answers(address)]
-        failures = [chip.faults.transfer_errno() for chip in addressed]
-        if failures and all(failure is not None for failure in failures):
-            return failures[0]
+        for chip in self.chips:
+            if chip.holds_sda:
+                return errno.ETIMEDOUT
         return None
 
-    def _message(self, message: i2c_msg) -> bool:
-        """Carry out one message; whether somebody acknowledged its address."""
-        chips = [chip for chip in self.chips if chip.answers(message.addr)]
-        if not chips:
-            return False
+    def _disturbed(self, addressed: Sequence[Chip]) -> int | None:
+        """The errno that the faults of the chips give; one undisturbed chip is enough to go on."""
+        failures = [chip.faults.transfer_errno() for chip in addressed]
+        return failures[0] if None not in failures else None
+
+    def _message(self, message: i2c_msg, chips: Sequence[Chip]) -> None:
         if message.flags & _READ_FLAG:
             data = chips[0].read(message.len)
             for other in chips[1:]:
@@ -136,4 +142,3 @@ class FakeI2cBus:
             data = ctypes.string_at(message.buf, message.len)
             for chip in chips:
                 chip.write(data)
-        return True

@@ -48,6 +48,8 @@ class Vl53l1xChip:
     ):
         self.faults = ChipFaults()
         self.scene = Scene()
+        self.address = 0
+        """7-bit address it answers at."""
         self.samples = 0
         """How many samples it has made since the model was built."""
         self._clock = clock
@@ -58,6 +60,7 @@ class Vl53l1xChip:
         self._xshut_high = xshut_high
         self._booted_ns = 0
         self._firmware_ns = 0
+        self._firmware_up = False
         self._mode = 0
         self._next_ready_ns = 0
         self._period_ns = 0
@@ -85,11 +88,6 @@ class Vl53l1xChip:
         return self._mode != 0
 
     @property
-    def address(self) -> int:
-        """The address register."""
-        return self._registers.get(reg.I2C_ADDRESS, 1) & 0x7F
-
-    @property
     def holds_sda(self) -> bool:
         """Whether it blocks the bus."""
         return self.faults.sda_stuck
@@ -98,7 +96,7 @@ class Vl53l1xChip:
 
     def answers(self, address: int) -> bool:
         """Whether it acknowledges this address now."""
-        if self.faults.unpowered or not self._running or address != self.address:
+        if address != self.address or self.faults.unpowered or not self._running:
             return False
         now_ns = self._clock.now_ns()
         if now_ns < self._booted_ns:
@@ -126,6 +124,8 @@ class Vl53l1xChip:
 
     def _reset(self) -> None:
         self._registers.reset()
+        self.address = self._registers.get(reg.I2C_ADDRESS, 1)
+        self._firmware_up = False
         self._mode = 0
         self._stream = None
         self.faults.sda_stuck = False
@@ -134,18 +134,23 @@ class Vl53l1xChip:
 
     def _catch_up(self, now_ns: int) -> None:
         """Bring the registers up to date; called before every message."""
-        registers, faults = self._registers, self.faults
-        if registers.get(reg.FIRMWARE_STATUS, 1) != 0x03 and now_ns >= self._firmware_ns:
-            registers.put(reg.FIRMWARE_STATUS, b"\x03")
-            if faults.model_id is not None:
-                registers.put(reg.MODEL_ID, faults.model_id.to_bytes(2, "big"))
-            if faults.no_osc_calibration:
-                registers.put(reg.SLOW_OSC, b"\0\0")
+        if not self._firmware_up and now_ns >= self._firmware_ns:
+            self._boot()
         while self._mode and self._next_ready_ns <= now_ns:
             self._finish_range(now_ns)
 
+    def _boot(self) -> None:
+        self._firmware_up = True
+        self._registers.put(reg.FIRMWARE_STATUS, b"\x03")
+        if self.faults.model_id is not None:
+            self._registers.put(reg.MODEL_ID, self.faults.model_id.to_bytes(2, "big"))
+        if self.faults.no_osc_calibration:
+            self._registers.put(reg.SLOW_OSC, b"\0\0")
+
     def _react(self, index: int, value: int) -> None:
-        if index == reg.INTERRUPT_CLEAR and value & 1:
+        if index == reg.I2C_ADDRESS:
+            self.address = value & 0x7F
+        elif index == reg.INTERRUPT_CLEAR and value & 1:
             self._set_flag(False)
             self._registers.put(reg.INTERRUPT_STATUS, b"\0")
         elif index == reg.FLAG_POLARITY:

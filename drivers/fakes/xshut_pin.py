@@ -16,9 +16,11 @@ class XshutPin(MockPin):  # type: ignore[misc]  # gpiozero has no types
     """
 
     def __init__(self, factory: Any, info: Any, on_level: Callable[[bool], None]):
-        self.on_level = on_level
+        self.on_level: Callable[[bool], None] = lambda level: None
         super().__init__(factory, info)
         self._pull_up()
+        self.on_level = on_level
+        on_level(True)
 
     def _set_function(self, value: str) -> None:
         super()._set_function(value)
@@ -42,5 +44,4 @@ class XshutPin(MockPin):  # type: ignore[misc]  # gpiozero has no types
 def connect_xshut(factory: Any, number: int, on_level: Callable[[bool], None]) -> XshutPin:
     """Put a sensor's XSHUT on a BCM pin of a gpiozero MockFactory; tells it the level at once."""
     pin: XshutPin = factory.pin(number, pin_class=XshutPin, on_level=on_level)
-    on_level(bool(pin.state))
     return pin

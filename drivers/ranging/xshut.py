@@ -32,10 +32,17 @@ class OpenDrainLine:
     def __init__(self, factory: Any, number: int):
         """`factory` is a gpiozero pin factory, `number` a BCM number."""
         self._factory = factory
+        self._number = number
         factory.reserve_pins(self, number)
         self._pin = factory.pin(number)
-        self._number = number
         self.off()
+
+    def __repr__(self) -> str:
+        return f"OpenDrainLine(GPIO {self._number})"
+
+    def _conflicts_with(self, other: object) -> bool:
+        """Asked by gpiozero when something else wants the pin: never share it."""
+        return True
 
     def off(self) -> None:
         """Drive low."""
