@@ -106,7 +106,7 @@ files = st.lists(st.tuples(keys, values), max_size=6).map(
 )
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=300, deadline=None)
 @given(st.text())
 @example("a: !!timestamp foo")
 @example("a: !!bool foo")
@@ -125,7 +125,7 @@ def test_any_text(text: str) -> None:
     outcome(text)
 
 
-@settings(max_examples=600, deadline=None)
+@settings(max_examples=300, deadline=None)
 @given(files)
 def test_anything_that_looks_like_a_file(text: str) -> None:
     outcome(text)

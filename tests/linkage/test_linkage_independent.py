@@ -88,7 +88,7 @@ class LoopClosure:
         true_rad = angles_rad + self.offset_rad
         elbows = np.array([self.elbow_m(arm, true_rad[arm]) for arm in range(3)])
         point = elbows.mean(axis=0) - [0.0, 0.0, 2.0 * self.forearm_m.max()]
-        for _ in range(60):
+        for _ in range(25):
             slopes = [2.0 * (self.wrist_m(arm, point) - elbows[arm]) for arm in range(3)]
             gaps = [self.gap_m2(arm, true_rad[arm], point) for arm in range(3)]
             point = point - np.linalg.solve(slopes, gaps)
