@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from drivers.fakes.bench import FakeBench
+from drivers.fakes.ranging_rig import RangingRig
 from drivers.ranging.contract import RangingSensors
 from drivers.steps.contract import StepOutput
 from firmware_py.simulation.world import SimulatedRobot
@@ -23,6 +24,8 @@ class Machine:
     world: SimulatedRobot | None = None
     bench: FakeBench | None = None
     """The simulated drives and buttons, in simulation only."""
+    rig: RangingRig | None = None
+    """The simulated sensors and their bus, in simulation only."""
     home_switches: tuple[Callable[[], bool], ...] = ()
     """One for each arm, true while pressed; empty when the robot has none."""
     closers: tuple[Callable[[], None], ...] = field(default_factory=tuple)

@@ -45,6 +45,7 @@ def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:
         sensors=rig.bank,
         world=world,
         bench=steps.bench,
+        rig=rig,
         closers=(steps.bench.close,),
     )
 

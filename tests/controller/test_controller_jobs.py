@@ -1,0 +1,159 @@
+"""Jobs on the simulated robot: they follow the path, pause on it, and leave whole recordings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firmware_py.controller.controller import Controller
+from foundation.clock import sleep_s
+from foundation.errors import ConfigError, LimitExceeded, RecordingError, UnreachablePoint
+from recording.reader import read_run
+from recording.run import Run
+
+
+def run_of(result) -> Run:
+    assert result.recording is not None
+    return read_run(Path(result.recording))
+
+
+def test_a_circle_is_followed_and_recorded(homed: Controller, write_job, finish) -> None:
+    result = finish(homed, homed.submit(write_job()))
+    assert (result.outcome, result.why, result.recording_error) == ("done", "", "")
+    run = run_of(result)
+    assert run.complete
+    # The step edges end where the last target is, and the arms really went there.
+    assert run.edges.counts[-1].tolist() == run.targets.steps[-1].tolist()
+    assert run.edges.counts[-1].tolist() == list(homed.status().counts)
+    at = np.searchsorted(run.truth.t_ns, run.targets.t_ns)
+    inside = at < len(run.truth.t_ns)
+    error_m = run.truth.position_m[at[inside]] - run.targets.position_m[inside]
+    assert np.abs(error_m).max() < 0.002  # one reading round later: 20 ms at about 50 mm/s
+    for axis in "xyz":
+        rate_hz = np.diff(run.readings[axis].t_ns).mean() * 1e-9
+        assert rate_hz == pytest.approx(0.02, rel=0.02)
+
+
+def test_pausing_stays_on_the_path(homed: Controller, write_job, finish) -> None:
+    number = homed.submit(write_job())
+    sleep_s(homed.clock, 5.0)
+    homed.pause()
+    sleep_s(homed.clock, 1.0)
+    assert homed.status().state == "paused"
+    held = homed.status().counts
+    sleep_s(homed.clock, 1.0)
+    assert homed.status().counts == held
+    homed.resume()
+    paused = run_of(finish(homed, number))
+    straight = run_of(finish(homed, homed.submit(write_job("again"))))
+    path = paused.edges.counts[paused.edges.t_ns >= _path_start(paused)]
+    same = straight.edges.counts[straight.edges.t_ns >= _path_start(straight)]
+    # The same sequence of counts, whatever the times.
+    assert _unique_rows(path)[-500:].tolist() == _unique_rows(same)[-500:].tolist()
+
+
+def _path_start(run: Run) -> int:
+    return next(event.t_ns for event in run.events if event.kind == "path_start")
+
+
+def _unique_rows(counts: np.ndarray) -> np.ndarray:
+    return counts[np.concatenate([[True], np.any(np.diff(counts, axis=0) != 0, axis=1)])]
+
+
+def test_cancelling_drops_the_queue(homed: Controller, write_job, finish) -> None:
+    first = homed.submit(write_job())
+    second = homed.submit(write_job("second"))
+    sleep_s(homed.clock, 2.0)
+    homed.cancel()
+    assert finish(homed, first).outcome == "cancelled"
+    assert finish(homed, second).outcome == "cancelled"
+    assert homed.status().state == "ready"
+
+
+def test_queued_jobs_run_one_after_the_other(homed: Controller, write_job, finish) -> None:
+    numbers = [homed.submit(write_job(name)) for name in ("one", "two")]
+    sleep_s(homed.clock, 1.0)
+    assert homed.status().job == "one"
+    assert homed.status().queued == ("two",)
+    results = [finish(homed, number) for number in numbers]
+    assert [result.outcome for result in results] == ["done", "done"]
+    assert results[0].recording != results[1].recording
+
+
+def test_the_emergency_stop_ends_the_pulses_and_the_job(
+    homed: Controller, write_job, finish
+) -> None:
+    number = homed.submit(write_job())
+    sleep_s(homed.clock, 5.0)
+    bench = homed.machine.bench
+    assert bench is not None
+    bench.press_estop()
+    sleep_s(homed.clock, 0.005)
+    stopped_at = bench.counts()
+    result = finish(homed, number)
+    assert result.outcome == "stopped"
+    assert "e-stop" in result.why
+    sleep_s(homed.clock, 0.5)
+    assert bench.counts() == stopped_at
+    run = run_of(result)
+    assert any(event.kind == "stop" for event in run.events)
+    assert tuple(run.edges.counts[-1] - run.edges.counts[0]) == tuple(
+        np.subtract(homed.status().counts, run.edges.counts[0])
+    )
+
+
+def test_a_drive_alarm_is_a_fault_that_names_the_motor(
+    homed: Controller, write_job, finish
+) -> None:
+    number = homed.submit(write_job())
+    sleep_s(homed.clock, 5.0)
+    bench = homed.machine.bench
+    assert bench is not None
+    bench.trip(2)
+    result = finish(homed, number)
+    assert result.outcome == "fault"
+    assert "motor2" in result.why
+    assert homed.status().state == "fault"
+
+
+def test_a_dead_bus_stops_the_robot_and_says_so(homed: Controller, write_job, finish) -> None:
+    number = homed.submit(write_job())
+    sleep_s(homed.clock, 5.0)
+    rig = homed.machine.rig
+    assert rig is not None
+    rig.bus.stuck = True
+    result = finish(homed, number)
+    assert result.outcome == "fault"
+    assert "bus" in result.why
+    assert run_of(result).end_ns > 0
+
+
+@pytest.mark.parametrize(
+    ("radius_m", "error"), [(0.9, UnreachablePoint), (0.3, (UnreachablePoint, LimitExceeded))]
+)
+def test_a_path_out_of_reach_is_refused_before_anything_moves(
+    homed: Controller, write_job, radius_m: float, error
+) -> None:
+    before = homed.status().counts
+    with pytest.raises(error, match=r"point \d+ at"):
+        homed.submit(write_job("wide", radius_m=radius_m))
+    sleep_s(homed.clock, 0.5)
+    assert homed.status().counts == before
+
+
+def test_a_job_for_another_robot_is_refused(homed: Controller, write_job) -> None:
+    from firmware_py.robot_file import CONFIG_FOLDER
+
+    job = write_job("foreign", robot=CONFIG_FOLDER / "uzunovic-2013.yaml")
+    with pytest.raises(ConfigError, match=r"this robot runs zhao-2023\.yaml"):
+        homed.submit(job)
+
+
+def test_a_recording_is_never_written_over(homed: Controller, write_job, tmp_path: Path) -> None:
+    there = tmp_path / "there.mcap"
+    there.write_bytes(b"precious")
+    with pytest.raises(RecordingError, match="exists already"):
+        homed.submit(write_job(), record=there)
+    assert there.read_bytes() == b"precious"

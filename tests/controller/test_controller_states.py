@@ -1,0 +1,89 @@
+"""Which request is taken in which state, homing, and the latched stop."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from firmware_py.controller.controller import Controller
+from firmware_py.controller.states import ALLOWED, WAY_OUT, Request, State, require
+from foundation.clock import sleep_s
+from foundation.errors import EmergencyStop, NotReady
+
+
+@pytest.mark.parametrize("request_", list(Request))
+@pytest.mark.parametrize("state", list(State))
+def test_a_refusal_says_what_to_do(request_: Request, state: State) -> None:
+    if state in ALLOWED[request_]:
+        require(request_, state)
+        return
+    with pytest.raises(NotReady) as refused:
+        require(request_, state)
+    assert state.value in str(refused.value)
+    assert WAY_OUT[state] in str(refused.value)
+
+
+def test_on_home_off(controller: Controller) -> None:
+    assert controller.status().state == "off"
+    controller.power_on()
+    assert controller.status().state == "unhomed"
+    assert controller.status().angles_rad is None
+    controller.home()
+    status = controller.status()
+    assert status.state == "ready"
+    assert status.angles_rad is not None
+    np.testing.assert_allclose(np.rad2deg(status.angles_rad), 30.0, atol=0.0225)
+    controller.power_off()
+    assert controller.status().state == "off"
+    controller.power_on()
+    assert controller.status().state == "unhomed"
+
+
+def test_nothing_runs_unhomed(controller: Controller, write_job) -> None:
+    controller.power_on()
+    with pytest.raises(NotReady, match=r"unhomed.*deltactl home"):
+        controller.submit(write_job())
+
+
+def test_homing_is_refused_when_the_sensors_disagree(controller: Controller) -> None:
+    controller.power_on()
+    world = controller.machine.world
+    assert world is not None
+    world._zero_steps = world._zero_steps + 400.0  # somebody moved the arms by 9 degrees
+    sleep_s(controller.clock, 0.2)
+    with pytest.raises(NotReady, match=r"sensor z reads .* but .* is expected"):
+        controller.home()
+    assert controller.status().state == "unhomed"
+
+
+def test_homing_again_drives_back_to_the_home_angles(homed: Controller, write_job, finish) -> None:
+    assert finish(homed, homed.submit(write_job())).outcome == "done"
+    assert homed.status().counts != (1333, 1333, 1333)
+    homed.home()
+    assert homed.status().state == "ready"
+    assert homed.status().counts == (1333, 1333, 1333)
+
+
+def test_the_emergency_stop_is_latched(homed: Controller) -> None:
+    bench = homed.machine.bench
+    assert bench is not None
+    bench.press_estop()
+    sleep_s(homed.clock, 0.05)
+    assert homed.status().state == "stopped"
+    with pytest.raises(NotReady, match="acknowledge"):
+        homed.home()
+    with pytest.raises(EmergencyStop):
+        homed.acknowledge()
+    bench.release_estop()
+    sleep_s(homed.clock, 0.05)
+    assert homed.status().state == "stopped"
+    homed.acknowledge()
+    assert homed.status().state == "unhomed"
+
+
+def test_progress_grows_in_every_resting_state(controller: Controller) -> None:
+    for enter in (lambda: None, controller.power_on, controller.home):
+        enter()
+        before = controller.progress_count()
+        sleep_s(controller.clock, 0.2)
+        assert controller.progress_count() > before
