@@ -1,0 +1,153 @@
+"""`deltactl install`: says what a Raspberry Pi needs to run the service, and does it on demand."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from firmware_py.install.boot import boot_file, with_options
+from firmware_py.install.header import PULLED_UP_AT_BOOT
+from firmware_py.install.steps import Run, Step, WriteFile, text_of
+from firmware_py.install.unit import Place, service_unit, template
+from firmware_py.install.wiring import as_text, wiring
+from firmware_py.machine import is_raspberry_pi
+from firmware_py.robot_file import RobotFile, load_robot
+from foundation.errors import HardwareError, ServiceError
+
+Say = Callable[[str], None]
+HIDDEN = (Path("/home"), Path("/root"), Path("/run/user"), Path("/tmp"), Path("/var/tmp"))
+"""ProtectHome= and PrivateTmp= of the unit hide these from the daemon."""
+
+
+def install(robot_file: Path, *, apply: bool, say: Say = print, root: Path = Path("/")) -> None:
+    """Print wiring, steps and hindrances; with `apply`, carry the steps out.
+
+    root: where the files go (tests). Raises ConfigError for a bad robot file, HardwareError
+    or ServiceError when `apply` is not possible here.
+    """
+    robot = load_robot(robot_file)
+    place = Place(robot_file.resolve())
+    on_pi = is_raspberry_pi(root / "proc/device-tree/model")
+    if apply:
+        _check_possible(on_pi, place)
+    steps = plan(robot, place, root, operator())
+    say(f"Wiring of '{robot.name}' (docs/wiring.md says more):\n\n{as_text(wiring(robot))}\n")
+    for hint in hints(robot):
+        say(hint)
+    if not on_pi:
+        say("This is not a Raspberry Pi: nothing is changed here. On one, this would be done:\n")
+    for step in steps:
+        say(step.describe())
+        if apply:
+            step.apply()
+    say(_epilogue(apply, on_pi, hindrances(place)))
+
+
+def plan(robot: RobotFile, place: Place, root: Path, user: str | None) -> list[Step]:
+    """Everything to be done, in order. `user` may then use the daemon without sudo."""
+    etc = root / "etc"
+    steps: list[Step] = [
+        WriteFile(
+            etc / "sysusers.d/deltactl.conf",
+            template("deltactl.sysusers.conf"),
+            "user deltactl, groups gpio and i2c",
+        ),
+        WriteFile(
+            etc / "udev/rules.d/99-deltactl.rules",
+            template("99-deltactl.rules"),
+            "GPIO and I2C for these groups",
+        ),
+        WriteFile(
+            etc / "modules-load.d/deltactl.conf",
+            template("deltactl.modules.conf"),
+            f"/dev/i2c-{robot.ranging.bus}",
+        ),
+        WriteFile(
+            etc / "systemd/system/deltactl.service", service_unit(robot, place), "the daemon"
+        ),
+    ]
+    config = boot_file(root)
+    if config is not None:
+        options = with_options(text_of(config) or "")
+        steps.append(WriteFile(config, options, "I2C on, at 400 kHz"))
+    return [*steps, *_commands(user)]
+
+
+def _commands(user: str | None) -> list[Step]:
+    commands: list[Step] = [
+        Run(("systemd-sysusers", "deltactl.conf"), "make user and groups"),
+        Run(("udevadm", "control", "--reload"), "read the rules"),
+        Run(("udevadm", "trigger", "--subsystem-match=gpio"), "apply them"),
+        Run(("udevadm", "trigger", "--subsystem-match=i2c-dev"), "apply them"),
+        Run(("systemctl", "daemon-reload"), "read the unit"),
+        Run(("systemctl", "enable", "deltactl.service"), "start it at every boot"),
+    ]
+    if user is not None:
+        join = Run(("usermod", "-aG", "deltactl", user), f"{user} may use the daemon")
+        commands.insert(1, join)
+    return commands
+
+
+def hints(robot: RobotFile) -> list[str]:
+    """What the wiring table cannot say."""
+    found = []
+    enable = robot.steps.enable_pin
+    if enable is not None and robot.steps.enable_active_high and enable in PULLED_UP_AT_BOOT:
+        found.append(
+            f"GPIO {enable} (ENA) is pulled up until the daemon runs: fit 10 kOhm to ground,"
+            " or the drives are energised while the Pi boots."
+        )
+    if robot.inputs.estop_pin is None:
+        found.append("There is no e-stop input: the robot can be stopped by software only.")
+    return found
+
+
+def hindrances(place: Place) -> list[str]:
+    """Why the service could not run from where the program is now."""
+    found = []
+    for path in (place.program, place.bin, place.robot_file):
+        if any(path.is_relative_to(folder) for folder in HIDDEN):
+            found.append(f"{path} is hidden from the daemon; put the project into /opt/deltactl")
+        elif not _readable_by_all(path):
+            found.append(f"{path} is not readable by all users; 'chmod -R a+rX' it")
+    if not (place.bin / "deltactl").exists():
+        found.append(f"{place.bin / 'deltactl'} does not exist; run 'make run' first")
+    return found
+
+
+def operator() -> str | None:
+    """Who called sudo, or who calls; None for root itself."""
+    user = os.environ.get("SUDO_USER") or os.environ.get("USER")
+    return user if user and user != "root" else None
+
+
+def _check_possible(on_pi: bool, place: Place) -> None:
+    if not on_pi:
+        raise HardwareError("nothing is installed: this is not a Raspberry Pi; leave out --apply")
+    if os.geteuid() != 0:
+        raise ServiceError("installing needs root; run 'sudo deltactl install --apply'")
+    if found := hindrances(place):
+        raise ServiceError(f"nothing is installed: {'; '.join(found)}")
+
+
+def _readable_by_all(path: Path) -> bool:
+    """Whether others may read it and walk there."""
+    try:
+        walk = all(parent.stat().st_mode & 0o001 for parent in path.parents)
+        return walk and bool(path.stat().st_mode & 0o004)
+    except OSError:
+        return False
+
+
+def _epilogue(applied: bool, on_pi: bool, found: list[str]) -> str:
+    lines = [f"Before that: {hindrance}" for hindrance in found]
+    if applied:
+        lines.append("\nDone. Restart the Pi; then 'systemctl status deltactl' and 'deltactl on'.")
+    elif on_pi:
+        lines.append("\nNothing was changed. To do it: sudo deltactl install --apply")
+    lines.append(
+        "For the most even pulses, also add isolcpus=3 to the one line of cmdline.txt:"
+        " core 3 then serves the pulse process alone."
+    )
+    return "\n".join(lines)

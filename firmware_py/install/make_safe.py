@@ -1,0 +1,68 @@
+"""Leave the lines safe: no step, drives released. systemd runs it after the daemon has ended.
+
+`python -m firmware_py.install.make_safe ROBOT.yaml [--hold]`. With --hold ENA is left as it is,
+so that the arms do not drop. Whatever fails is said in one line and never fails the unit:
+the exit status is always 0.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from drivers.steps.build import lgpio_pins
+from drivers.steps.lgpio_lines import LgpioLines
+from firmware_py.robot_file import RobotFile, load_robot
+from foundation.errors import DeltactlError
+
+SIGNALS_BEFORE_ENA = 6
+"""STEP 1 to 3 and DIR 1 to 3, see drivers/steps/lines.py."""
+
+
+def make_safe(robot: RobotFile, *, hold: bool = False, gpio: Any | None = None) -> str:
+    """Claim the outputs at their safe levels and let them go; returns what was done.
+
+    Raises PulseFault when the chip or a line cannot be had. gpio: a stand-in for lgpio.
+    """
+    # Inputs are left alone: a line that cannot be read must not keep one from being released.
+    pins = lgpio_pins(robot.steps, robot.inputs)._replace(estop=None, alarms=[])
+    if hold:
+        pins = pins._replace(outputs=pins.outputs[:SIGNALS_BEFORE_ENA])
+    LgpioLines(pins, gpio).close()
+    if robot.steps.enable_pin is None:
+        return "STEP low; there is no ENA line"
+    return "STEP low, ENA left as it was" if hold else "STEP low, drives released"
+
+
+def main(arguments: list[str]) -> int:
+    """Always 0."""
+    hold = "--hold" in arguments
+    files = [one for one in arguments if not one.startswith("--")]
+    try:
+        if len(files) != 1:
+            said = "no lines made safe: name one robot file"
+        else:
+            said = _with_a_folder_for_lgpio(load_robot(Path(files[0])), hold)
+    except DeltactlError as error:
+        said = f"no lines made safe: {' '.join(str(error).split())}"
+    except Exception as error:
+        said = f"no lines made safe: {type(error).__name__}: {' '.join(str(error).split())}"
+    print(f"deltactl: {said}", file=sys.stderr)
+    return 0
+
+
+def _with_a_folder_for_lgpio(robot: RobotFile, hold: bool) -> str:
+    """lgpio puts a pipe into LG_WD when it is loaded, and changes into that folder."""
+    with tempfile.TemporaryDirectory(prefix="deltactl-safe-", ignore_cleanup_errors=True) as folder:
+        os.environ.setdefault("LG_WD", folder)
+        try:
+            return make_safe(robot, hold=hold)
+        finally:
+            os.chdir("/")
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,47 @@
+"""The files of `systemd/`, filled in for this machine and robot."""
+
+from __future__ import annotations
+
+import re
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from firmware_py.robot_file import RobotFile
+from foundation.errors import ConfigError
+
+PROGRAM = Path(__file__).resolve().parents[2]
+"""The folder that holds firmware_py."""
+TEMPLATES = PROGRAM / "systemd"
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where things are on this machine. `bin` holds this environment's python and deltactl."""
+
+    robot_file: Path
+    program: Path = PROGRAM
+    bin: Path = Path(sys.executable).parent
+
+
+def service_unit(robot: RobotFile, place: Place) -> str:
+    """The text of deltactl.service. Raises ConfigError for paths that systemd cannot take."""
+    names = {
+        "BIN": str(place.bin),
+        "PROGRAM": str(place.program),
+        "ROBOT": str(place.robot_file),
+        "GPIOCHIP": f"/dev/gpiochip{robot.steps.chip}",
+        "I2C": f"/dev/i2c-{robot.ranging.bus}",
+    }
+    for value in names.values():
+        if not re.fullmatch(r"[A-Za-z0-9/._+-]+", value):
+            raise ConfigError(
+                f"{value}: a path in a systemd unit may hold letters, digits and . _ + - only;"
+                " move the project or the robot file"
+            )
+    return re.sub(r"@([A-Z0-9]+)@", lambda found: names[found[1]], template("deltactl.service"))
+
+
+def template(name: str) -> str:
+    """A file of `systemd/` as it stands."""
+    return (TEMPLATES / name).read_text()

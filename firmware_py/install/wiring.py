@@ -1,0 +1,109 @@
+"""The wiring table: what the pins of a robot file are to be connected to.
+
+`python -m firmware_py.install.wiring config/zhao-2023.yaml` prints it as docs/wiring.md has it.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from firmware_py.install.header import GROUND, I2C_GPIO, PIN_OF_GPIO, POWER_3V3
+from firmware_py.robot_file import RobotFile, load_robot
+from models.robot import AXES
+
+TITLES = ("GPIO", "Header pin", "Signal", "Connect to")
+
+
+@dataclass(frozen=True, slots=True)
+class Wire:
+    """One connection of the header. `gpio` is None for supply and ground."""
+
+    gpio: int | None
+    pins: tuple[int, ...]
+    signal: str
+    to: str
+
+    @property
+    def cells(self) -> tuple[str, str, str, str]:
+        """As texts, in the order of TITLES."""
+        gpio = "-" if self.gpio is None else str(self.gpio)
+        *first, last = (str(pin) for pin in self.pins)
+        pins = f"{', '.join(first)} or {last}" if first else last
+        return gpio, pins, self.signal, self.to
+
+
+def wiring(robot: RobotFile) -> tuple[Wire, ...]:
+    """All connections of a robot, drives first."""
+    return (*_drives(robot), *_inputs(robot), *_sensors(robot))
+
+
+def as_markdown(wires: tuple[Wire, ...]) -> str:
+    """A table for a document."""
+    rows = [TITLES, *(wire.cells for wire in wires)]
+    lines = [f"| {' | '.join(row)} |" for row in rows]
+    return "\n".join([lines[0], "|---|---|---|---|", *lines[1:]])
+
+
+def as_text(wires: tuple[Wire, ...]) -> str:
+    """A table for a terminal."""
+    rows = [TITLES, *(wire.cells for wire in wires)]
+    widths = [max(len(row[column]) for row in rows) for column in range(4)]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    )
+
+
+def _drives(robot: RobotFile) -> Iterator[Wire]:
+    steps = robot.steps
+    for number, gpio in enumerate(steps.step_pins, 1):
+        yield _wire(gpio, f"STEP {number}", f"PUL of drive {number}, through the 5 V buffer")
+    for number, gpio in enumerate(steps.direction_pins, 1):
+        yield _wire(gpio, f"DIR {number}", f"DIR of drive {number}, through the 5 V buffer")
+    if steps.enable_pin is not None:
+        level = _level(steps.enable_active_high)
+        to = f"ENA of all drives, through the 5 V buffer; {level} energises them"
+        yield _wire(steps.enable_pin, "ENA", to)
+    for number, gpio in enumerate(steps.alarm_pins or (), 1):
+        level = _level(steps.alarm_active_high)
+        to = f"ALM+ of drive {number}, ALM- to ground; {level} is an alarm"
+        yield _wire(gpio, f"ALM {number}", to)
+
+
+def _inputs(robot: RobotFile) -> Iterator[Wire]:
+    inputs, homing = robot.inputs, robot.homing
+    if inputs.estop_pin is not None:
+        contact = "normally closed" if inputs.estop_active_high else "normally open"
+        to = f"e-stop button, {contact} contact to ground; {_level(inputs.estop_active_high)} stops"
+        yield _wire(inputs.estop_pin, "E-STOP", to)
+    for number, gpio in enumerate(homing.switch_pins or (), 1):
+        level = _level(homing.switch_active_high)
+        to = f"home switch of arm {number}, to ground; {level} is pressed"
+        yield _wire(gpio, f"HOME {number}", to)
+
+
+def _sensors(robot: RobotFile) -> Iterator[Wire]:
+    ranging = robot.ranging
+    for axis, gpio, address in zip(AXES, ranging.xshut_pins, ranging.addresses, strict=True):
+        to = f"XSHUT of sensor {axis} (becomes I2C address 0x{address:02x})"
+        yield _wire(gpio, f"XSHUT {axis}", to)
+    names = ("SDA", "SCL")
+    for name, gpio in zip(names, I2C_GPIO.get(ranging.bus, ()), strict=False):
+        yield _wire(gpio, name, f"{name} of all three sensors (I2C bus {ranging.bus})")
+    yield Wire(None, POWER_3V3, "3.3 V", "VIN of all three sensors")
+    yield Wire(None, GROUND, "ground", "sensors, buffer, e-stop, ALM- of the drives")
+
+
+def _wire(gpio: int, signal: str, to: str) -> Wire:
+    return Wire(gpio, (PIN_OF_GPIO[gpio],), signal, to)
+
+
+def _level(high: bool) -> str:
+    return "high" if high else "low"
+
+
+if __name__ == "__main__":
+    print(as_markdown(wiring(load_robot(Path(sys.argv[1])))))
