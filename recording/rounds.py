@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from foundation.errors import RecordingError
@@ -11,6 +13,45 @@ from recording.run import BoolArray, Readings, Run
 
 AXES = ("x", "y", "z")
 _NS = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Rounds:
+    """Readings gathered into rounds.
+
+    sensors: fresh samples of x, y, z. chosen: shape (n, 3), index of each round's sample in
+    its sensor, -1 = none. t_s: shape (n,), mean time of the samples of each round, increasing.
+    """
+
+    sensors: tuple[Readings, Readings, Readings]
+    chosen: Int64Array
+    t_s: FloatArray
+
+    @property
+    def t_ns(self) -> Int64Array:
+        """Times of the rounds; shape (n,)."""
+        t_ns: Int64Array = np.rint(self.t_s / _NS).astype(np.int64)
+        return t_ns
+
+    def pick(self, name: str) -> FloatArray:
+        """A field of `Readings` for every round; shape (n, 3), NaN where there is no sample."""
+        parts = [
+            _pick(getattr(samples, name), self.chosen[:, k])
+            for k, samples in enumerate(self.sensors)
+        ]
+        return np.stack(parts, axis=1)
+
+
+def gather(run: Run) -> Rounds:
+    """The reading rounds of a run. Raises RecordingError when it holds no readings."""
+    x, y, z = (_fresh(run.readings[axis]) for axis in AXES)
+    sensors = (x, y, z)
+    if not any(len(samples.t_ns) for samples in sensors):
+        raise RecordingError(f"{run.path}: holds no readings of the ranging sensors")
+    chosen = _choose(list(sensors))
+    t_s = np.nanmean(Rounds(sensors, chosen, np.zeros(0)).pick("t_ns"), axis=1) * _NS
+    rising = np.concatenate([[True], np.diff(t_s) > 0.0])
+    return Rounds(sensors, chosen[rising], t_s[rising])
 
 
 def flatten(run: Run, with_truth: bool = False) -> FlatRecording:
@@ -23,23 +64,16 @@ def flatten(run: Run, with_truth: bool = False) -> FlatRecording:
 
     Raises RecordingError when the run holds no readings.
     """
-    fresh = [_fresh(run.readings[axis]) for axis in AXES]
-    if not any(len(samples.t_ns) for samples in fresh):
-        raise RecordingError(f"{run.path}: holds no readings of the ranging sensors")
-    chosen = _choose(fresh)
-    times = _times(fresh, chosen)
-    t_s = np.nanmean(times, axis=1)
-    rising = np.concatenate([[True], np.diff(t_s) > 0.0])
-    chosen, times, t_s = chosen[rising], times[rising], t_s[rising]
-    t_ns = np.rint(t_s / _NS).astype(np.int64)
-    columns = _steps(run, t_ns) | _ranges(fresh, chosen)
-    t_pwm_s = run.settings.t_pwm_at(t_ns)
+    rounds = gather(run)
+    columns = _steps(run, rounds.t_ns) | _named("range", rounds.pick("distance_m"))
+    columns |= _named("status", rounds.pick("status"))
+    t_pwm_s = run.settings.t_pwm_at(rounds.t_ns)
     if np.isfinite(t_pwm_s).any():
         columns["t_pwm"] = t_pwm_s
-    extra: dict[str, AnyArray] = {f"t_{axis}": times[:, k] for k, axis in enumerate(AXES)}
+    extra: dict[str, AnyArray] = dict(_named("t", rounds.pick("t_ns") * _NS))
     if with_truth:
-        extra |= _truth(run, t_ns)
-    return FlatRecording(t_s, columns, extra, str(run.path))
+        extra |= _truth(run, rounds.t_ns)
+    return FlatRecording(rounds.t_s, columns, extra, str(run.path))
 
 
 def _fresh(samples: Readings) -> Readings:
@@ -125,19 +159,9 @@ def _pick(values: AnyArray, index: Int64Array) -> FloatArray:
     return np.where(index >= 0, values[np.maximum(index, 0)], np.nan)
 
 
-def _times(sensors: list[Readings], chosen: Int64Array) -> FloatArray:
-    """Time of each chosen sample [s]; shape (rounds, 3)."""
-    parts = [_pick(samples.t_ns, chosen[:, k]) * _NS for k, samples in enumerate(sensors)]
-    return np.stack(parts, axis=1)
-
-
-def _ranges(sensors: list[Readings], chosen: Int64Array) -> dict[str, FloatArray]:
-    columns: dict[str, FloatArray] = {}
-    for k, samples in enumerate(sensors):
-        columns[f"range_{samples.axis}"] = _pick(samples.distance_m, chosen[:, k])
-    for k, samples in enumerate(sensors):
-        columns[f"status_{samples.axis}"] = _pick(samples.status, chosen[:, k])
-    return columns
+def _named(stem: str, values: FloatArray) -> dict[str, FloatArray]:
+    """Columns `stem_x..z` from shape (n, 3)."""
+    return {f"{stem}_{axis}": values[:, k] for k, axis in enumerate(AXES)}
 
 
 def _steps(run: Run, t_ns: Int64Array) -> dict[str, FloatArray]:

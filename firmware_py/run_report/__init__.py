@@ -1,0 +1,1 @@
+"""What a recorded run shows: tracking errors, sensor health, and a report to look at."""

@@ -1,0 +1,146 @@
+"""The charts of a run: the path, the errors over time, what was sent (Zhao 2023, Figures 7-15)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from charts.figures import LineChart
+from charts.spec import Colour, Mark, Series, Span, Style
+from firmware_py.robot_file import RobotFile
+from firmware_py.run_report.tracking import RunTracking, Tracking, positions_of_counts
+from models.robot import AXES, FloatArray
+from recording.run import Run
+
+_NS = 1e-9
+_MM = 1e3
+TIME_GROUP = "time"
+"""Charts over run time zoom together."""
+SENT_POINTS = 20_000
+
+LOOKS: dict[str, tuple[Colour, Style]] = {
+    "simulated truth": (Colour.TRUE, Style.LINE),
+    "measured": (Colour.MEASURED, Style.POINTS),
+    "commanded": (Colour.COMMANDED, Style.LINE),
+}
+QUIET_EVENTS = frozenset({"approach"})
+
+
+def path_charts(run: Run, robot: RobotFile, tracking: RunTracking) -> list[LineChart]:
+    """The path from above (Figures 7 to 9) and from the side."""
+    return [
+        _plane("The path from above", run, robot, tracking, 0, 1),
+        _plane("The path from the side", run, robot, tracking, 0, 2),
+    ]
+
+
+def error_charts(run: Run, tracking: RunTracking) -> list[LineChart]:
+    """Errors along x, y and z over time (Figures 10 to 15)."""
+    shown = [one for one in (tracking.measured, tracking.truth) if one is not None]
+    return [
+        LineChart(
+            title=f"Error along {axis}",
+            x_label="run time [s]",
+            y_label=f"e_{axis} [mm]",
+            series=[_error_series(one, column) for one in shown],
+            spans=_spans(tracking),
+            marks=_marks(run),
+            group=TIME_GROUP,
+        )
+        for column, axis in enumerate(AXES)
+    ]
+
+
+def sent_chart(run: Run, robot: RobotFile) -> LineChart:
+    """Arm angles from the counts that really went out."""
+    t_s, counts = sent_counts(run, 0, run.end_ns)
+    angles_deg = np.rad2deg(counts * robot.drive.rad_per_step)
+    colours = (Colour.FIRST, Colour.SECOND, Colour.THIRD)
+    return LineChart(
+        title="Arm angles sent",
+        x_label="run time [s]",
+        y_label="angle [deg], positive = down",
+        series=[
+            Series(f"arm {arm + 1}", t_s, angles_deg[:, arm], colour)
+            for arm, colour in enumerate(colours)
+        ],
+        marks=_marks(run),
+        group=TIME_GROUP,
+        note="Counts of the step edges that went out, through the gear ratio of the robot file.",
+    )
+
+
+def signal_chart(run: Run) -> LineChart:
+    """Signal rate of each ranging sensor; weak signals come before wrong distances."""
+    colours = (Colour.FIRST, Colour.SECOND, Colour.THIRD)
+    series = [
+        Series(f"range {axis}", samples.t_ns * _NS, samples.signal_mcps, colour, Style.POINTS)
+        for (axis, samples), colour in zip(run.readings.items(), colours, strict=True)
+    ]
+    return LineChart(
+        "Signal of the sensors",
+        "run time [s]",
+        "signal [million counts/s]",
+        series,
+        group=TIME_GROUP,
+        height_px=200,
+    )
+
+
+def sent_counts(run: Run, start_ns: int, end_ns: int) -> tuple[FloatArray, FloatArray]:
+    """Counts sent, on an even grid of times: (n,) in s, (n, 3)."""
+    points = int(min(SENT_POINTS, max(2, (end_ns - start_ns) // 10_000_000 + 1)))
+    t_ns = np.linspace(start_ns, end_ns, points).astype(np.int64)
+    return t_ns * _NS, run.edges.counts_at(t_ns).astype(np.float64)
+
+
+def _plane(
+    title: str, run: Run, robot: RobotFile, tracking: RunTracking, across: int, up: int
+) -> LineChart:
+    series = []
+    if tracking.measured is not None:
+        series.append(_path_series(tracking.measured, across, up))
+    if tracking.windows_ns:
+        start_ns, end_ns = tracking.windows_ns[0][0], tracking.windows_ns[-1][1]
+        _, counts = sent_counts(run, start_ns, end_ns)
+        sent_m = positions_of_counts(robot, counts)
+        series.append(_curve("commanded", sent_m[:, across], sent_m[:, up], hidden=True))
+    if tracking.truth is not None:
+        series.append(_path_series(tracking.truth, across, up))
+    target_m = run.targets.position_m
+    asked = Series(
+        "target", target_m[:, across] * _MM, target_m[:, up] * _MM, Colour.ASKED, dashed=True
+    )
+    return LineChart(
+        title,
+        f"{AXES[across]} [mm]",
+        f"{AXES[up]} [mm]",
+        [*series, asked],
+        equal_aspect=True,
+    )
+
+
+def _path_series(tracking: Tracking, across: int, up: int) -> Series:
+    position_m = tracking.position_m
+    return _curve(tracking.name, position_m[:, across], position_m[:, up])
+
+
+def _curve(name: str, x_m: FloatArray, y_m: FloatArray, hidden: bool = False) -> Series:
+    colour, style = LOOKS[name]
+    return Series(name, x_m * _MM, y_m * _MM, colour, style, hidden=hidden)
+
+
+def _error_series(tracking: Tracking, column: int) -> Series:
+    colour, style = LOOKS[tracking.name]
+    return Series(tracking.name, tracking.t_s, tracking.error_m[:, column] * _MM, colour, style)
+
+
+def _spans(tracking: RunTracking) -> Sequence[Span]:
+    return [Span(start * _NS, end * _NS, "on the path") for start, end in tracking.windows_ns]
+
+
+def _marks(run: Run) -> Sequence[Mark]:
+    return [
+        Mark(event.t_ns * _NS, event.kind) for event in run.events if event.kind not in QUIET_EVENTS
+    ]

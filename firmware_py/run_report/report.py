@@ -1,0 +1,172 @@
+"""One HTML file about one run, to look at and to send."""
+
+from __future__ import annotations
+
+import datetime
+import json
+import math
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from charts.page import HINT, columns, facts, folded, heading, page, paragraph, table
+from firmware_py.robot_file import RobotFile
+from firmware_py.run_report import curves
+from firmware_py.run_report.health import health_strip, sensor_health
+from firmware_py.run_report.tracking import RunTracking, robot_of, track
+from foundation.errors import RecordingError
+from models.robot import AXES
+from recording.reader import read_run
+from recording.run import Run
+
+MAXIMUM_EVENTS = 300
+
+ABOUT: dict[str, str] = {
+    "simulated truth": "where the simulated robot really was",
+    "measured": "positions from the three ranges; contains the sensors' noise",
+    "commanded": "each target's counts through the robot file's linkage: inverse kinematics "
+    "and whole steps",
+}
+
+
+def write_report(recording: Path, out: Path) -> None:
+    """Report a recorded run. Raises RecordingError, ConfigError."""
+    run = read_run(recording)
+    text = report_html(run, robot_of(run))
+    try:
+        # Written beside and renamed: an earlier report is replaced whole or not at all.
+        draft = out.with_name(f".{out.name}.part")
+        draft.write_text(text, encoding="utf-8")
+        os.replace(draft, out)
+    except OSError as error:
+        raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
+
+
+def report_html(run: Run, robot: RobotFile) -> str:
+    """The report as one HTML document."""
+    tracking = track(run, robot)
+    parts = [
+        *_warnings(run, tracking),
+        columns([facts(_facts(run, robot, tracking)), _errors(tracking)]),
+        *_curves(run, robot, tracking),
+        *_sensors(run),
+        *_events(run),
+        *_files(run),
+    ]
+    title = f"{run.configuration.job_name or 'Run'} on {robot.name}"
+    return page(title, parts, lead=_lead(run))
+
+
+def _lead(run: Run) -> str:
+    seconds = run.configuration.start_epoch_ns / 1e9
+    start = datetime.datetime.fromtimestamp(seconds, tz=datetime.UTC)
+    what = "A simulated run" if run.configuration.simulated else "A run"
+    return f"{what} of {start:%Y-%m-%d %H:%M:%S} UTC, recorded by deltactl."
+
+
+def _warnings(run: Run, tracking: RunTracking) -> list[str]:
+    found = [paragraph(f"The recording is {text}.", "warn") for text in run.damage]
+    if not run.complete and not run.damage:
+        found.append(paragraph("The recording has no end: it was cut off.", "warn"))
+    if not tracking.windows_ns:
+        found.append(paragraph("The path was never begun, so there are no errors.", "warn"))
+    return found
+
+
+def _facts(run: Run, robot: RobotFile, tracking: RunTracking) -> Iterable[tuple[str, str]]:
+    configuration = run.configuration
+    periods_s = sorted({period for period in run.settings.t_pwm_s.tolist() if period == period})
+    yield "robot", robot.name
+    yield "job", configuration.job_name
+    if periods_s:
+        yield "T_PWM", ", ".join(f"{period:g} s" for period in periods_s)
+    yield "duration", f"{run.end_ns / 1e9:.2f} s"
+    on_path_ns = sum(end - start for start, end in tracking.windows_ns)
+    yield "on the path", f"{on_path_ns / 1e9:.2f} s"
+    yield "targets", f"{len(run.targets.t_ns)}"
+    yield "step edges sent", f"{int((run.edges.steps != 0).any(axis=1).sum())}"
+    for name, value in configuration.settings.items():
+        yield name.replace("_", " "), json.dumps(value).strip('"')
+    yield "recording", str(run.path)
+    yield "version", configuration.version
+
+
+def _errors(tracking: RunTracking) -> str:
+    rows = []
+    for one in tracking.all():
+        for axis, rms_m, max_m, n in zip(AXES, one.rms_m, one.max_m, one.samples, strict=True):
+            rows.append((one.name, f"e_{axis}", _mm(rms_m), _mm(max_m), f"{n}"))
+    head = ("target against", "", "RMS [mm]", "max [mm]", "samples")
+    notes = [paragraph(f"{one.name}: {ABOUT[one.name]}.", "note") for one in tracking.all()]
+    return table(head, rows, numbers_from=2, caption="Tracking errors on the path") + "".join(notes)
+
+
+def _curves(run: Run, robot: RobotFile, tracking: RunTracking) -> list[str]:
+    parts = [heading("Path"), paragraph(HINT, "note")]
+    parts.append(columns(chart.html() for chart in curves.path_charts(run, robot, tracking)))
+    if tracking.truth or tracking.measured:
+        parts.append(heading("Errors"))
+        parts += [chart.html() for chart in curves.error_charts(run, tracking)]
+    parts += [heading("Motors"), curves.sent_chart(run, robot).html()]
+    return parts
+
+
+def _sensors(run: Run) -> list[str]:
+    if not any(len(samples.t_ns) for samples in run.readings.values()):
+        return [heading("Sensors"), paragraph("No readings were recorded.", "warn")]
+    head = (
+        "sensor",
+        "samples",
+        "rate [Hz]",
+        "good",
+        "held back by",
+        "stale",
+        "longest silence [s]",
+        "signal [Mcps]",
+        "sigma [mm]",
+    )
+    rows = [
+        (
+            f"range {one.axis}",
+            f"{one.samples}",
+            _number(one.rate_hz, 1),
+            _number(100.0 * one.good_share, 2, " %"),
+            ", ".join(f"{gate} {n}" for gate, n in one.gated.items()) or "\u2013",
+            f"{one.stale}",
+            _number(one.longest_silence_s, 3),
+            _number(one.signal_mcps, 2),
+            _mm(one.sigma_m),
+        )
+        for one in sensor_health(run)
+    ]
+    return [
+        heading("Sensors"),
+        table(head, rows),
+        health_strip(run, curves.TIME_GROUP).html(),
+        curves.signal_chart(run).html(),
+    ]
+
+
+def _events(run: Run) -> list[str]:
+    shown = run.events[:MAXIMUM_EVENTS]
+    rows = [(f"{event.t_ns / 1e9:.3f}", event.kind, event.text) for event in shown]
+    parts = [heading("Events"), table(("run time [s]", "what", ""), rows, numbers_from=9)]
+    if len(run.events) > len(shown):
+        parts.append(paragraph(f"{len(run.events) - len(shown)} more are in the recording."))
+    return parts
+
+
+def _files(run: Run) -> list[str]:
+    return [
+        heading("Files"),
+        folded("Robot file", run.configuration.robot_text),
+        folded("Job file", run.configuration.job_text),
+    ]
+
+
+def _mm(value_m: float) -> str:
+    return _number(value_m * 1e3, 3)
+
+
+def _number(value: float, decimals: int, unit: str = "") -> str:
+    return f"{value:.{decimals}f}{unit}" if math.isfinite(value) else "\u2013"

@@ -1,0 +1,173 @@
+"""How well a run followed its path: asked for against simulated truth, measured and commanded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firmware_py.robot_file import RobotFile
+from foundation.strict_yaml import Document
+from models.linkage import Linkage, forward
+from models.robot import AXES, FloatArray
+from recording.rounds import Rounds, gather
+from recording.run import Run
+
+_NS = 1e-9
+MeasuredPath = tuple[FloatArray, FloatArray]
+"""Times [s], shape (n,), and positions [m], shape (n, 3)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tracking:
+    """Position minus target, where the target is the point asked for at the same time.
+
+    t_s: shape (n,). position_m, error_m: shape (n, 3), NaN where an axis was not observed.
+    """
+
+    name: str
+    t_s: FloatArray
+    position_m: FloatArray
+    error_m: FloatArray
+
+    @property
+    def samples(self) -> tuple[int, int, int]:
+        """Observed samples per axis."""
+        x, y, z = np.isfinite(self.error_m).sum(axis=0).tolist()
+        return (x, y, z)
+
+    @property
+    def rms_m(self) -> tuple[float, float, float]:
+        """Root mean square error per axis; NaN without samples."""
+        return self._over_axes(lambda error_m: float(np.sqrt(np.mean(error_m**2))))
+
+    @property
+    def max_m(self) -> tuple[float, float, float]:
+        """Largest error per axis, as a size; NaN without samples."""
+        return self._over_axes(lambda error_m: float(np.max(np.abs(error_m))))
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain types, None for what was not observed."""
+        table = zip(AXES, self.rms_m, self.max_m, self.samples, strict=True)
+        return {
+            axis: {"rms_m": _plain(rms_m), "max_m": _plain(max_m), "samples": samples}
+            for axis, rms_m, max_m, samples in table
+        }
+
+    def _over_axes(self, measure: Any) -> tuple[float, float, float]:
+        columns = [column[np.isfinite(column)] for column in self.error_m.T]
+        x, y, z = [measure(column) if len(column) else float("nan") for column in columns]
+        return (x, y, z)
+
+
+@dataclass(frozen=True, slots=True)
+class RunTracking:
+    """Tracking while the path was followed; None where the run holds nothing to compare with.
+
+    `measured` is not corrected for the sensors' noise: it contains it.
+    `commanded` is what the counts of each target mean by the robot file's linkage: the error
+    of the inverse kinematics and of rounding to whole steps.
+    """
+
+    windows_ns: tuple[tuple[int, int], ...]
+    truth: Tracking | None
+    measured: Tracking | None
+    commanded: Tracking | None
+
+    def all(self) -> list[Tracking]:
+        """Those there are."""
+        return [one for one in (self.truth, self.measured, self.commanded) if one is not None]
+
+
+def robot_of(run: Run) -> RobotFile:
+    """The robot file a recording carries. Raises ConfigError when it does not hold one."""
+    name = Path(f"{run.path} (robot file in it)")
+    return Document(name, run.configuration.robot_text).check(RobotFile)
+
+
+def path_windows(run: Run) -> tuple[tuple[int, int], ...]:
+    """Run times [ns] from every `path_start` to its `path_end` (or the end of the recording)."""
+    windows: list[tuple[int, int]] = []
+    start_ns: int | None = None
+    for event in run.events:
+        if event.kind == "path_start":
+            start_ns = event.t_ns
+        elif event.kind == "path_end" and start_ns is not None:
+            windows.append((start_ns, event.t_ns))
+            start_ns = None
+    if start_ns is not None:
+        windows.append((start_ns, max(start_ns, run.end_ns)))
+    return tuple(windows)
+
+
+def track(run: Run, robot: RobotFile) -> RunTracking:
+    """Compare a run with what was asked of it, only while it followed its path."""
+    windows_ns = path_windows(run)
+    truth = measured = commanded = None
+    if len(run.truth.t_ns):
+        where = (run.truth.t_ns * _NS, run.truth.position_m)
+        truth = _against(run, windows_ns, "simulated truth", where)
+    if robot.sensors is not None and any(len(one.t_ns) for one in run.readings.values()):
+        measured = _against(run, windows_ns, "measured", measured_path(run, robot))
+    if len(run.targets.t_ns):
+        where = (run.targets.t_ns * _NS, positions_of_counts(robot, run.targets.steps))
+        commanded = _against(run, windows_ns, "commanded", where)
+    return RunTracking(windows_ns, truth, measured, commanded)
+
+
+def targets_at(run: Run, t_s: FloatArray) -> FloatArray:
+    """The point asked for at each time, straight between targets; NaN before and after them."""
+    if not len(run.targets.t_ns):
+        return np.full((len(t_s), 3), np.nan)
+    known_s = run.targets.t_ns * _NS
+    parts = [
+        np.interp(t_s, known_s, column, left=np.nan, right=np.nan)
+        for column in run.targets.position_m.T
+    ]
+    return np.stack(parts, axis=1)
+
+
+def measured_path(run: Run, robot: RobotFile) -> MeasuredPath:
+    """Platform positions from the good readings of every round.
+
+    range_i = offset_i + axis_i . p (contract), so p = A^-1 (range - offset) with the axes as
+    the rows of A. A coordinate is NaN when a sensor it depends on gave nothing good.
+    """
+    assert robot.sensors is not None
+    rounds = gather(run)
+    ranges_m = np.where(_good(rounds), rounds.pick("distance_m"), np.nan)
+    inverse = np.linalg.inv(robot.sensors.axes)
+    off_m = ranges_m - robot.sensors.offsets_m
+    position_m = np.zeros_like(ranges_m)
+    for coordinate, weights in enumerate(inverse):
+        needed = np.abs(weights) > 1e-9
+        position_m[:, coordinate] = off_m[:, needed] @ weights[needed]
+    return rounds.t_s, position_m
+
+
+def positions_of_counts(robot: RobotFile, counts: Any) -> FloatArray:
+    """Where the robot file's linkage puts the platform [m] for counts of shape (n, 3)."""
+    angles_rad = np.asarray(counts, dtype=np.float64) * robot.drive.rad_per_step
+    return forward(Linkage.of(robot.geometry), angles_rad).position_m
+
+
+def _good(rounds: Rounds) -> Any:
+    """Which sensor gave a reading that passed every gate; shape (rounds, 3)."""
+    return rounds.pick("good") == 1.0
+
+
+def _against(
+    run: Run, windows_ns: tuple[tuple[int, int], ...], name: str, where: MeasuredPath
+) -> Tracking:
+    t_s, position_m = where
+    inside = np.zeros(len(t_s), dtype=np.bool_)
+    for start_ns, end_ns in windows_ns:
+        inside |= (t_s >= start_ns * _NS) & (t_s <= end_ns * _NS)
+    t_s, position_m = t_s[inside], position_m[inside]
+    return Tracking(name, t_s, position_m, position_m - targets_at(run, t_s))
+
+
+def _plain(value: float) -> float | None:
+    return value if np.isfinite(value) else None
