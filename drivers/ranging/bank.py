@@ -69,7 +69,7 @@ class SensorBank:
                 self._hold_all()
                 while not all(slot.state is SlotState.RANGING for slot in self._slots):
                     self._advance()
-                    self._check()
+                    self._check(starting=True)
                     self._sleep_to_next_step()
             except HardwareError:
                 self._shut_down()
@@ -90,7 +90,7 @@ class SensorBank:
                     reading = self._read(slot)
                     if reading is not None:
                         readings.append(reading)
-            self._check()
+            self._check(starting=False)
             self._advise()
             return readings
 
@@ -136,11 +136,10 @@ class SensorBank:
 
     def _advance(self) -> None:
         """Give the turn at 0x29 to the next sensor, and let each take a step."""
-        busy = self._somebody_addressing()
+        held = [slot for slot in self._slots if slot.state is SlotState.HELD]
+        if held and not self._somebody_addressing():
+            min(held, key=lambda slot: slot.attempts).begin()
         for slot in self._slots:
-            if slot.state is SlotState.HELD and not busy:
-                slot.begin()
-                busy = True
             was = slot.state
             failure = slot.step()
             if failure is not None:
@@ -179,8 +178,10 @@ class SensorBank:
         slot.restart(why)
         self._events.append(f"{slot.place} held in reset: {why}")
 
-    def _check(self) -> None:
-        self._bus.check_alive()
+    def _check(self, starting: bool) -> None:
+        # A start does not read the sensors that already range: they prove the bus in their way.
+        if not (starting and any(slot.state is SlotState.RANGING for slot in self._slots)):
+            self._bus.check_alive(starting)
         for slot in self._slots:
             if slot.fault is not None:
                 raise SensorFault(slot.fault)

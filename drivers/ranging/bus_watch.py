@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import os
+
 from smbus2 import i2c_msg
 
 from drivers.i2c import TRANSIENT_ERRNOS, I2cBus
@@ -10,7 +13,9 @@ from foundation.clock import NS_PER_S, Clock, ns
 from foundation.errors import BusDead
 
 SILENCE_LIMIT_NS = ns(0.6)
-"""Longer than a sensor may take to boot (0.5 s), so a missing one alone does not look like this."""
+"""Longer than a sensor may take to boot (0.5 s): one that boots slowly does not look like this."""
+NOBODY_THERE_LIMIT_NS = ns(2.0)
+"""At a start each of three sensors may have been waited for in turn, on a bus that is well."""
 SILENCE_TRANSFERS = 10
 """So many transfers must have failed as well: nobody asked is not nobody answered."""
 
@@ -29,7 +34,7 @@ class BusWatch:
         self._clock = clock
         self._silent_since_ns: int | None = None
         self._failures = 0
-        self._last_error = ""
+        self._last_errno = 0
         self._reads = 0
         self._fastest_read_ns: int | None = None
 
@@ -45,7 +50,7 @@ class BusWatch:
                     " there (ls /dev/i2c-*) and restart"
                 ) from error
             self._failures += 1
-            self._last_error = f"errno {error.errno}, {error.strerror}"
+            self._last_errno = error.errno or 0
             if self._silent_since_ns is None:
                 self._silent_since_ns = start_ns
             raise
@@ -63,16 +68,17 @@ class BusWatch:
         self._silent_since_ns = None
         self._failures = 0
 
-    def check_alive(self) -> None:
-        """Raises BusDead when nobody has answered for 0.6 s."""
-        if self._silent_since_ns is None:
+    def check_alive(self, starting: bool) -> None:
+        """Raises BusDead when nobody has answered for 0.6 s (`starting` with NACKs only: 2 s)."""
+        if self._silent_since_ns is None or self._failures < SILENCE_TRANSFERS:
             return
+        patient = starting and self._last_errno == errno.EREMOTEIO
         silent_ns = self._clock.now_ns() - self._silent_since_ns
-        if silent_ns > SILENCE_LIMIT_NS and self._failures >= SILENCE_TRANSFERS:
+        if silent_ns > (NOBODY_THERE_LIMIT_NS if patient else SILENCE_LIMIT_NS):
             raise BusDead(
                 f"no sensor answers on the I2C bus for {silent_ns / NS_PER_S:.1f} s"
-                f" ({self._last_error}): check the sensors' supply, SDA and SCL, their pull-ups"
-                " and the XSHUT wires"
+                f" (errno {self._last_errno}, {os.strerror(self._last_errno)}): check the"
+                " sensors' supply, SDA and SCL, their pull-ups and the XSHUT wires"
             )
 
     def measured_slow(self) -> float | None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from gpiozero import Device
+from gpiozero.exc import GPIOZeroError
 
-from drivers.i2c import bus_clock_hz, open_bus
+from drivers.i2c import DEVICE_TREE, bus_clock_hz, open_bus
 from drivers.ranging.bank import SensorBank
 from drivers.ranging.xshut import OpenDrainLine
 from drivers.settings import RangingSettings
 from foundation.clock import Clock
+from foundation.errors import SensorFault
 
 FULL_SPEED_HZ = 400_000
 
@@ -19,21 +22,32 @@ def open_robot_sensors(settings: RangingSettings, clock: Clock, factory: Any = N
     """The three sensors of this machine, not yet started; `close` gives bus and pins back.
 
     `factory` is a gpiozero pin factory (default: gpiozero's own choice). Raises BusDead when the
-    bus cannot be opened.
+    bus cannot be opened, SensorFault when an XSHUT pin cannot be had.
     """
     bus = open_bus(settings.bus)
-    if factory is None:
-        Device.ensure_pin_factory()
-        factory = Device.pin_factory
-    lines = [OpenDrainLine(factory, number) for number in settings.xshut_pins]
+    lines: list[OpenDrainLine] = []
+    try:
+        if factory is None:
+            Device.ensure_pin_factory()
+            factory = Device.pin_factory
+        for number in settings.xshut_pins:
+            lines.append(OpenDrainLine(factory, number))
+    except GPIOZeroError as error:
+        for line in lines:
+            line.close()
+        bus.close()
+        pins = ", ".join(str(number) for number in settings.xshut_pins)
+        raise SensorFault(
+            f"the XSHUT pins (GPIO {pins}) cannot be had: {error}; is another program using them?"
+        ) from error
     return SensorBank(
         settings, bus, lines, clock, on_close=(bus.close, *(line.close for line in lines))
     )
 
 
-def bus_speed_advice(settings: RangingSettings) -> str | None:
+def bus_speed_advice(settings: RangingSettings, device_tree: Path = DEVICE_TREE) -> str | None:
     """What to change when the device tree has the bus below 400 kHz; None when it is well."""
-    clock_hz = bus_clock_hz(settings.bus)
+    clock_hz = bus_clock_hz(settings.bus, device_tree)
     if clock_hz is None or clock_hz >= FULL_SPEED_HZ:
         return None
     return (

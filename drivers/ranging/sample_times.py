@@ -33,6 +33,10 @@ class SampleTimes:
         self._collection_ns = collection_ns
         self.measured_hz: float | None = None
         """Samples per second over the last five seconds or more."""
+        self._ready_ns = self._earliest_ns = self._latest_ns = 0.0
+        self._anchor_earliest_ns = self._anchor_latest_ns = 0.0
+        self._period_ns = self._shortest_ns = self._longest_ns = 0.0
+        self._since_anchor = self._rate_from_ns = self._rate_samples = 0
         self.started(0)
 
     def started(self, t_ns: int) -> None:

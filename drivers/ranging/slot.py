@@ -70,7 +70,8 @@ class Slot:
             place.axis, settings.offsets_mm[place.number], self._sensor, clock, settings
         )
         self._task: Task | None = None
-        self._attempts = 0
+        self.attempts = 0
+        """How often it was begun since it last ranged well."""
         self._reason = ""
 
     @property
@@ -95,23 +96,23 @@ class Slot:
 
     def renew(self) -> None:
         """Forget earlier failures and hold in reset, before a start."""
-        self._attempts = 0
+        self.attempts = 0
         self._hold("")
 
     def restart(self, why: str) -> None:
         """Hold in reset until `begin`; it has failed if its attempts are used up."""
         if self.state is SlotState.RANGING and self.reader.ranged_ns > SETTLED_NS:
-            self._attempts = 0
+            self.attempts = 0
         self._hold(why)
-        if self._attempts >= RESTART_LIMIT:
+        if self.attempts >= RESTART_LIMIT:
             self.state = SlotState.FAILED
             self._reason = (
-                f"{self.place}: {why}; tried {self._attempts} times, check its supply and wires"
+                f"{self.place}: {why}; tried {self.attempts} times, check its supply and wires"
             )
 
     def begin(self) -> None:
         """Start bringing it up; only one sensor at a time may be at 0x29."""
-        self._attempts += 1
+        self.attempts += 1
         self.state = SlotState.ADDRESSING
         self._task = take_address(
             self._sensor, self._line, self.place.address, self._bus, self._clock

@@ -2,87 +2,17 @@
 
 from __future__ import annotations
 
-import errno
 import math
+from itertools import pairwise
 
 import pytest
 from smbus2 import i2c_msg
 
-from drivers.fakes.i2c_bus import FakeI2cBus
+from drivers.fakes.chip_bench import ChipBench
 from drivers.fakes.range_noise import RangeNoise
-from drivers.fakes.vl53l1x_chip import Vl53l1xChip
-from foundation.clock import VirtualClock, ns
-
-QUIET = RangeNoise(sigma_m=0.0)
 
 
-class OneChip:
-    """A chip, its bus, and register access in the plainest way."""
-
-    def __init__(self, noise: RangeNoise = QUIET, oscillator_error: float = 0.0):
-        self.clock = VirtualClock()
-        self.true_m = 0.5
-        self.windows: list[tuple[int, int]] = []
-        self.chip = Vl53l1xChip(self.clock, self._distance, noise, oscillator_error)
-        self.bus = FakeI2cBus(self.clock, [self.chip])
-        self.address = 0x29
-
-    def _distance(self, start_ns: int, end_ns: int) -> float:
-        self.windows.append((start_ns, end_ns))
-        return self.true_m
-
-    def wait(self, seconds: float) -> None:
-        self.clock.sleep_until_ns(self.clock.now_ns() + ns(seconds))
-
-    def read(self, register: int, count: int = 1) -> bytes:
-        data = i2c_msg.read(self.address, count)
-        self.bus.i2c_rdwr(i2c_msg.write(self.address, register.to_bytes(2, "big")), data)
-        return bytes(data)
-
-    def write(self, register: int, *values: int) -> None:
-        message = [*register.to_bytes(2, "big"), *values]
-        self.bus.i2c_rdwr(i2c_msg.write(self.address, message))
-
-    def silent(self) -> bool:
-        try:
-            self.read(0x010F)
-        except OSError as error:
-            assert error.errno == errno.EREMOTEIO
-            return True
-        return False
-
-    def set_up(self, budget: tuple[int, int] = (0x0051, 0x006E), period_ms: int = 20) -> None:
-        """Short mode's 20 ms as the sheet has it, flag active high, limits as in the block."""
-        self.wait(0.002)
-        self.write(0x0030, 0x01)
-        self.write(0x005E, *budget[0].to_bytes(2, "big"), 0x07)
-        self.write(0x0061, *budget[1].to_bytes(2, "big"), 0x05, 0x01, 0x68, 0x00, 0x80)
-        self.write(0x0069, 0x38)
-        self.write(0x006C, *(39 * period_ms).to_bytes(4, "big"))
-
-    def start(self) -> None:
-        self.set_up()
-        self.write(0x0087, 0x40)
-
-    def stream(self) -> int:
-        return self.read(0x008B)[0]
-
-    def status(self) -> int:
-        return self.read(0x0089)[0] & 0x1F
-
-    def distance_mm(self) -> int:
-        return int.from_bytes(self.read(0x0096, 2), "big")
-
-    def flag(self) -> int:
-        return self.read(0x0031)[0] & 1
-
-
-@pytest.fixture
-def one() -> OneChip:
-    return OneChip()
-
-
-def test_it_is_silent_for_its_boot_time_and_while_held_in_reset(one: OneChip) -> None:
+def test_it_is_silent_for_its_boot_time_and_while_held_in_reset(one: ChipBench) -> None:
     one.wait(0.00119)
     assert one.silent()
     one.wait(0.00002)
@@ -97,7 +27,7 @@ def test_it_is_silent_for_its_boot_time_and_while_held_in_reset(one: OneChip) ->
     assert not one.silent()
 
 
-def test_boot_leaves_the_reset_values(one: OneChip) -> None:
+def test_boot_leaves_the_reset_values(one: ChipBench) -> None:
     one.wait(0.002)
     assert one.read(0x010F, 3) == bytes([0xEA, 0xCC, 0x10])
     assert one.read(0x00E5) == b"\x03"
@@ -107,7 +37,7 @@ def test_boot_leaves_the_reset_values(one: OneChip) -> None:
     assert one.read(0x0006, 2) == b"\xbc\xcc"
 
 
-def test_the_pointer_moves_on_and_stays_between_messages(one: OneChip) -> None:
+def test_the_pointer_moves_on_and_stays_between_messages(one: ChipBench) -> None:
     one.wait(0.002)
     one.write(0x0072, 1, 2, 3, 4)
     one.bus.i2c_rdwr(i2c_msg.write(0x29, [0x00, 0x72]))
@@ -117,13 +47,13 @@ def test_the_pointer_moves_on_and_stays_between_messages(one: OneChip) -> None:
     assert bytes(first) + bytes(second) == bytes([1, 2, 3, 4])
 
 
-def test_registers_outside_its_space_read_nothing_and_keep_nothing(one: OneChip) -> None:
+def test_registers_outside_its_space_read_nothing_and_keep_nothing(one: ChipBench) -> None:
     one.wait(0.002)
     one.write(0x01FE, 7, 8, 9)
     assert one.read(0x01FE, 4) == bytes([7, 8, 0, 0])
 
 
-def test_results_and_identity_are_read_only(one: OneChip) -> None:
+def test_results_and_identity_are_read_only(one: ChipBench) -> None:
     one.wait(0.002)
     before = one.read(0x0088, 18), one.read(0x010F, 3)
     one.write(0x0088, *[0xAA] * 18)
@@ -131,7 +61,7 @@ def test_results_and_identity_are_read_only(one: OneChip) -> None:
     assert (one.read(0x0088, 18), one.read(0x010F, 3)) == before
 
 
-def test_a_new_address_holds_from_the_next_message_until_a_reset(one: OneChip) -> None:
+def test_a_new_address_holds_from_the_next_message_until_a_reset(one: ChipBench) -> None:
     one.wait(0.002)
     one.write(0x0001, 0x31)
     assert one.silent()
@@ -144,7 +74,7 @@ def test_a_new_address_holds_from_the_next_message_until_a_reset(one: OneChip) -
     assert not one.silent()
 
 
-def test_a_sample_comes_after_the_range_and_then_once_a_period(one: OneChip) -> None:
+def test_a_sample_comes_after_the_range_and_then_once_a_period(one: ChipBench) -> None:
     one.start()
     range_s = (82 * 48.81 + 111 * 36.61 + 4528) * 1e-6
     one.wait(range_s - 0.0002)
@@ -158,7 +88,7 @@ def test_a_sample_comes_after_the_range_and_then_once_a_period(one: OneChip) -> 
     assert one.stream() == 1
 
 
-def test_the_distance_is_averaged_over_the_last_two_phases(one: OneChip) -> None:
+def test_the_distance_is_averaged_over_the_last_two_phases(one: ChipBench) -> None:
     one.start()
     started_ns = one.clock.now_ns()
     one.wait(0.02)
@@ -168,7 +98,7 @@ def test_the_distance_is_averaged_over_the_last_two_phases(one: OneChip) -> None
     assert start_ns - started_ns == pytest.approx(4_528_000, abs=10)
 
 
-def test_a_period_shorter_than_the_range_is_the_range(one: OneChip) -> None:
+def test_a_period_shorter_than_the_range_is_the_range(one: ChipBench) -> None:
     one.set_up(period_ms=5)
     one.write(0x0087, 0x40)
     one.wait(12.6e-3 * 10 + 0.001)
@@ -177,14 +107,14 @@ def test_a_period_shorter_than_the_range_is_the_range(one: OneChip) -> None:
 
 
 def test_a_slow_oscillator_makes_everything_slower() -> None:
-    one = OneChip(oscillator_error=0.05)
+    one = ChipBench(oscillator_error=0.05)
     one.start()
     one.wait(2.1 + 0.0126)
     one.stream()
     assert one.chip.samples == 100
 
 
-def test_the_stream_count_wraps_to_128(one: OneChip) -> None:
+def test_the_stream_count_wraps_to_128(one: ChipBench) -> None:
     one.start()
     one.wait(0.0126)
     counts = []
@@ -195,7 +125,7 @@ def test_the_stream_count_wraps_to_128(one: OneChip) -> None:
     assert counts == expected[:520]
 
 
-def test_the_flag_follows_its_polarity_and_the_clear(one: OneChip) -> None:
+def test_the_flag_follows_its_polarity_and_the_clear(one: ChipBench) -> None:
     one.start()
     one.wait(0.02)
     assert one.flag() == 1
@@ -209,7 +139,7 @@ def test_the_flag_follows_its_polarity_and_the_clear(one: OneChip) -> None:
     assert one.flag() == 1
 
 
-def test_single_shot_makes_one_sample(one: OneChip) -> None:
+def test_single_shot_makes_one_sample(one: ChipBench) -> None:
     one.set_up()
     one.write(0x0087, 0x10)
     one.wait(1.0)
@@ -219,7 +149,7 @@ def test_single_shot_makes_one_sample(one: OneChip) -> None:
 
 
 @pytest.mark.parametrize("stop", [0x00, 0x80])
-def test_stop_and_abort_end_ranging_and_a_start_counts_anew(one: OneChip, stop: int) -> None:
+def test_stop_and_abort_end_ranging_and_a_start_counts_anew(one: ChipBench, stop: int) -> None:
     one.start()
     one.wait(0.1)
     one.write(0x0087, stop)
@@ -232,7 +162,7 @@ def test_stop_and_abort_end_ranging_and_a_start_counts_anew(one: OneChip, stop: 
     assert one.stream() == 0
 
 
-def test_a_start_is_ignored_while_parameters_are_on_hold(one: OneChip) -> None:
+def test_a_start_is_ignored_while_parameters_are_on_hold(one: ChipBench) -> None:
     one.set_up()
     one.write(0x0082, 0x01)
     one.write(0x0087, 0x40)
@@ -242,7 +172,7 @@ def test_a_start_is_ignored_while_parameters_are_on_hold(one: OneChip) -> None:
     assert one.chip.ranging
 
 
-def test_distances_are_whole_millimetres(one: OneChip) -> None:
+def test_distances_are_whole_millimetres(one: ChipBench) -> None:
     one.true_m = 0.43251
     one.start()
     one.wait(0.02)
@@ -250,7 +180,7 @@ def test_distances_are_whole_millimetres(one: OneChip) -> None:
     assert one.status() == 9
 
 
-def test_no_target_too_far_and_too_near_have_their_codes(one: OneChip) -> None:
+def test_no_target_too_far_and_too_near_have_their_codes(one: ChipBench) -> None:
     one.start()
     codes = []
     for true_m in (math.inf, 1.6, -0.01, 0.5):
@@ -261,7 +191,7 @@ def test_no_target_too_far_and_too_near_have_their_codes(one: OneChip) -> None:
 
 
 def test_sunlight_raises_sigma_and_scatter_until_the_chip_gives_up() -> None:
-    one = OneChip(noise=RangeNoise(sigma_m=0.001, seed=4))
+    one = ChipBench(noise=RangeNoise(sigma_m=0.001, seed=4))
     one.true_m = 1.2
     one.start()
 
@@ -285,7 +215,7 @@ def test_sunlight_raises_sigma_and_scatter_until_the_chip_gives_up() -> None:
     assert one.status() == 6
 
 
-def test_a_dark_target_gives_less_signal(one: OneChip) -> None:
+def test_a_dark_target_gives_less_signal(one: ChipBench) -> None:
     one.start()
     one.wait(0.02)
     white = int.from_bytes(one.read(0x0098, 2), "big")
@@ -298,7 +228,7 @@ def test_noise_has_the_size_and_correlation_asked_for_and_repeats() -> None:
     noise = RangeNoise(sigma_m=0.01, correlation=0.6, seed=3)
 
     def run(polls: int) -> list[int]:
-        one = OneChip(noise=noise)
+        one = ChipBench(noise=noise)
         one.start()
         found = []
         for _ in range(polls):
@@ -312,12 +242,12 @@ def test_noise_has_the_size_and_correlation_asked_for_and_repeats() -> None:
     deviations = [d - mean for d in first]
     variance = sum(d * d for d in deviations) / len(deviations)
     assert math.sqrt(variance) == pytest.approx(10.0, rel=0.1)
-    lagged = sum(a * b for a, b in zip(deviations, deviations[1:], strict=False))
+    lagged = sum(a * b for a, b in pairwise(deviations))
     assert lagged / len(deviations) / variance == pytest.approx(0.6, abs=0.06)
 
 
 def test_samples_nobody_reads_change_nothing_about_those_somebody_does() -> None:
-    often, seldom = OneChip(noise=RangeNoise(seed=9)), OneChip(noise=RangeNoise(seed=9))
+    often, seldom = ChipBench(noise=RangeNoise(seed=9)), ChipBench(noise=RangeNoise(seed=9))
     for one in (often, seldom):
         one.start()
     for _ in range(100):
@@ -330,123 +260,10 @@ def test_samples_nobody_reads_change_nothing_about_those_somebody_does() -> None
 
 
 def test_outliers_come_at_their_rate() -> None:
-    one = OneChip(noise=RangeNoise(sigma_m=0.001, outlier_rate=0.05, outlier_m=0.2, seed=2))
+    one = ChipBench(noise=RangeNoise(sigma_m=0.001, outlier_rate=0.05, outlier_m=0.2, seed=2))
     one.start()
     far = 0
     for _ in range(2000):
         one.wait(0.02)
         far += abs(one.distance_mm() - 500) > 10
     assert 60 < far < 130
-
-
-# Faults.
-
-
-@pytest.mark.parametrize(
-    ("knob", "code"),
-    [("nack_transfers", 121), ("timeout_transfers", 110), ("io_error_transfers", 5)],
-)
-def test_so_many_transfers_fail_with_their_errno(one: OneChip, knob: str, code: int) -> None:
-    one.wait(0.002)
-    setattr(one.chip.faults, knob, 3)
-    for _ in range(3):
-        with pytest.raises(OSError, match=r"\[Errno") as caught:
-            one.read(0x010F)
-        assert caught.value.errno == code
-    assert one.read(0x010F) == b"\xea"
-
-
-def test_bits_flip_in_what_is_read(one: OneChip) -> None:
-    one.wait(0.002)
-    one.chip.faults.flip, one.chip.faults.flip_reads = (1, 0x80), 1
-    assert one.read(0x010F, 3) == bytes([0xEA, 0x4C, 0x10])
-    assert one.read(0x010F, 3) == bytes([0xEA, 0xCC, 0x10])
-
-
-def test_frozen_results_repeat(one: OneChip) -> None:
-    one.start()
-    one.wait(0.1)
-    before = one.read(0x0089, 17)
-    one.chip.faults.frozen = True
-    one.true_m = 0.9
-    one.wait(0.1)
-    assert one.read(0x0089, 17) == before
-    one.chip.faults.clear()
-    one.wait(0.02)
-    assert one.distance_mm() == 900
-
-
-@pytest.mark.parametrize("code", range(32))
-def test_every_raw_status_can_be_set(one: OneChip, code: int) -> None:
-    one.chip.faults.raw_status = code
-    one.start()
-    one.wait(0.02)
-    assert one.read(0x0089)[0] == code
-
-
-def test_a_brown_out_stops_ranging_and_forgets_everything(one: OneChip) -> None:
-    one.start()
-    one.wait(0.1)
-    one.chip.brown_out()
-    assert one.silent()
-    one.wait(0.002)
-    assert not one.chip.ranging
-    assert one.read(0x0030) == b"\x11"
-
-
-def test_a_stuck_sda_blocks_the_bus_until_that_chip_is_reset(one: OneChip) -> None:
-    one.wait(0.002)
-    one.chip.faults.sda_stuck = True
-    with pytest.raises(OSError, match="timed out"):
-        one.read(0x010F)
-    one.chip.set_xshut(False)
-    one.chip.set_xshut(True)
-    one.wait(0.002)
-    assert one.read(0x010F) == b"\xea"
-
-
-def test_slow_boot_is_silent_then_deaf(one: OneChip) -> None:
-    one.chip.faults.extra_boot_ns, one.chip.faults.deaf_firmware_ns = ns(0.1), ns(0.05)
-    one.chip.brown_out()
-    one.wait(0.1)
-    assert one.silent()
-    one.wait(0.002)
-    assert one.read(0x00E5) == b"\x02"
-    one.wait(0.05)
-    assert one.read(0x00E5) == b"\x03"
-
-
-def test_a_wrong_id_and_a_missing_calibration_can_be_had(one: OneChip) -> None:
-    one.chip.faults.model_id, one.chip.faults.no_osc_calibration = 0xEEAA, True
-    one.wait(0.002)
-    assert one.read(0x010F, 2) == b"\xee\xaa"
-    assert one.read(0x00DE, 2) == b"\0\0"
-
-
-def test_a_wrapped_target_comes_back_near_and_valid(one: OneChip) -> None:
-    one.true_m = 1.3
-    one.chip.scene.wrap_m = 0.64
-    one.start()
-    one.wait(0.02)
-    assert (one.distance_mm(), one.status()) == (20, 9)
-
-
-def test_a_broken_xshut_wire_leaves_it_running(one: OneChip) -> None:
-    one.wait(0.002)
-    one.chip.faults.xshut_broken = True
-    one.chip.set_xshut(False)
-    assert not one.silent()
-
-
-def test_without_supply_it_is_not_there(one: OneChip) -> None:
-    one.wait(0.002)
-    one.chip.faults.unpowered = True
-    assert one.silent()
-
-
-def test_a_lost_flag_stays_low_while_samples_go_on(one: OneChip) -> None:
-    one.chip.faults.silent_flag = True
-    one.start()
-    one.wait(0.1)
-    assert one.flag() == 0
-    assert one.stream() == 4

@@ -142,7 +142,7 @@ def test_hardware_faults_are_those_of_the_sheet() -> None:
 def test_the_seventeen_bytes_decode_to_their_fields(
     status: int, stream: int, rest: tuple[int, ...]
 ) -> None:
-    spads, peak, ambient, sigma, phase, distance, signal = rest
+    spads, _, ambient, sigma, _, distance, signal = rest
     block = bytes([status, 0, stream]) + struct.pack(">7H", *rest)
     sample = decode(block)
     assert sample.raw_status == status & 0x1F

@@ -1,0 +1,61 @@
+"""Opening the sensors of a real machine, as far as a machine without any can show it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from gpiozero import OutputDevice
+from gpiozero.pins.mock import MockFactory
+from smbus2 import i2c_msg
+
+from drivers.fakes.i2c_bus import FakeI2cBus
+from drivers.ranging import robot_sensors
+from drivers.ranging.robot_sensors import bus_speed_advice, open_robot_sensors
+from drivers.settings import RangingSettings
+from foundation.clock import VirtualClock
+from foundation.errors import BusDead, SensorFault
+
+
+def test_without_the_bus_the_pins_are_not_touched() -> None:
+    factory = MockFactory()
+    with pytest.raises(BusDead, match=r"/dev/i2c-19 does not exist"):
+        open_robot_sensors(RangingSettings(bus=19), VirtualClock(), factory)
+    assert not factory.pins
+
+
+def test_a_pin_in_use_gives_everything_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, factory = VirtualClock(), MockFactory()
+    bus = FakeI2cBus(clock, [])
+    monkeypatch.setattr(robot_sensors, "open_bus", lambda number: bus)
+    with OutputDevice(21, pin_factory=factory):
+        with pytest.raises(SensorFault, match=r"GPIO 4, 20, 21\) cannot be had: .*in use"):
+            open_robot_sensors(RangingSettings(), clock, factory)
+        with pytest.raises(OSError, match="Bad file descriptor"):
+            bus.i2c_rdwr(i2c_msg.read(0x29, 1))
+    bank = open_robot_sensors(RangingSettings(), clock, factory)
+    bank.close()
+
+
+def test_opened_sensors_are_in_reset_until_they_are_started(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock, factory = VirtualClock(), MockFactory()
+    monkeypatch.setattr(robot_sensors, "open_bus", lambda number: FakeI2cBus(clock, []))
+    bank = open_robot_sensors(RangingSettings(), clock, factory)
+    for number in RangingSettings().xshut_pins:
+        pin = factory.pin(number)
+        assert (pin.function, pin.state) == ("output", 0)
+    assert bank.health() == dict.fromkeys("xyz", "off")
+    bank.close()
+
+
+@pytest.mark.parametrize(("clock_hz", "advised"), [(100_000, True), (400_000, False)])
+def test_a_slow_bus_is_advised_on(tmp_path: Path, clock_hz: int, advised: bool) -> None:
+    (tmp_path / "aliases").mkdir()
+    (tmp_path / "aliases" / "i2c1").write_bytes(b"/i2c\0")
+    (tmp_path / "i2c").mkdir()
+    (tmp_path / "i2c" / "clock-frequency").write_bytes(clock_hz.to_bytes(4, "big"))
+    advice = bus_speed_advice(RangingSettings(), tmp_path)
+    assert (advice is not None and "runs at 100 kHz" in advice) == advised
+    assert bus_speed_advice(RangingSettings(bus=7), tmp_path) is None
