@@ -52,7 +52,7 @@ class Alternative(_Record):
 
 
 class Finding(_Record):
-    """One effect. `unknown` is real but in no vocabulary: `depends_on` then says what it follows."""
+    """One effect. `unknown` is in no vocabulary: `depends_on` says what it follows."""
 
     effect: str
     component: str

@@ -1,0 +1,99 @@
+"""The bank of tests: columns of every candidate at every shape, and of every free shape."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from diagnosis.candidate import Candidate, Shape, Term
+from diagnosis.fit import Fitter
+from diagnosis.free_shapes import FreeShape, free_shapes
+from diagnosis.model import Model
+from diagnosis.readings import FloatArray
+
+LEAST_CHANGE = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Entry:
+    """One test: a candidate at a shape (or a free shape) and its columns in the bank."""
+
+    candidate: Candidate | None
+    shape: Shape | None
+    free: FreeShape | None
+    columns: slice
+
+    @property
+    def df(self) -> int:
+        """Degrees of freedom of the test."""
+        return self.columns.stop - self.columns.start
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """Candidate it belongs to."""
+        if self.candidate is not None:
+            return self.candidate.key
+        assert self.free is not None
+        return ("unknown", self.free.port, self.free.driver)
+
+
+@dataclass(slots=True, eq=False)
+class Bank:
+    """Entries and their raw columns (n, channels, k); `white` follows the noise model."""
+
+    entries: list[Entry] = field(default_factory=list)
+    raw: list[FloatArray] = field(default_factory=list)
+    white: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    silent: list[Candidate] = field(default_factory=list)
+    """Candidates that change nothing in this recording."""
+
+    def add(self, raw: FloatArray, candidate: Candidate | None, shape: Shape | None,
+            free: FreeShape | None) -> None:  # fmt: skip
+        """Append a test with columns (n, channels, k)."""
+        first = self.entries[-1].columns.stop if self.entries else 0
+        self.entries.append(Entry(candidate, shape, free, slice(first, first + raw.shape[2])))
+        self.raw.append(raw.astype(np.float32))
+
+    def whiten(self, fitter: Fitter) -> None:
+        """Bring all columns under the fitter's noise model."""
+        total = self.entries[-1].columns.stop
+        rows = len(fitter.whiten.weight) + len(fitter.prior)
+        self.white = np.empty((rows, total), dtype=np.float32)
+        for entry, raw in zip(self.entries, self.raw, strict=True):
+            self.white[:, entry.columns] = fitter.vector(raw)
+
+
+def build(model: Model, extra: Sequence[Candidate] = ()) -> Bank:
+    """Columns around the nominal machine."""
+    bank = Bank()
+    nominal = model.predict(model.nuisances)
+    for candidate in [*model.candidates, *extra]:
+        seen = False
+        for shape in candidate.shapes:
+            raw = secants(model, candidate, shape, nominal)
+            if np.abs(raw).max(initial=0.0) * shape.reach > LEAST_CHANGE:
+                bank.add(raw, candidate, shape, None)
+                seen = True
+        if not seen:
+            bank.silent.append(candidate)
+    ports = model.ports()
+    for free in free_shapes(model):
+        bank.add(free.columns(ports[free.port]), None, None, free)
+    return bank
+
+
+def secants(model: Model, candidate: Candidate, shape: Shape, nominal: FloatArray) -> FloatArray:
+    """Change of the channels per unit of each linear coordinate, (n, channels, k)."""
+    origin = np.array(shape.origin)
+    if not shape.linear:
+        changed = model.predict([*model.nuisances, Term(candidate, origin)])
+        return (changed - nominal)[:, :, None]
+    columns = []
+    for i in shape.linear:
+        at = origin.copy()
+        at[i] += shape.reach
+        changed = model.predict([*model.nuisances, Term(candidate, at)])
+        columns.append((changed - nominal) / shape.reach)
+    return np.stack(columns, axis=2)

@@ -1,0 +1,162 @@
+"""How the fit moves in each effect of a delta, and from which points it starts.
+
+One row an effect: coordinates, then shapes (starting points with the reach of their secant).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+
+import numpy as np
+
+from diagnosis.candidate import Candidate, Coordinate, Shape
+from models.effects import VOCABULARY, EffectKind
+
+Rows = tuple[tuple[Coordinate, ...], tuple[Shape, ...], dict[str, float]]
+
+WARM_UP_S = (8.0, 20.0, 60.0, 180.0)
+PLAYS_RAD = (0.0025, 0.006, 0.015)
+DRAGS = (5.0, 10.0, 25.0)
+STICKS = 1e4
+LAGS_S = (0.02, 0.1)
+GEAR_PERIODS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 16, 20, 25, 30, 40, 50)
+"""Errors per turn of the arm that a gear or coupling may have."""
+RINGING_HZ = (0.7, 1.2, 2.0, 3.2, 5.0, 8.0)
+TURN_RAD = 2.0 * np.pi
+
+
+def _simple(kind: EffectKind, step: float | None = None) -> Rows:
+    """One number in which the effect is nearly linear."""
+    main = kind.main
+    step = step or main.step
+    coordinate = Coordinate(main.name, step=step, low=main.low, high=main.high)
+    return (coordinate,), (Shape((kind.nothing,), (0,), step),), _defaults(kind)
+
+
+def _defaults(kind: EffectKind) -> dict[str, float]:
+    return {p.name: p.default for p in kind.parameters if p.default is not None}
+
+
+def _lag(kind: EffectKind) -> Rows:
+    coordinates = (
+        Coordinate("time", step=2e-3, low=0.0, high=2.0),
+        Coordinate("dead_time", step=2e-3, low=0.0, high=2.0),
+    )
+    shapes = [Shape((0.0, 0.0), (i,), reach) for i, reach in product((0, 1), LAGS_S)]
+    return coordinates, tuple(shapes), {}
+
+
+def _viscous(kind: EffectKind) -> Rows:
+    coordinate = Coordinate("coefficient", step=2.0, low=0.0, high=1e4)
+    return (coordinate,), (Shape((0.0,), (0,), 20.0),), _defaults(kind)
+
+
+def _backlash(kind: EffectKind) -> Rows:
+    coordinates = (
+        Coordinate("width", step=3e-4, low=0.0, high=0.2),
+        Coordinate("drag", "log", step=0.05, low=np.log(0.1), high=np.log(STICKS)),
+    )
+    shapes = [
+        Shape((0.0, float(np.log(drag))), (0,), width)
+        for drag, width in product((*DRAGS, STICKS), PLAYS_RAD)
+    ]
+    return coordinates, tuple(shapes), {"friction": 0.0}
+
+
+def _friction(kind: EffectKind) -> Rows:
+    coordinate = Coordinate("width", step=3e-4, low=0.0, high=0.2)
+    shapes = tuple(Shape((0.0,), (0,), width) for width in PLAYS_RAD)
+    return (coordinate,), shapes, _defaults(kind)
+
+
+def _compliance(kind: EffectKind) -> Rows:
+    coordinate = Coordinate("stiffness", "reciprocal", step=1e-4, low=0.0, high=1.0)
+    return (coordinate,), (Shape((0.0,), (0,), 1e-4),), {}
+
+
+def _periodic(kind: EffectKind) -> Rows:
+    coordinates = (
+        Coordinate("amplitude", "sine", step=2e-4, low=-0.2, high=0.2),
+        Coordinate("amplitude", "cosine", step=2e-4, low=-0.2, high=0.2),
+        Coordinate("period", "log", step=1e-3, low=np.log(1e-3), high=np.log(TURN_RAD)),
+    )
+    shapes = [Shape((0.0, 0.0, float(np.log(TURN_RAD / n))), (0, 1), 2e-4) for n in GEAR_PERIODS]
+    return coordinates, tuple(shapes), {}
+
+
+def _warming(kind: EffectKind) -> Rows:
+    main = kind.main
+    coordinates = (
+        Coordinate(main.name, step=1e-4, low=main.low, high=main.high),
+        Coordinate("time_constant", "log", step=0.05, low=0.0, high=np.log(1e5)),
+    )
+    shapes = [Shape((0.0, float(np.log(time))), (0,), 1e-4) for time in WARM_UP_S]
+    return coordinates, tuple(shapes), {}
+
+
+def _tilt(kind: EffectKind) -> Rows:
+    coordinates = tuple(Coordinate("rotation", step=1e-4, part=part) for part in range(3))
+    return coordinates, (Shape((0.0, 0.0, 0.0), (0, 1, 2), 1e-4),), {}
+
+
+def _ringing(kind: EffectKind) -> Rows:
+    coordinates = (
+        Coordinate("frequency", "log", step=0.01, low=np.log(0.3), high=np.log(40.0)),
+        Coordinate("damping", step=0.01, low=0.005, high=0.95),
+    )
+    shapes = [
+        Shape((float(np.log(hertz)), damping), ())
+        for hertz, damping in product(RINGING_HZ, (0.05, 0.2))
+    ]
+    return coordinates, tuple(shapes), {}
+
+
+_SPECIAL: dict[str, Callable[[EffectKind], Rows]] = {
+    "following_lag": _lag,
+    "viscous_friction": _viscous,
+    "gear_backlash": _backlash,
+    "joint_friction": _friction,
+    "joint_compliance": _compliance,
+    "transmission_error": _periodic,
+    "encoder_error": _periodic,
+    "thermal_expansion": _warming,
+    "sensor_drift": _warming,
+    "frame_tilt": _tilt,
+    "resonance": _ringing,
+}
+EVENTS = ("lost_steps", "stale_reading")
+"""Found by their own searches, not from the table."""
+
+
+def candidates_of(name: str) -> list[Candidate]:
+    """All candidates of one effect, a component each."""
+    kind = VOCABULARY[name]
+    coordinates, shapes, fixed = _SPECIAL.get(name, _simple)(kind)
+    return [Candidate(kind, component, coordinates, shapes, fixed) for component in kind.components]
+
+
+def contact(lowest_m: float, highest_m: float) -> Candidate:
+    """Contact at heights within those that the platform was sent to."""
+    span = highest_m - lowest_m
+    shapes = tuple(Shape((lowest_m + share * span,), ()) for share in (0.02, 0.05, 0.1, 0.2, 0.35))
+    coordinate = Coordinate("height", step=5e-4, low=lowest_m - 1.0, high=highest_m)
+    return Candidate(VOCABULARY["contact"], "platform", (coordinate,), shapes, {})
+
+
+def lost_steps(component: str, time_s: float) -> Candidate:
+    """A loss at a time that was found by a scan."""
+    coordinates = (
+        Coordinate("steps", step=2.0, low=-2e4, high=2e4),
+        Coordinate("time", "frozen"),
+    )
+    shapes = (Shape((0.0, time_s), (0,), 2.0),)
+    return Candidate(VOCABULARY["lost_steps"], component, coordinates, shapes, {})
+
+
+def stale(component: str, time_s: float, duration_s: float) -> Candidate:
+    """A stretch of repeated readings that was found in the data."""
+    coordinates = (Coordinate("duration", "frozen"), Coordinate("time", "frozen"))
+    return Candidate(
+        VOCABULARY["stale_reading"], component, coordinates, (Shape((duration_s, time_s), ()),), {}
+    )

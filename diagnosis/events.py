@@ -1,0 +1,98 @@
+"""Things that happen once: a scan for the moment of a loss, and runs of repeated readings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnosis.candidate import Candidate
+from diagnosis.delta_candidates import lost_steps
+from diagnosis.fit import Fitter, Solution
+from diagnosis.readings import FloatArray, Readings, long_repeats
+from diagnosis.score import orthonormal
+
+EDGE = 0.02
+"""Share of the recording at each end in which a loss cannot be told from an offset."""
+CHANCE = 1e-5
+FEWEST_REPEATS = 10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Jump:
+    """The best moment for a jump at one joint."""
+
+    candidate: Candidate
+    gain: float
+    time_s: float
+    interval_s: tuple[float, float]
+
+
+def jumps(fitter: Fitter, solution: Solution, rad_per_step: float) -> list[Jump]:
+    """For each joint the moment at which a lasting jump explains most of the residual."""
+    model = fitter.model
+    rows = fitter.whiten.rows
+    order = np.argsort(rows, kind="stable")[::-1]
+    times = model.readings.t_s[rows[order]]
+    basis = orthonormal(solution.tangent)[: len(rows)][order]
+    residual = solution.residual[: len(rows)][order]
+    inside = (times > times[-1] + EDGE * (times[0] - times[-1])) & (
+        times < times[0] - EDGE * (times[0] - times[-1])
+    )
+    found = []
+    for port, change in model.ports().items():
+        if not port.startswith("motor"):
+            continue
+        column = fitter.whiten(-rad_per_step * change)[order]
+        if not column.any():
+            continue
+        along = np.cumsum(column * residual)
+        shared = np.cumsum(column[:, None] * basis, axis=0)
+        power = np.cumsum(column**2)
+        left = power - np.sum(shared**2, axis=1)
+        usable = inside & (left > 0.02 * power[-1])
+        gain = np.where(usable, along**2 / np.maximum(left, 1e-30), 0.0)
+        best = int(np.argmax(gain))
+        near = times[(gain > gain[best] - 3.84) & usable]
+        found.append(
+            Jump(
+                lost_steps(port, float(times[best])), float(gain[best]), float(times[best]),
+                (float(near.min(initial=times[best])), float(near.max(initial=times[best]))),
+            )
+        )  # fmt: skip
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Stale:
+    """A stretch [first, last] of rows in which a sensor repeats one number."""
+
+    channel: str
+    first: int
+    last: int
+    log_p: float
+
+
+def stale_runs(readings: Readings) -> list[Stale]:
+    """Repeats too long for rounding and noise to make by chance."""
+    found = []
+    for column, name in enumerate(readings.names):
+        if not name.startswith("range_"):
+            continue
+        values = readings.values[:, column]
+        rate = float(np.mean(np.diff(values) == 0.0))
+        if not 0.0 < rate < 0.6:
+            continue
+        for first, last in long_repeats(values, FEWEST_REPEATS):
+            log_p = float(np.log(len(values)) + (last - first) * np.log(rate))
+            if log_p < np.log(CHANCE):
+                found.append(Stale(name, first, last, log_p))
+    return found
+
+
+def without_stale(valid: np.ndarray, readings: Readings, runs: list[Stale]) -> FloatArray:
+    """The mask of valid readings less the repeats."""
+    kept = valid.copy()
+    for run in runs:
+        kept[run.first + 1 : run.last + 1, readings.names.index(run.channel)] = False
+    return kept

@@ -1,0 +1,186 @@
+"""Robust whitened least squares over the coordinates of several effects at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnosis.candidate import Term
+from diagnosis.free_shapes import FreeShape
+from diagnosis.model import Model
+from diagnosis.noise import Whitener
+from diagnosis.readings import FloatArray
+
+STEPS = 6
+CLOSE_ENOUGH = 0.02
+"""A step that lowers the cost by less than this ends the fit."""
+NUISANCE_SHARE = 0.25
+"""Standard deviation of a nuisance's prior, as a share of twice its starting value."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """Fitted terms. cost is a chi-square; residual (m,) and tangent (m, p) are whitened.
+
+    The tangent's columns: nuisances, then the moved coordinates of the terms, then free shapes.
+    """
+
+    terms: tuple[Term, ...]
+    nuisances: tuple[Term, ...]
+    frees: tuple[FreeShape, ...]
+    coefficients: FloatArray
+    cost: float
+    residual: FloatArray
+    tangent: FloatArray
+    predicted: FloatArray
+    """Channels with everything fitted, (n, channels)."""
+
+    def columns_of(self, number: int) -> slice:
+        """Columns of the tangent that belong to term `number`."""
+        first = sum(len(t.candidate.moved) for t in self.nuisances)
+        first += sum(len(t.candidate.moved) for t in self.terms[:number])
+        return slice(first, first + len(self.terms[number].candidate.moved))
+
+
+class Fitter:
+    """Fits terms to the readings of one model under one noise model."""
+
+    def __init__(self, model: Model, whitener: Whitener):
+        self.model = model
+        self.whiten = whitener
+        self.observed = np.nan_to_num(model.readings.values)
+        self.prior = [
+            (float(t.at[0]), max(2 * NUISANCE_SHARE * float(t.at[0]), 1e-9))
+            for t in model.nuisances
+        ]
+
+    def vector(self, difference: FloatArray) -> FloatArray:
+        """Whitened difference of the channels, with room for the priors of the nuisances."""
+        white = self.whiten(difference)
+        room = np.zeros((len(self.prior), *white.shape[1:]))
+        return np.concatenate([white, room])
+
+    def _residual(self, predicted: FloatArray, nuisances: Sequence[Term]) -> FloatArray:
+        residual = self.vector(self.observed - predicted)
+        for row, (term, (centre, spread)) in enumerate(zip(nuisances, self.prior, strict=True)):
+            residual[len(residual) - len(self.prior) + row] = (centre - term.at[0]) / spread
+        return residual
+
+    def tangent(
+        self, terms: Sequence[Term], nuisances: Sequence[Term], predicted: FloatArray
+    ) -> FloatArray:
+        """Whitened derivatives of the prediction by every moved coordinate, (m, p)."""
+        columns = []
+        everything = [*nuisances, *terms]
+        for number, term in enumerate(everything):
+            for i in term.candidate.moved:
+                step = term.candidate.coordinates[i].step
+                at = term.at.copy()
+                if at[i] + step > term.candidate.coordinates[i].high:
+                    step = -step
+                at[i] += step
+                moved = [*everything[:number], Term(term.candidate, at), *everything[number + 1 :]]
+                column = self.vector((self.model.predict(moved) - predicted) / step)
+                if number < len(nuisances):
+                    column[len(column) - len(self.prior) + number] = 1.0 / self.prior[number][1]
+                columns.append(column)
+        rows = len(self.whiten.weight) + len(self.prior)
+        return np.stack(columns, axis=1) if columns else np.zeros((rows, 0))
+
+    def free_tangent(self, frees: Sequence[FreeShape]) -> FloatArray:
+        """Whitened columns of free shapes, (m, q)."""
+        ports = self.model.ports() if frees else {}
+        blocks = [self.vector(free.columns(ports[free.port])) for free in frees]
+        rows = len(self.whiten.weight) + len(self.prior)
+        return np.concatenate(blocks, axis=1) if blocks else np.zeros((rows, 0))
+
+    def solve(
+        self,
+        terms: Sequence[Term],
+        frees: Sequence[FreeShape] = (),
+        nuisances: Sequence[Term] | None = None,
+        steps: int = STEPS,
+    ) -> Solution:
+        """Levenberg-Marquardt from the terms as they stand; free shapes are linear."""
+        nuisances = tuple(self.model.nuisances if nuisances is None else nuisances)
+        terms = tuple(terms)
+        linear = self.free_tangent(frees)
+        basis = np.linalg.qr(linear)[0] if linear.shape[1] else linear
+        predicted = self.model.predict([*nuisances, *terms])
+        residual = self._residual(predicted, nuisances)
+        cost = _cost(residual, basis)
+        damping = 1e-6
+        tangent = self.tangent(terms, nuisances, predicted)
+        for _ in range(steps):
+            if tangent.shape[1] == 0:
+                break
+            jac = np.concatenate([tangent, linear], axis=1)
+            move = _damped(jac, residual, damping)[: tangent.shape[1]]
+            tried = _moved([*nuisances, *terms], move)
+            trial_n, trial_t = tried[: len(nuisances)], tried[len(nuisances) :]
+            trial_predicted = self.model.predict(tried)
+            trial_residual = self._residual(trial_predicted, trial_n)
+            trial_cost = _cost(trial_residual, basis)
+            if trial_cost < cost:
+                gain = cost - trial_cost
+                nuisances, terms = tuple(trial_n), tuple(trial_t)
+                predicted, residual, cost = trial_predicted, trial_residual, trial_cost
+                tangent = self.tangent(terms, nuisances, predicted)
+                damping = max(damping / 10, 1e-9)
+                if gain < CLOSE_ENOUGH:
+                    break
+            else:
+                damping = max(damping, 1e-4) * 30
+                if damping > 1e3:
+                    break
+        return self._finish(terms, nuisances, tuple(frees), linear, predicted, residual, tangent)
+
+    def _finish(
+        self,
+        terms: tuple[Term, ...],
+        nuisances: tuple[Term, ...],
+        frees: tuple[FreeShape, ...],
+        linear: FloatArray,
+        predicted: FloatArray,
+        residual: FloatArray,
+        tangent: FloatArray,
+    ) -> Solution:
+        coefficients = np.zeros(linear.shape[1])
+        if linear.shape[1]:
+            coefficients = np.linalg.lstsq(linear, residual, rcond=1e-9)[0]
+            residual = residual - linear @ coefficients
+            ports, first = self.model.ports(), 0
+            for free in frees:
+                part = coefficients[first : first + free.basis.shape[1]]
+                predicted = predicted + ports[free.port] * (free.basis @ part)[:, None]
+                first += free.basis.shape[1]
+        return Solution(
+            terms, nuisances, frees, coefficients, float(residual @ residual), residual,
+            np.concatenate([tangent, linear], axis=1), predicted,
+        )  # fmt: skip
+
+
+def _cost(residual: FloatArray, basis: FloatArray) -> float:
+    along = basis.T @ residual
+    return float(residual @ residual - along @ along)
+
+
+def _damped(jac: FloatArray, residual: FloatArray, damping: float) -> FloatArray:
+    gram = jac.T @ jac
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
+    gram = gram / np.outer(scale, scale) + damping * np.eye(len(gram))
+    step: FloatArray = np.linalg.lstsq(gram, jac.T @ residual / scale, rcond=1e-10)[0] / scale
+    return step
+
+
+def _moved(terms: Sequence[Term], move: FloatArray) -> list[Term]:
+    result, first = [], 0
+    for term in terms:
+        moved = term.candidate.moved
+        at = term.at.copy()
+        at[moved] += move[first : first + len(moved)]
+        first += len(moved)
+        result.append(term.moved_to(at))
+    return result

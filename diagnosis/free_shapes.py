@@ -1,0 +1,54 @@
+"""Free shapes: a spline of one driver that enters at one port, the rival of every named effect."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from diagnosis.model import Model
+from diagnosis.readings import FloatArray
+
+PIECES = 4
+DEGREE = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FreeShape:
+    """A port, what the shape depends on, and its columns (n, k)."""
+
+    port: str
+    driver: str
+    basis: FloatArray
+
+    def columns(self, change: FloatArray) -> FloatArray:
+        """Change of the channels per coefficient, (n, channels, k)."""
+        return change[:, :, None] * self.basis[:, None, :]
+
+
+def spline_basis(driver: FloatArray) -> FloatArray:
+    """Cubic B-splines with knots at quantiles of the driver; (n, PIECES + DEGREE)."""
+    inner = np.quantile(driver, np.linspace(0.0, 1.0, PIECES + 1))
+    inner = np.maximum.accumulate(inner + 1e-12 * np.arange(len(inner)))
+    knots = np.concatenate([[inner[0]] * DEGREE, inner, [inner[-1]] * DEGREE])
+    basis: FloatArray = BSpline.design_matrix(
+        np.clip(driver, knots[0], knots[-1] - 1e-12), knots, DEGREE
+    ).toarray()
+    return basis
+
+
+def free_shapes(model: Model) -> list[FreeShape]:
+    """Every port with every driver that makes sense there: a joint's own motion, a sensor's all."""
+    shapes = []
+    drivers = model.drivers()
+    bases = {name: spline_basis(x) for name, x in drivers.items() if np.ptp(x) > 1e-9}
+    for port in model.ports():
+        for name, basis in bases.items():
+            of_joint = name[-1] in "123"
+            if port.startswith("motor") and of_joint and name[-1] != port[-1]:
+                continue
+            if port.startswith("range") and name.startswith(("speed", "torque")):
+                continue
+            shapes.append(FreeShape(port, name, basis))
+    return shapes

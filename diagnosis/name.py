@@ -1,0 +1,230 @@
+"""Naming: add the best effect, refit all, swap, drop, until nothing significant is left."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.stats import chi2
+
+from diagnosis.bank import Entry
+from diagnosis.candidate import Candidate, Term
+from diagnosis.events import Jump, jumps
+from diagnosis.fit import Fitter, Solution
+from diagnosis.free_shapes import FreeShape
+from diagnosis.prepare import Prepared
+from diagnosis.score import Calibration, Scores, calibrate
+
+ALPHA = 0.005
+PRICE = 4.0
+"""Chi-square each coordinate of a candidate has to earn beyond the others."""
+RELUCTANCE = {"viscous_friction": 3.0, "payload": 2.0, "gear_backlash": -2.0}
+EVENT_PRICE = 14.0
+FREE_PRICE = 40.0
+LEAST_SHARE = 0.012
+"""A further effect must explain this share of what the others do; less may be their own blur."""
+FREE_LEAST_SHARE = 0.04
+TRIED = 6
+MOST_TERMS = 7
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """A start for a refit and its linearised gain."""
+
+    start: Term
+    gain: float
+    log_p: float
+    price: float
+
+
+def price(candidate: Candidate) -> float:
+    """What a candidate must earn."""
+    if candidate.kind.event:
+        return EVENT_PRICE
+    return PRICE * len(candidate.moved) + RELUCTANCE.get(candidate.effect, 0.0)
+
+
+@dataclass(slots=True, eq=False)
+class Search:
+    """The search for the set of effects that explains a recording."""
+
+    prepared: Prepared
+    rad_per_step: float
+    progress: Progress = lambda _: None
+    calibration: Calibration = field(init=False)
+    empty: Solution = field(init=False)
+    scores_of_empty: Scores = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.empty = self.fitter.solve(())
+        self.calibration = calibrate(self.prepared.scorer, self.empty.tangent)
+        self.scores_of_empty = self.scores(self.empty)
+
+    @property
+    def fitter(self) -> Fitter:
+        """The fitter of the prepared recording."""
+        return self.prepared.fitter
+
+    def scores(self, solution: Solution) -> Scores:
+        """Scores of the whole bank against a solution."""
+        return self.prepared.scorer.against(solution.tangent, solution.residual)
+
+    @property
+    def event_tests(self) -> float:
+        """Independent moments a jump could have come at, over all joints."""
+        return 3.0 * self.prepared.model.readings.span_s
+
+    def p(self, log_p: float) -> float:
+        """Calibrated p of the smallest p of bank and scan together."""
+        tests = self.calibration.tests + self.event_tests
+        return Calibration(tests).p(log_p)
+
+    def trials(self, solution: Solution, without: Sequence[tuple[str, ...]] = ()) -> list[Trial]:
+        """The best start of every named candidate that is not in the solution, best first."""
+        scores = self.scores(solution)
+        taken = {term.candidate.key for term in solution.terms} | set(without)
+        best: dict[tuple[str, ...], Trial] = {}
+        for number, entry in enumerate(self.prepared.bank.entries):
+            if entry.candidate is None or entry.key in taken:
+                continue
+            trial = _trial(entry, scores, number)
+            if trial.log_p <= 0.0 and (entry.key not in best or trial.gain > best[entry.key].gain):
+                best[entry.key] = trial
+        found = [*best.values(), *self._jump_trials(solution, taken)]
+        return sorted(found, key=lambda t: t.price - t.gain)
+
+    def _jump_trials(self, solution: Solution, taken: set[tuple[str, ...]]) -> list[Trial]:
+        if not self.rad_per_step:
+            return []
+        found: list[Jump] = jumps(self.fitter, solution, self.rad_per_step)
+        return [
+            Trial(
+                Term(jump.candidate, np.array(jump.candidate.shapes[0].origin)),
+                jump.gain, float(chi2.logsf(jump.gain, 1)), price(jump.candidate),
+            )
+            for jump in found
+            if jump.candidate.key not in taken
+        ]  # fmt: skip
+
+    def least_gain(self, solution: Solution, share: float = LEAST_SHARE) -> float:
+        """What a further effect must explain at least."""
+        return share * max(self.empty.cost - solution.cost, 0.0)
+
+    def worth(self, solution: Solution) -> float:
+        """Cost with the price of everything in it: the smaller the better."""
+        prices = sum(price(term.candidate) for term in solution.terms)
+        return solution.cost + prices + FREE_PRICE * len(solution.frees)
+
+    def run(self) -> Solution:
+        """The best set of named effects."""
+        solution = self.empty
+        for _ in range(MOST_TERMS):
+            grown = self._add(solution)
+            if grown is None:
+                break
+            solution = self._drop(self._swap(grown))
+        return solution
+
+    def _add(self, solution: Solution) -> Solution | None:
+        trials = self.trials(solution)
+        if not trials or self.p(min(t.log_p for t in trials)) > ALPHA:
+            return None
+        strongest = trials[0].gain
+        worthy = [t for t in trials[:TRIED] if t.gain > 0.4 * strongest]
+        self.progress(f"trying {len(worthy)} explanations")
+        tried = [
+            self.fitter.solve((*solution.terms, t.start), solution.frees, solution.nuisances)
+            for t in worthy
+        ]
+        best = min(tried, key=self.worth)
+        gain = solution.cost - best.cost
+        log_p = float(chi2.logsf(gain, len(best.terms[-1].candidate.moved)))
+        if gain < self.least_gain(solution) or self.p(log_p) > ALPHA:
+            return None
+        return best
+
+    def _swap(self, solution: Solution) -> Solution:
+        """Try to replace each term but the newest by something better."""
+        if len(solution.terms) < 2:
+            return solution
+        for number in range(len(solution.terms) - 1):
+            rest = _without(solution.terms, number)
+            bare = self.fitter.solve(rest, solution.frees, solution.nuisances, steps=2)
+            own = solution.terms[number].candidate.key
+            for trial in self.trials(bare, [own])[:2]:
+                if trial.gain < 0.8 * (bare.cost - solution.cost):
+                    continue
+                other = self.fitter.solve((*rest, trial.start), solution.frees, bare.nuisances)
+                if self.worth(other) < self.worth(solution) - 1.0:
+                    return self._swap(other)
+        return solution
+
+    def _drop(self, solution: Solution) -> Solution:
+        """Leave out whatever no longer earns its place."""
+        for number, term in enumerate(solution.terms):
+            if len(solution.terms) + len(solution.frees) == 1:
+                return solution
+            bare = self.fitter.solve(
+                _without(solution.terms, number), solution.frees, solution.nuisances
+            )
+            gain = bare.cost - solution.cost
+            log_p = float(chi2.logsf(max(gain, 0.0), len(term.candidate.moved)))
+            if self.p(log_p) > ALPHA or gain < self.least_gain(bare):
+                return self._drop(bare)
+        return solution
+
+    def free_rivals(self, solution: Solution, most: int = 2) -> list[FreeShape]:
+        """Free shapes that explain most of what a solution leaves."""
+        scores = self.scores(solution)
+        ranked = sorted(
+            (number for number, e in enumerate(self.prepared.bank.entries) if e.free is not None),
+            key=lambda number: -scores.gain[number],
+        )
+        chosen = []
+        for number in ranked[:most]:
+            enough = scores.gain[number] > max(
+                FREE_PRICE, self.least_gain(solution, FREE_LEAST_SHARE)
+            )
+            free = self.prepared.bank.entries[number].free
+            if enough and free is not None and self.p(float(scores.log_p[number])) < ALPHA:
+                chosen.append(free)
+        return chosen
+
+    def challenge(self, solution: Solution) -> Solution:
+        """Let free shapes compete: beside the named effects, and instead of them."""
+        best = solution
+        starts = [(solution.terms, free) for free in self.free_rivals(solution)]
+        if len(solution.terms) > 1 or (solution.terms and starts):
+            starts += [((), free) for free in self.free_rivals(self.empty)]
+        for terms, free in starts:
+            rival = self._drop(self.fitter.solve(terms, (free,), solution.nuisances))
+            if not terms:
+                grown = self._add(rival)
+                rival = rival if grown is None else self._drop(self._swap(grown))
+            if self.worth(rival) < self.worth(best):
+                best = rival
+        return best
+
+
+def _without(terms: Sequence[Term], number: int) -> tuple[Term, ...]:
+    return (*terms[:number], *terms[number + 1 :])
+
+
+def _trial(entry: Entry, scores: Scores, number: int) -> Trial:
+    assert entry.candidate is not None
+    assert entry.shape is not None
+    at = np.array(entry.shape.origin)
+    for i, step in zip(entry.shape.linear, scores.step[number], strict=False):
+        at[i] += step
+    start = Term(entry.candidate, at).moved_to(at)
+    gain = float(scores.gain[number])
+    if not entry.shape.linear and scores.step[number][0] <= 0.0:
+        gain = 0.0
+    # A size outside its bounds (a negative width) explains nothing.
+    if entry.shape.linear and not np.allclose(start.at, at, rtol=0.2, atol=1e-12):
+        gain = 0.0
+    return Trial(start, gain, float(scores.log_p[number]) if gain else 0.0, price(entry.candidate))

@@ -1,0 +1,122 @@
+"""Noise of each channel: an autoregression of the model's own residuals, and whitening by it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from diagnosis.readings import MAD_TO_SIGMA, FloatArray, Readings
+
+ORDER = 2
+HUBER = 2.5
+LONGEST_HOLE = 5
+"""Samples missing in a row over which the autoregression is still carried."""
+
+IntArray = np.ndarray[Any, np.dtype[np.intp]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChannelNoise:
+    """Noise of one channel. rows: valid samples that have `ORDER` valid ones before them."""
+
+    rows: IntArray
+    """Row numbers, shape (m, ORDER + 1): the sample itself and those before it."""
+    phi: FloatArray
+    sigma: float
+    """Standard deviation of the innovations."""
+    spread: float
+    """Standard deviation of the readings themselves."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Whitener:
+    """Turns (n, channels) into one vector of unit independent noise, and weighs outliers down."""
+
+    channels: tuple[ChannelNoise, ...]
+    weight: FloatArray
+    """Square root of the Huber weight of each whitened value."""
+
+    def __call__(self, values: FloatArray) -> FloatArray:
+        """(n, channels) or (n, channels, k) -> (m,) or (m, k)."""
+        parts = []
+        for column, noise in enumerate(self.channels):
+            x = values[:, column]
+            white = x[noise.rows[:, 0]]
+            for lag, phi in enumerate(noise.phi, start=1):
+                white = white - phi * x[noise.rows[:, lag]]
+            parts.append(white / noise.sigma)
+        joined = np.concatenate(parts)
+        return joined * (self.weight if joined.ndim == 1 else self.weight[:, None])
+
+    @property
+    def rows(self) -> IntArray:
+        """Row of each whitened value, (m,)."""
+        return np.concatenate([noise.rows[:, 0] for noise in self.channels])
+
+    @property
+    def channel(self) -> IntArray:
+        """Channel of each whitened value, (m,)."""
+        return np.concatenate(
+            [np.full(len(noise.rows), column) for column, noise in enumerate(self.channels)]
+        )
+
+    def weighed(self, residual: FloatArray) -> Whitener:
+        """The same with Huber weights from a residual (n, channels)."""
+        plain = Whitener(self.channels, np.ones_like(self.weight))(residual)
+        weight = np.sqrt(np.minimum(1.0, HUBER / np.maximum(np.abs(plain), 1e-12)))
+        return Whitener(self.channels, weight)
+
+
+def history(readings: Readings, valid: Any) -> list[IntArray]:
+    """For each channel the rows of its valid samples with their ORDER valid predecessors."""
+    stretch = np.cumsum(readings.fresh)
+    result = []
+    for column in range(len(readings.names)):
+        rows = np.flatnonzero(valid[:, column])
+        table = np.stack([rows[ORDER - lag : len(rows) - lag] for lag in range(ORDER + 1)], axis=1)
+        if len(table):
+            usual = np.median(np.diff(rows))
+            near = table[:, 0] - table[:, -1] <= ORDER * usual + LONGEST_HOLE
+            table = table[near & (stretch[table[:, 0]] == stretch[table[:, -1]])]
+        result.append(table.reshape(-1, ORDER + 1))
+    return result
+
+
+def estimate(readings: Readings, valid: Any, residual: FloatArray) -> Whitener:
+    """Noise model of a residual (n, channels) that a rich enough model has left."""
+    channels = []
+    for column, rows in enumerate(history(readings, valid)):
+        x = residual[:, column]
+        table = x[rows] if len(rows) else np.zeros((0, ORDER + 1))
+        if len(table) < 10 * ORDER:
+            channels.append(ChannelNoise(rows[:0], np.zeros(ORDER), 1.0, 1.0))
+            continue
+        spread = MAD_TO_SIGMA * float(np.median(np.abs(table[:, 0] - np.median(table[:, 0]))))
+        spread = max(spread, _rounding(readings.values[:, column]), 1e-12)
+        table = np.clip(table, -4 * spread, 4 * spread)
+        gram = table.T @ table / len(table)
+        phi = np.linalg.solve(gram[1:, 1:] + 1e-9 * gram[0, 0] * np.eye(ORDER), gram[1:, 0])
+        phi = _stationary(phi)
+        innovation = table[:, 0] - table[:, 1:] @ phi
+        core = np.abs(innovation) < 4 * MAD_TO_SIGMA * np.median(np.abs(innovation)) + 1e-15
+        sigma = max(float(np.std(innovation[core])), 0.3 * _rounding(readings.values[:, column]))
+        channels.append(ChannelNoise(rows, phi, max(sigma, 1e-12), spread))
+    size = sum(len(noise.rows) for noise in channels)
+    return Whitener(tuple(channels), np.ones(size)).weighed(residual)
+
+
+def _stationary(phi: FloatArray) -> FloatArray:
+    """Pull the roots inside 0.98, so that constants and slow changes keep some evidence."""
+    while len(phi) and np.abs(np.roots(np.concatenate([[1.0], -phi]))).max() > 0.98:
+        phi = phi * 0.97
+    return phi
+
+
+def _rounding(values: FloatArray) -> float:
+    """Standard deviation of rounding to the channel's smallest step."""
+    known = values[np.isfinite(values)]
+    steps = np.diff(np.unique(np.round(known, 9)))
+    steps = steps[steps > 1e-8]
+    return float(steps.min()) / np.sqrt(12.0) if len(steps) else 0.0

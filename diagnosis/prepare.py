@@ -1,0 +1,95 @@
+"""From a model to a fitter with a noise model: the noise comes from a saturated fit.
+
+The residual of the whole bank at once (every effect, every free shape) holds hardly any mismatch,
+whatever is wrong with the machine: its autocorrelation, spread and outliers are those of the
+readings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnosis.bank import Bank, build
+from diagnosis.fit import Fitter
+from diagnosis.model import Model
+from diagnosis.noise import estimate
+from diagnosis.readings import BoolArray, FloatArray, without_outliers
+from diagnosis.score import BLOCK_S, Scorer
+
+RIDGE = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prepared:
+    """Everything the search needs."""
+
+    model: Model
+    fitter: Fitter
+    bank: Bank
+    scorer: Scorer
+    valid: BoolArray
+    floor_white: FloatArray
+    """Whitened residual of the saturated fit."""
+
+
+def prepare(model: Model, valid: BoolArray, reference: FloatArray | None = None) -> Prepared:
+    """Noise model, whitened bank and scorer around the nominal machine.
+
+    reference: a better prediction than the nominal one (from a first round of naming), for the
+    noise model and the outliers.
+    """
+    readings = model.readings
+    bank = build(model)
+    predicted = model.predict(model.nuisances) if reference is None else reference
+    residual = np.nan_to_num(readings.values) - predicted
+    valid = without_outliers(residual, valid)
+    whitener = estimate(readings, valid, residual)
+    for _ in range(2):
+        fitter = Fitter(model, whitener)
+        bank.whiten(fitter)
+        gram = np.asarray(bank.white.T @ bank.white, dtype=np.float64)
+        left = residual - _saturated(bank, gram, fitter, residual)
+        whitener = estimate(readings, valid, left)
+    fitter = Fitter(model, whitener)
+    bank.whiten(fitter)
+    scorer = Scorer(bank)
+    left = residual - _saturated(bank, scorer.gram, fitter, residual)
+    floor = fitter.vector(left)
+    scorer.inflation = _inflation(bank, fitter, floor)
+    return Prepared(model, fitter, bank, scorer, valid, floor)
+
+
+def _saturated(bank: Bank, gram: FloatArray, fitter: Fitter, residual: FloatArray) -> FloatArray:
+    """What the whole bank explains of a residual, (n, channels)."""
+    along = np.asarray(bank.white.T @ fitter.vector(residual).astype(np.float32), dtype=np.float64)
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
+    matrix = gram / np.outer(scale, scale) + RIDGE * np.eye(len(gram))
+    weights = np.linalg.solve(matrix, along / scale) / scale
+    explained = np.zeros_like(residual)
+    for entry, raw in zip(bank.entries, bank.raw, strict=True):
+        explained += raw @ weights[entry.columns]
+    return explained
+
+
+def blocks_of(fitter: Fitter) -> np.ndarray:
+    """Number of the block of time each whitened value lies in (priors have a block each)."""
+    t_s = fitter.model.readings.t_s[fitter.whiten.rows]
+    length = max(BLOCK_S, 30 * fitter.model.readings.period_s)
+    numbers = ((t_s - t_s.min()) / length).astype(np.intp)
+    last = int(numbers.max(initial=0)) + 1
+    return np.concatenate([numbers, last + np.arange(len(fitter.prior))])
+
+
+def _inflation(bank: Bank, fitter: Fitter, floor: FloatArray) -> FloatArray:
+    """How much more the score of each entry scatters from block to block than white noise would."""
+    blocks = blocks_of(fitter)
+    inflation = np.ones(len(bank.entries))
+    for number, entry in enumerate(bank.entries):
+        column = bank.white[:, entry.columns.start]
+        sums = np.bincount(blocks, weights=column * floor)
+        plain = float(column.astype(np.float64) @ column)
+        if plain > 0.0:
+            inflation[number] = np.clip(float(sums @ sums) / plain, 1.0, 2.0)
+    return inflation

@@ -1,0 +1,154 @@
+"""Observations of one or several recordings, laid end to end, with a mask of what is valid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from foundation.errors import RecordingError
+from recording.flat import GAP_PERIODS, FlatRecording
+
+FloatArray = np.ndarray[Any, np.dtype[np.float64]]
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
+
+HAMPEL_SAMPLES = 11
+HAMPEL_LIMIT = 6.0
+MAD_TO_SIGMA = 1.4826
+FEWEST_SAMPLES = 50
+LONGEST_STALE_BY_CHANCE = 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Readings:
+    """Values (n, channels) of the named channels; NaN or invalid where nothing was seen.
+
+    t_s counts on from recording to recording (`shift_s` says by how much each was moved).
+    """
+
+    t_s: FloatArray
+    fresh: BoolArray
+    part: np.ndarray[Any, np.dtype[np.intp]]
+    """Number of the recording each sample comes from, (n,)."""
+    shift_s: tuple[float, ...]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: FloatArray
+    valid: BoolArray
+
+    @property
+    def period_s(self) -> float:
+        """Usual time between samples [s]."""
+        return float(np.median(np.diff(self.t_s)))
+
+    @property
+    def span_s(self) -> float:
+        """Time from first to last sample [s]."""
+        return float(self.t_s[-1] - self.t_s[0])
+
+    def own_time_s(self, t_s: float) -> float:
+        """A time on the joint axis as the recording it lies in counts it."""
+        at = min(int(np.searchsorted(self.t_s, t_s)), len(self.t_s) - 1)
+        return t_s - self.shift_s[int(self.part[at])]
+
+
+def starts_of(recording: FlatRecording) -> BoolArray:
+    """Where a new stretch starts: a change of `segment`, or a gap of twenty periods."""
+    t_s = recording.t_s
+    fresh = np.zeros(len(t_s), dtype=bool)
+    fresh[0] = True
+    if len(t_s) > 2:
+        step = np.diff(t_s)
+        fresh[1:] |= step > GAP_PERIODS * np.median(step)
+    if "segment" in recording.columns:
+        fresh[1:] |= np.diff(recording.columns["segment"]) != 0
+    return fresh
+
+
+def gather(
+    recordings: Sequence[FlatRecording], names: Sequence[str], unit: dict[str, str]
+) -> Readings:
+    """Lay recordings end to end. Raises RecordingError when nothing can be told from them."""
+    times, fresh, parts, values, valid, shifts = [], [], [], [], [], []
+    begin = 0.0
+    for number, recording in enumerate(recordings):
+        if len(recording) < FEWEST_SAMPLES:
+            raise RecordingError(
+                f"{recording.source}: has {len(recording)} sample(s); at least "
+                f"{FEWEST_SAMPLES} are needed to tell anything"
+            )
+        shift = begin - recording.t_s[0] if number else 0.0
+        times.append(recording.t_s + shift)
+        shifts.append(float(shift))
+        begin = float(times[-1][-1]) + 60.0
+        fresh.append(starts_of(recording))
+        parts.append(np.full(len(recording), number))
+        block, good = _block(recording, names)
+        values.append(block)
+        valid.append(good)
+    return Readings(
+        np.concatenate(times), np.concatenate(fresh), np.concatenate(parts), tuple(shifts),
+        tuple(names), tuple(unit[name] for name in names),
+        np.concatenate(values), np.concatenate(valid),
+    )  # fmt: skip
+
+
+def _block(recording: FlatRecording, names: Sequence[str]) -> tuple[FloatArray, BoolArray]:
+    block = np.full((len(recording), len(names)), np.nan)
+    for column, name in enumerate(names):
+        if name in recording.columns:
+            block[:, column] = recording.columns[name]
+    good = np.isfinite(block)
+    for column, name in enumerate(names):
+        status = recording.columns.get(name.replace("range_", "status_"))
+        if name.startswith("range_") and status is not None:
+            good[:, column] &= status == 0
+        if good[:, column].any():
+            good[:, column] &= ~_repeats(block[:, column])
+    return block, good
+
+
+def _repeats(values: FloatArray) -> BoolArray:
+    """Rows that repeat the one before because the sensor was read faster than it measures.
+
+    Only when more than half the rows do; rounding alone also makes neighbours equal.
+    """
+    same = np.zeros(len(values), dtype=bool)
+    same[1:] = np.diff(values) == 0.0
+    moving = np.nanstd(values) > 0.0
+    if not moving or not 0.45 < same.mean() < 0.95:
+        return np.zeros_like(same)
+    runs = np.diff(np.flatnonzero(~same))
+    usual = np.median(runs) if len(runs) else 1
+    regular = len(runs) > 0 and usual >= 2 and np.mean(np.abs(runs - usual) <= 1) > 0.9
+    return same if regular else np.zeros_like(same)
+
+
+def without_outliers(residual: FloatArray, valid: BoolArray) -> BoolArray:
+    """The valid mask less single readings that stand out of their neighbourhood (Hampel)."""
+    kept = valid.copy()
+    for column in range(residual.shape[1]):
+        rows = np.flatnonzero(valid[:, column])
+        if len(rows) < HAMPEL_SAMPLES:
+            continue
+        values = residual[rows, column]
+        off = np.abs(values - median_filter(values, HAMPEL_SAMPLES, mode="nearest"))
+        scale = MAD_TO_SIGMA * np.median(off)
+        kept[rows[off > HAMPEL_LIMIT * max(scale, 1e-15)], column] = False
+    return kept
+
+
+def long_repeats(
+    values: FloatArray, shortest: int = LONGEST_STALE_BY_CHANCE
+) -> list[tuple[int, int]]:
+    """Stretches [first, last] of rows that repeat one number at least `shortest` times."""
+    same = np.flatnonzero(np.diff(values) != 0.0)
+    edges = np.concatenate([[-1], same, [len(values) - 1]])
+    return [
+        (int(a) + 1, int(b))
+        for a, b in zip(edges[:-1], edges[1:], strict=True)
+        if b - a >= shortest
+    ]

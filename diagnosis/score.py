@@ -1,0 +1,114 @@
+"""Score tests of the whole bank against a fitted model, and the calibrated p of their maximum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from diagnosis.bank import Bank
+from diagnosis.readings import FloatArray
+
+DRAWS = 2000
+SEED = 20260101
+BLOCK_S = 1.5
+COLLINEAR = 1e-6
+"""Share of a column that must be left after projection for a test to be possible."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scores:
+    """Gain in chi-square of each entry (linearised), its step, and the information left."""
+
+    gain: FloatArray
+    log_p: FloatArray
+    step: list[FloatArray]
+    information: list[FloatArray]
+    """Per entry the projected Gram matrix, (k, k)."""
+
+
+class Scorer:
+    """Projects the bank on what a solution leaves free."""
+
+    def __init__(self, bank: Bank, inflation: FloatArray | None = None):
+        self.bank = bank
+        self.inflation = np.ones(len(bank.entries)) if inflation is None else inflation
+        self.gram = np.asarray(bank.white.T @ bank.white, dtype=np.float64)
+
+    def against(self, tangent: FloatArray, residual: FloatArray) -> Scores:
+        """Scores given a whitened residual (m,) and the tangent (m, p) of what is refitted."""
+        white = self.bank.white
+        basis = orthonormal(tangent)
+        shared = np.asarray(white.T @ basis.astype(np.float32), dtype=np.float64)
+        left = residual - basis @ (basis.T @ residual)
+        along = np.asarray(white.T @ left.astype(np.float32), dtype=np.float64)
+        gains, logs, steps, infos = [], [], [], []
+        for number, entry in enumerate(self.bank.entries):
+            part = entry.columns
+            information = self.gram[part, part] - shared[part] @ shared[part].T
+            step, gain, rank = _solve(information, along[part], np.diag(self.gram[part, part]))
+            gain /= self.inflation[number]
+            gains.append(gain)
+            steps.append(step)
+            infos.append(information)
+            logs.append(float(chi2.logsf(gain, rank)) if rank else 0.0)
+        return Scores(np.array(gains), np.array(logs), steps, infos)
+
+
+def orthonormal(tangent: FloatArray) -> FloatArray:
+    """Orthonormal basis of the columns (those that count)."""
+    if not tangent.shape[1]:
+        return tangent
+    scaled = tangent / np.maximum(np.linalg.norm(tangent, axis=0), 1e-30)
+    u, s, _ = np.linalg.svd(scaled, full_matrices=False)
+    basis: FloatArray = u[:, s > 1e-7 * s[0]]
+    return basis
+
+
+def _solve(
+    information: FloatArray, along: FloatArray, full: FloatArray
+) -> tuple[FloatArray, float, int]:
+    scale = np.sqrt(np.maximum(full, 1e-30))
+    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    usable = values > COLLINEAR
+    if not usable.any():
+        return np.zeros(len(along)), 0.0, 0
+    coordinates = vectors[:, usable].T @ (along / scale)
+    step = vectors[:, usable] @ (coordinates / values[usable]) / scale
+    return step, float(np.sum(coordinates**2 / values[usable])), int(usable.sum())
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """How many independent tests the bank amounts to, from simulated maxima."""
+
+    tests: float
+
+    def p(self, log_p: float) -> float:
+        """p of the largest of the bank being this small under 'nothing is missing'."""
+        smallest = float(np.exp(max(log_p, -700.0)))
+        return float(-np.expm1(self.tests * np.log1p(-min(smallest, 1.0 - 1e-12))))
+
+
+def calibrate(scorer: Scorer, tangent: FloatArray) -> Calibration:
+    """Draw scores of pure noise with the bank's own covariance and look at the smallest p."""
+    basis = orthonormal(tangent)
+    shared = np.asarray(scorer.bank.white.T @ basis.astype(np.float32), dtype=np.float64)
+    covariance = scorer.gram - shared @ shared.T
+    scale = np.sqrt(np.maximum(np.diag(scorer.gram), 1e-30))
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    draws = root @ np.random.default_rng(SEED).standard_normal((len(values), DRAWS))
+    smallest = np.zeros(DRAWS)
+    for entry in scorer.bank.entries:
+        part = entry.columns
+        block = (covariance / np.outer(scale, scale))[part, part]
+        own, frame = np.linalg.eigh(block)
+        usable = own > COLLINEAR
+        if not usable.any():
+            continue
+        gain = np.sum((frame[:, usable].T @ draws[part]) ** 2 / own[usable, None], axis=0)
+        smallest = np.minimum(smallest, chi2.logsf(gain, int(usable.sum())))
+    tenth = float(np.exp(np.quantile(smallest, 0.1)))
+    return Calibration(float(np.log1p(-0.1) / np.log1p(-tenth)))
