@@ -25,9 +25,13 @@ PULSE_MINIMUM_NS = 50_000
 GPIOZERO_MINIMUM_NS = 2_000_000
 """Below this, pulses of a thread among others are late more often than not."""
 POLL_NS = 1_000_000
+CHECK_AHEAD_NS = 60_000
+"""In the pulse process: longer than one look takes, far shorter than a hand."""
 
 
-def player_settings(settings: StepSettings, inputs: InputSettings) -> PlayerSettings:
+def player_settings(
+    settings: StepSettings, inputs: InputSettings, check_ahead_ns: int = 0
+) -> PlayerSettings:
     """What the player needs of the settings."""
     alarms = ALARM_BITS if settings.alarm_pins is not None else 0
     estop = ESTOP_BIT if inputs.estop_pin is not None else 0
@@ -44,6 +48,7 @@ def player_settings(settings: StepSettings, inputs: InputSettings) -> PlayerSett
         input_mask=alarms | estop,
         input_idle=idle,
         poll_ns=POLL_NS,
+        check_ahead_ns=check_ahead_ns,
     )
 
 
@@ -78,7 +83,7 @@ def build_step_output(
         return _task_output(settings, inputs, clock, lines)
     pins = lgpio_pins(settings, inputs)
     process = PulseProcess(
-        player_settings(settings, inputs),
+        player_settings(settings, inputs, CHECK_AHEAD_NS),
         {"lines": "lgpio", "pins": pins},
         board_path=board_path,
     )
@@ -123,7 +128,7 @@ def simulated_step_output(
     assert bench.descriptor is not None
     wires = {"lines": "fake", "bench": bench.descriptor, "wiring": bench.wiring}
     process = PulseProcess(
-        player_settings(settings, inputs), wires, (bench.descriptor,), board_path
+        player_settings(settings, inputs, CHECK_AHEAD_NS), wires, (bench.descriptor,), board_path
     )
     output = ProcessStepOutput(process, clock, minimum_period_ns(settings, clock))
     return SimulatedSteps(output, bench)

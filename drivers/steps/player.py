@@ -53,6 +53,7 @@ class PulsePlayer:
         self._directions = 0
         self._last_edge_ns: int | None = None
         self._fell_ns = 0
+        self._write_ns = 10**9
         self._last_due_ns = 0
         self._last_gap_ns = 0
         self._offset_ns = 0
@@ -80,12 +81,13 @@ class PulsePlayer:
             plan_ns = self._plan(due_ns)
             turned = self._turned(code)
             if turned != self._directions:
-                early_ns = plan_ns - self._settings.direction_setup_ns
+                setup_ns = self._settings.direction_setup_ns
+                early_ns = plan_ns - setup_ns - self._settings.check_ahead_ns
                 if not (yield from self._wait(early_ns, index)):
                     continue
                 self._lines.write(turned, DIRECTION_BITS)
                 self._directions = turned
-                plan_ns = max(plan_ns, self._now() + self._settings.direction_setup_ns)
+                plan_ns = max(plan_ns, self._now() + setup_ns)
             if (yield from self._wait(plan_ns, index)):
                 yield from self._pulse(slot, due_ns, code)
         if self._state == b.MOVING:
@@ -141,15 +143,22 @@ class PulsePlayer:
         return plan_ns + late_ns
 
     def _wait(self, until_ns: int, index: int) -> Generator[int, None, bool]:
-        """Serve until the time has come; False when the tick was dropped meanwhile."""
-        poll_ns = self._settings.poll_ns
+        """Serve until the time has come; False when the tick was dropped meanwhile.
+
+        The last look comes `check_ahead_ns` before, so that it does not make the edge late.
+        """
+        poll_ns, ahead_ns = self._settings.poll_ns, self._settings.check_ahead_ns
+        check_ns = until_ns - ahead_ns
         while True:
             poll_at_ns = self._t_ns + poll_ns
-            yield until_ns if until_ns < poll_at_ns else poll_at_ns
+            yield check_ns if check_ns < poll_at_ns else poll_at_ns
             if not self.serve() or self._next != index:
                 return False
-            if self._t_ns >= until_ns:
-                return True
+            if self._t_ns >= check_ns:
+                break
+        if ahead_ns:
+            yield until_ns
+        return self._next == index
 
     def _pulse(self, slot: int, due_ns: int, code: int) -> Generator[int, None, None]:
         step = code & STEP_BITS
@@ -157,13 +166,22 @@ class PulsePlayer:
             self._played()
             return
         try:
+            before_ns = self._now()
             self._lines.write(step, step)
-            edge_ns = self._now()
-            self._count(slot, due_ns, code, edge_ns)
-            yield edge_ns + self._settings.pulse_width_ns
+            up_ns = self._now()
+            self._count(slot, due_ns, code, self._edge(before_ns, up_ns))
+            yield up_ns + self._settings.pulse_width_ns
         finally:
             self._lines.write(0, step)
             self._fell_ns = self._now()
+
+    def _edge(self, before_ns: int, after_ns: int) -> int:
+        """When the edge was: as far before the end of its write as the quickest write takes.
+
+        What every write costs cancels out of the gaps; a write that was held up counts late.
+        """
+        self._write_ns = min(self._write_ns, after_ns - before_ns)
+        return after_ns - self._write_ns
 
     def _count(self, slot: int, due_ns: int, code: int, edge_ns: int) -> None:
         words, (first, second, third) = self._words, _DELTAS[code]

@@ -22,6 +22,8 @@ class PlayerSettings(NamedTuple):
     """Levels of the inputs while nothing is wrong."""
     poll_ns: int
     """While waiting for a tick, requests and inputs are looked at this often."""
+    check_ahead_ns: int = 0
+    """The last look at them comes so long before an edge; 0 is right at the edge."""
 
     @property
     def cycle_ns(self) -> int:

@@ -77,10 +77,11 @@ class Recorder:
 class Player:
     """A player on recorded lines, with delays injected wherever it waits."""
 
-    def __init__(self) -> None:
+    def __init__(self, ahead_ns: int = 0) -> None:
+        settings = SETTINGS._replace(check_ahead_ns=ahead_ns)
         self.board = b.Board(bytearray(b.BOARD_BYTES))
         self.lines = Recorder()
-        self.player = PulsePlayer(self.board, self.lines, SETTINGS, lambda: self.lines.now_ns)
+        self.player = PulsePlayer(self.board, self.lines, settings, lambda: self.lines.now_ns)
         self.ask(b.ENABLE)
 
     def ask(self, kind: int) -> int:
@@ -115,6 +116,7 @@ STEP = st.tuples(*[st.sampled_from((-1, 0, 1))] * 3)
 DELAY = st.one_of(st.integers(0, 20_000), st.integers(0, 20_000_000))
 SCHEDULE = st.lists(st.tuples(GAP, STEP), min_size=1, max_size=40)
 DELAYS = st.lists(DELAY, max_size=30)
+AHEAD = st.sampled_from((0, 60_000))
 
 
 def ticks_of(schedule: list[tuple[int, tuple[int, ...]]], start_ns: int) -> Ticks:
@@ -122,9 +124,9 @@ def ticks_of(schedule: list[tuple[int, tuple[int, ...]]], start_ns: int) -> Tick
     return Ticks(due_ns, np.array([steps for _, steps in schedule], dtype=np.int8))
 
 
-@given(SCHEDULE, DELAYS)
-def test_every_step_comes_out_once_in_order_and_is_counted(schedule, delays) -> None:
-    rig = Player()
+@given(SCHEDULE, DELAYS, AHEAD)
+def test_every_step_comes_out_once_in_order_and_is_counted(schedule, delays, ahead_ns) -> None:
+    rig = Player(ahead_ns)
     ticks = ticks_of(schedule, 1_000_000)
     rig.push(ticks)
     rig.play(delays)
@@ -137,9 +139,11 @@ def test_every_step_comes_out_once_in_order_and_is_counted(schedule, delays) -> 
     assert not rig.lines.levels & STEP_BITS
 
 
-@given(SCHEDULE, DELAYS)
-def test_no_two_steps_are_closer_than_planned_whatever_the_delays(schedule, delays) -> None:
-    rig = Player()
+@given(SCHEDULE, DELAYS, AHEAD)
+def test_no_two_steps_are_closer_than_planned_whatever_the_delays(
+    schedule, delays, ahead_ns
+) -> None:
+    rig = Player(ahead_ns)
     ticks = ticks_of(schedule, 1_000_000)
     rig.push(ticks)
     rig.play(delays)
@@ -148,9 +152,9 @@ def test_no_two_steps_are_closer_than_planned_whatever_the_delays(schedule, dela
     assert (real_ns >= np.floor(FRACTION * planned_ns)).all()
 
 
-@given(SCHEDULE, DELAYS)
-def test_nothing_is_early_and_what_slips_is_said(schedule, delays) -> None:
-    rig = Player()
+@given(SCHEDULE, DELAYS, AHEAD)
+def test_nothing_is_early_and_what_slips_is_said(schedule, delays, ahead_ns) -> None:
+    rig = Player(ahead_ns)
     ticks = ticks_of(schedule, 1_000_000)
     rig.push(ticks)
     rig.play(delays)
@@ -162,9 +166,9 @@ def test_nothing_is_early_and_what_slips_is_said(schedule, delays) -> None:
         assert rig.board.words[b.SLIP] == 0
 
 
-@given(SCHEDULE, DELAYS)
-def test_pulse_width_pause_and_direction_set_up_hold(schedule, delays) -> None:
-    rig = Player()
+@given(SCHEDULE, DELAYS, AHEAD)
+def test_pulse_width_pause_and_direction_set_up_hold(schedule, delays, ahead_ns) -> None:
+    rig = Player(ahead_ns)
     rig.push(ticks_of(schedule, 1_000_000))
     rig.play(delays)
     lines = rig.lines
@@ -182,9 +186,11 @@ def test_pulse_width_pause_and_direction_set_up_hold(schedule, delays) -> None:
         )
 
 
-@given(SCHEDULE, DELAYS, st.integers(0, 60_000_000), st.sampled_from(["stop", "estop", "alarm"]))
-def test_after_a_stop_there_is_no_edge(schedule, delays, stop_ns, how) -> None:
-    rig = Player()
+@given(
+    SCHEDULE, DELAYS, st.integers(0, 60_000_000), st.sampled_from(["stop", "estop", "alarm"]), AHEAD
+)
+def test_after_a_stop_there_is_no_edge(schedule, delays, stop_ns, how, ahead_ns) -> None:
+    rig = Player(ahead_ns)
     rig.push(ticks_of(schedule, 1_000_000))
     rig.play(delays, until_ns=stop_ns)
     before = len(rig.lines.rises)
@@ -202,11 +208,11 @@ def test_after_a_stop_there_is_no_edge(schedule, delays, stop_ns, how) -> None:
     assert rig.board.words[b.REASON] == expected[how]
 
 
-@given(SCHEDULE, SCHEDULE, DELAYS)
+@given(SCHEDULE, SCHEDULE, DELAYS, AHEAD)
 def test_a_second_run_begins_on_time_and_no_faster_than_the_first_ended(
-    first, second, delays
+    first, second, delays, ahead_ns
 ) -> None:
-    rig = Player()
+    rig = Player(ahead_ns)
     rig.push(ticks_of(first, 1_000_000))
     rig.play(delays)
     slip_ns = rig.board.words[b.SLIP]
