@@ -123,8 +123,8 @@ class ActiveJob:
     def _configuration(self) -> RunConfiguration:
         plan = self._queued.plan
         return RunConfiguration(
-            robot_text=self._robot.model_dump_json(),
-            job_text=self._queued.job_file.read_text(encoding="utf-8"),
+            robot_text=self._queued.robot_text,
+            job_text=self._queued.job_text,
             robot_name=self._robot.name,
             job_name=self.name,
             version=software_version(),

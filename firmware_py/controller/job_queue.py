@@ -23,6 +23,9 @@ class QueuedJob:
     job_file: Path
     plan: Plan
     recording: Path
+    robot_text: str
+    job_text: str
+    """What the recording carries with it."""
 
 
 def prepare(
@@ -47,7 +50,15 @@ def prepare(
         )
     plan = plan_of(job_file, robot)
     chosen = record or (Path(job.record) if job.record else None)
-    return QueuedJob(number, job.name, job_file, plan, _place(job.name, chosen, recordings))
+    return QueuedJob(
+        number,
+        job.name,
+        job_file,
+        plan,
+        _place(job.name, chosen, recordings),
+        robot_file.read_text(encoding="utf-8"),
+        job_file.read_text(encoding="utf-8"),
+    )
 
 
 def _place(name: str, chosen: Path | None, recordings: Path) -> Path:
