@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -24,25 +25,31 @@ def open_robot_sensors(settings: RangingSettings, clock: Clock, factory: Any = N
     `factory` is a gpiozero pin factory (default: gpiozero's own choice). Raises BusDead when the
     bus cannot be opened, SensorFault when an XSHUT pin cannot be had.
     """
-    bus = open_bus(settings.bus)
-    lines: list[OpenDrainLine] = []
-    try:
-        if factory is None:
-            Device.ensure_pin_factory()
-            factory = Device.pin_factory
-        for number in settings.xshut_pins:
-            lines.append(OpenDrainLine(factory, number))
-    except GPIOZeroError as error:
-        for line in lines:
-            line.close()
-        bus.close()
-        pins = ", ".join(str(number) for number in settings.xshut_pins)
-        raise SensorFault(
-            f"the XSHUT pins (GPIO {pins}) cannot be had: {error}; is another program using them?"
-        ) from error
-    return SensorBank(
-        settings, bus, lines, clock, on_close=(bus.close, *(line.close for line in lines))
-    )
+    with ExitStack() as given_back:
+        bus = open_bus(settings.bus)
+        given_back.callback(bus.close)
+        try:
+            lines = _open_lines(settings, factory, given_back)
+        except GPIOZeroError as error:
+            pins = ", ".join(str(number) for number in settings.xshut_pins)
+            raise SensorFault(
+                f"the XSHUT pins (GPIO {pins}) cannot be had: {error}; is another program running?"
+            ) from error
+        return SensorBank(settings, bus, lines, clock, on_close=(given_back.pop_all().close,))
+
+
+def _open_lines(
+    settings: RangingSettings, factory: Any, given_back: ExitStack
+) -> list[OpenDrainLine]:
+    if factory is None:
+        Device.ensure_pin_factory()
+        factory = Device.pin_factory
+    lines = []
+    for number in settings.xshut_pins:
+        line = OpenDrainLine(factory, number)
+        given_back.callback(line.close)
+        lines.append(line)
+    return lines
 
 
 def bus_speed_advice(settings: RangingSettings, device_tree: Path = DEVICE_TREE) -> str | None:
