@@ -1,0 +1,62 @@
+"""Every mistake is one line on standard error and exit status 2."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from firmware_py.robot_file import CONFIG_FOLDER
+
+CIRCLE = (CONFIG_FOLDER / "circle.yaml").read_text()
+
+MISTAKES: dict[str, tuple[str, str, str]] = {
+    "unknown key": ("radius_m", "raduis_m", "did you mean 'radius_m'?"),
+    "wrong type": ("radius_m: 0.1", "radius_m: wide", "radius_m"),
+    "out of bounds": ("t_pwm_s: 0.006", "t_pwm_s: 0.00001", "t_pwm_s"),
+    "unreachable": ("radius_m: 0.1", "radius_m: 0.9", "out of reach"),
+    "no such robot": ("zhao-2023.yaml", "zhoa-2023.yaml", "zhao-2023.yaml"),
+    "another robot's network": (
+        "{kind: geometry}",
+        "{kind: network, file: uzunovic-2013.tflite}",
+        "uzunovic-2013",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_in_a_job_is_one_line(deltactl, tmp_path: Path, name: str) -> None:
+    old, new, expected = MISTAKES[name]
+    assert old in CIRCLE
+    (tmp_path / "bad.yaml").write_text(CIRCLE.replace(old, new))
+    for command in ("check", "run"):
+        done = deltactl(command, "bad.yaml", status=2)
+        lines = [line for line in done.stderr.splitlines() if line.startswith("deltactl: ")]
+        assert len(lines) == 1
+        assert expected in lines[0]
+        assert "Traceback" not in done.stderr
+    assert not list(tmp_path.rglob("*.mcap"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (("run", "nothing.yaml"), "no such file"),
+        (("report", "nothing.mcap"), "nothing.mcap"),
+        (("status",), "daemon"),
+        (("sensors", "--calibrate", "q=1"), "z=0.412"),
+        (("export", "nothing.mcap", "x.csv"), "nothing.mcap"),
+    ],
+)
+def test_a_wrong_call_is_one_line(deltactl, arguments: tuple[str, ...], expected: str) -> None:
+    done = deltactl(*arguments, status=2)
+    lines = [line for line in done.stderr.splitlines() if line.startswith("deltactl: ")]
+    assert len(lines) == 1
+    assert expected in lines[0]
+
+
+def test_a_recording_that_is_none_is_one_line(deltactl, tmp_path: Path) -> None:
+    (tmp_path / "x.mcap").write_bytes(b"not a recording at all")
+    done = deltactl("report", "x.mcap", status=2)
+    assert "x.mcap" in done.stderr
+    assert "Traceback" not in done.stderr
