@@ -88,14 +88,14 @@ class FakeBench:
             self.lines.refresh()
 
     def close(self) -> None:
-        """Give the memory back."""
+        """Give the shared memory back; where the motors were can still be asked."""
         self.pin_factory.close()
-        self.memory.release()
-        if isinstance(self._block, mmap):
+        if isinstance(self._block, mmap) and self.descriptor is not None:
+            kept = bytearray(self._block)
+            self.memory.release()
             self._block.close()
-        if self.descriptor is not None:
             os.close(self.descriptor)
-            self.descriptor = None
+            self.descriptor, self._block, self.memory = None, kept, BenchMemory(kept)
 
     def _connect(self) -> None:
         """Solder the drives to the pins."""

@@ -9,18 +9,18 @@ class DriveLimits(NamedTuple):
     """What the drive and its motor bear.
 
     The electrical times are those of the CL57T manual's sequence of control signals. The
-    mechanical ones are a NEMA 23 motor's with a light load at 16000 microsteps a turn: it
-    may lag by one full step, so it starts at once at up to 25 kHz (1.6 turns a second).
+    mechanical ones are round figures for a lightly loaded NEMA 23 at 1600 microsteps a turn,
+    not taken from a data sheet; they let it start from rest at up to 25 kHz.
     """
 
     enable_ns: int = 200_000_000
     direction_setup_ns: int = 2_000
     pulse_ns: int = 1_000
     low_ns: int = 1_000
-    speed_hz: float = 160_000.0
+    speed_hz: float = 60_000.0
     acceleration_hz_per_s: float = 4e6
     lag_steps: float = 80.0
-    """More than this behind the command, the rotor falls out of step: the edge moves nothing."""
+    """Further behind the command (18 degrees of the motor), an edge moves nothing."""
     following_error_steps: int = 160
     """So many edges lost by lag, and the drive trips."""
 

@@ -101,6 +101,16 @@ def test_estop_to_last_edge_takes_five_milliseconds_at_most(made: SimulatedSteps
     assert sorted(latency_ns)[-2] <= 5_000_000
 
 
+def test_where_the_motors_were_outlives_the_bench(made: SimulatedSteps) -> None:
+    made.output.enable()
+    made.output.push(ticks(20))
+    wait(lambda: not made.output.status().queued)
+    made.close()
+    made.close()
+    assert made.bench.counts() == made.output.status().counts == (20, 20, 20)
+    assert made.bench.counts_at(0) == (0, 0, 0)
+
+
 def test_needs_the_real_clock() -> None:
     with pytest.raises(ConfigError, match="real time"):
         simulated_step_output(STEPS, INPUTS, VirtualClock(), realtime=True)
