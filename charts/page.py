@@ -83,7 +83,7 @@ def table(
 
 def facts(rows: Iterable[tuple[str, str]]) -> str:
     """A table of names and values without a heading."""
-    return table((), list(rows), numbers_from=99)
+    return table((), list(rows), numbers_from=99).replace("<table>", '<table class="facts">', 1)
 
 
 def columns(parts: Iterable[str]) -> str:

@@ -24,7 +24,8 @@ LOOKS: dict[str, tuple[Colour, Style]] = {
     "measured": (Colour.MEASURED, Style.POINTS),
     "commanded": (Colour.COMMANDED, Style.LINE),
 }
-QUIET_EVENTS = frozenset({"approach"})
+QUIET_EVENTS = frozenset({"approach", "state", "home"})
+"""Those that every run has; they stand in the table of events only."""
 
 
 def path_charts(run: Run, robot: RobotFile, tracking: RunTracking) -> list[LineChart]:

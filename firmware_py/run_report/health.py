@@ -53,16 +53,18 @@ def health_strip(run: Run, group: str) -> HeatStrip:
     names = [name for name, _ in STATES]
     rows = []
     for samples, chosen in zip(rounds.sensors, rounds.chosen.T, strict=True):
-        state = np.array([names.index(gate) if gate in names else 0 for gate in samples.gate])
-        state = np.append(state, NOTHING_NEW).astype(np.float64)
-        rows.append(state[chosen])  # -1 picks the one appended: nothing new
+        # A gate this program does not know is shown as the worst there is, not as good.
+        state = [names.index(g) if g in names else NOTHING_NEW - 1 for g in samples.gate]
+        rows.append(np.array([*state, NOTHING_NEW])[chosen])  # -1 picks the one appended
+    states = np.array(rows)
+    occurring = np.unique(np.append(states, 0))
     return HeatStrip(
         "Readings",
         "run time [s]",
         rounds.t_s,
         [f"range {axis}" for axis in AXES],
-        rows,
-        states=STATES,
+        np.searchsorted(occurring, states),
+        states=[STATES[state] for state in occurring],
         group=group,
     )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import json
 import math
 import os
 from collections.abc import Iterable
@@ -13,7 +12,7 @@ from charts.page import HINT, columns, facts, folded, heading, page, paragraph, 
 from firmware_py.robot_file import RobotFile
 from firmware_py.run_report import curves
 from firmware_py.run_report.health import health_strip, sensor_health
-from firmware_py.run_report.tracking import RunTracking, robot_of, track
+from firmware_py.run_report.tracking import RunTracking, Tracking, robot_of, track
 from foundation.errors import RecordingError
 from models.robot import AXES
 from recording.reader import read_run
@@ -86,7 +85,7 @@ def _facts(run: Run, robot: RobotFile, tracking: RunTracking) -> Iterable[tuple[
     yield "targets", f"{len(run.targets.t_ns)}"
     yield "step edges sent", f"{int((run.edges.steps != 0).any(axis=1).sum())}"
     for name, value in configuration.settings.items():
-        yield name.replace("_", " "), json.dumps(value).strip('"')
+        yield name.replace("_", " "), _readable(value)
     yield "recording", str(run.path)
     yield "version", configuration.version
 
@@ -94,11 +93,20 @@ def _facts(run: Run, robot: RobotFile, tracking: RunTracking) -> Iterable[tuple[
 def _errors(tracking: RunTracking) -> str:
     rows = []
     for one in tracking.all():
-        for axis, rms_m, max_m, n in zip(AXES, one.rms_m, one.max_m, one.samples, strict=True):
-            rows.append((one.name, f"e_{axis}", _mm(rms_m), _mm(max_m), f"{n}"))
-    head = ("target against", "", "RMS [mm]", "max [mm]", "samples")
-    notes = [paragraph(f"{one.name}: {ABOUT[one.name]}.", "note") for one in tracking.all()]
-    return table(head, rows, numbers_from=2, caption="Tracking errors on the path") + "".join(notes)
+        rows.append((one.name, "RMS", *(_mm(value_m) for value_m in one.rms_m)))
+        rows.append(("", "max", *(_mm(value_m) for value_m in one.max_m)))
+    head = ("target against", "", *(f"e_{axis}" for axis in AXES))
+    caption = "Tracking errors on the path [mm]"
+    notes = [
+        paragraph(f"{one.name}: {ABOUT[one.name]}; {_samples(one)}.", "note")
+        for one in tracking.all()
+    ]
+    return table(head, rows, numbers_from=2, caption=caption) + "".join(notes)
+
+
+def _samples(tracking: Tracking) -> str:
+    fewest, most = min(tracking.samples), max(tracking.samples)
+    return f"{most} samples" if fewest == most else f"{fewest} to {most} samples an axis"
 
 
 def _curves(run: Run, robot: RobotFile, tracking: RunTracking) -> list[str]:
@@ -162,6 +170,13 @@ def _files(run: Run) -> list[str]:
         folded("Robot file", run.configuration.robot_text),
         folded("Job file", run.configuration.job_text),
     ]
+
+
+def _readable(value: object) -> str:
+    """A setting as words: nested ones as 'name value'."""
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_readable(inner)}" for name, inner in value.items())
+    return str(value)
 
 
 def _mm(value_m: float) -> str:
