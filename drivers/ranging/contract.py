@@ -49,5 +49,8 @@ class RangingSensors(Protocol):
     def health(self) -> dict[str, str]:
         """Per axis 'ok', 'restarting' or what is wrong, for status and events."""
 
+    def take_events(self) -> list[str]:
+        """What happened since the last call: restarts, brown-outs, advice; one line each."""
+
     def close(self) -> None:
         """Stop ranging and hold the sensors in reset."""

@@ -121,7 +121,7 @@ class ActiveJob:
         self.phase = Phase.ENDED
 
     def _configuration(self) -> RunConfiguration:
-        plan = self._queued.plan
+        chosen = self._queued.plan.job.inverse_kinematics
         return RunConfiguration(
             robot_text=self._queued.robot_text,
             job_text=self._queued.job_text,
@@ -129,7 +129,7 @@ class ActiveJob:
             job_name=self.name,
             version=software_version(),
             simulated=self._machine.simulated,
-            settings={"inverse_kinematics": plan.job.inverse_kinematics.model_dump()},
+            settings={"inverse_kinematics": " ".join(chosen.model_dump().values())},
         )
 
 

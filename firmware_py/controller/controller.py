@@ -50,7 +50,11 @@ class Controller:
         self.queue: deque[QueuedJob] = deque()
         self.journal = Journal()
         self.ranging = RangingLoop(
-            machine.sensors, self.clock, robot.ranging.rate_hz, self._on_reading
+            machine.sensors,
+            self.clock,
+            robot.ranging.rate_hz,
+            self._on_reading,
+            self._on_sensor_event,
         )
         self._robot_file = robot_file
         self._recordings = recordings
@@ -245,6 +249,9 @@ class Controller:
         self.journal.reading(reading)
         if self.machine.world is not None and reading.axis == "x":
             self.journal.truth(self.machine.world.truth(reading.t_ns))
+
+    def _on_sensor_event(self, text: str) -> None:
+        self._note("sensor", text)
 
     # What goes wrong
 

@@ -12,6 +12,10 @@ from foundation.clock import NS_PER_S, Clock, Task
 from models.robot import AXES, FloatArray
 
 
+POLLS_PER_SAMPLE = 2
+"""A sensor's own clock drifts against ours: polled once a period, samples would be missed."""
+
+
 class RangingLoop:
     """Polls the sensors; keeps the newest reading of each for status and plausibility."""
 
@@ -21,11 +25,13 @@ class RangingLoop:
         clock: Clock,
         rate_hz: float,
         on_reading: Callable[[Reading], None],
+        on_event: Callable[[str], None] = lambda text: None,
     ):
         self._sensors = sensors
         self._clock = clock
-        self._period_ns = round(NS_PER_S / rate_hz)
+        self._period_ns = round(NS_PER_S / (POLLS_PER_SAMPLE * rate_hz))
         self._on_reading = on_reading
+        self._on_event = on_event
         self.latest: dict[str, Reading] = {}
         self.rounds = 0
 
@@ -36,6 +42,8 @@ class RangingLoop:
             for reading in self._sensors.poll():
                 self.latest[reading.axis] = reading
                 self._on_reading(reading)
+            for text in self._sensors.take_events():
+                self._on_event(text)
             self.rounds += 1
             due_ns = max(due_ns + self._period_ns, self._clock.now_ns())
             yield due_ns

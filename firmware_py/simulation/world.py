@@ -24,6 +24,8 @@ CountsAt = Callable[[int], tuple[int, int, int]]
 GRID_S = 0.002
 """Step of the chain: a tenth of the shortest timing budget, so that averages are smooth."""
 MEMORY_S = 5.0
+AVERAGED = 8
+"""Points over which the light of one sample is averaged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +72,12 @@ class SimulatedRobot:
         """Distance a sensor on `axis` sees on average from `start_ns` to `end_ns` [m]."""
         with self._lock:
             self._advance(end_ns)
-            column = AXES.index(axis)
-            seen = [s.ranges_m[column] for s in self._window(start_ns, end_ns)]
-        return float(np.mean(seen))
+            samples = self._window(start_ns, end_ns)
+        column = AXES.index(axis)
+        known_ns = np.array([sample.t_ns for sample in samples])
+        ranges_m = np.array([sample.ranges_m[column] for sample in samples])
+        at_ns = np.linspace(start_ns, end_ns, AVERAGED)
+        return float(np.interp(at_ns, known_ns, ranges_m).mean())
 
     def truth(self, t_ns: int) -> Truth:
         """Position and arm angles at a time not further back than the memory (5 s)."""
@@ -87,17 +92,15 @@ class SimulatedRobot:
         )
 
     def _window(self, start_ns: int, end_ns: int) -> list[_Sample]:
-        """Samples within the window; the last one before its end if there is none."""
+        """Samples within the window and the ones next to it; the oldest if it is forgotten."""
         newest_first: list[_Sample] = []
         for sample in reversed(self._samples):
-            if sample.t_ns > end_ns:
-                continue
-            if sample.t_ns < start_ns and newest_first:
+            if newest_first and newest_first[-1].t_ns < start_ns:
                 break
+            if sample.t_ns > end_ns and newest_first:
+                newest_first.clear()
             newest_first.append(sample)
-            if sample.t_ns < start_ns:
-                break
-        return newest_first[::-1] or [self._samples[0]]
+        return newest_first[::-1]
 
     def _advance(self, until_ns: int) -> None:
         step_ns = ns(GRID_S)
