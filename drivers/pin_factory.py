@@ -6,7 +6,9 @@ that may not see our other process's claims.
 
 from __future__ import annotations
 
+import atexit
 import os
+import shutil
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -31,5 +33,7 @@ def lgpio_pin_factory() -> Any:
 
 
 def _private_folder() -> str:
-    """Where lgpio may leave its notification pipe."""
-    return tempfile.mkdtemp(prefix="deltactl-lgpio-")
+    """Where lgpio may leave its notification pipe while this process lives."""
+    folder = tempfile.mkdtemp(prefix="deltactl-lgpio-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
