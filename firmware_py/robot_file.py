@@ -60,7 +60,7 @@ class Homing(StrictModel):
     """How the robot learns where its arms are: put against their stops, or by a switch an arm."""
 
     method: Literal["placed", "switch"] = "placed"
-    angle_deg: tuple[Angle, Angle, Angle] = (-20.0, -20.0, -20.0)
+    angle_deg: tuple[Angle, Angle, Angle] = (30.0, 30.0, 30.0)
     switch_pins: tuple[Pin, Pin, Pin] | None = None
     switch_active_high: bool = False
     speed_radps: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1

@@ -1,8 +1,8 @@
 """The way of the arms from where they are to where a path starts, in joint space.
 
-The home pose of a delta is special: on the Zhao robot all arms at -20 degrees lie beyond
-their serial singularities, and the straight way down leads through the flat pose at 0
-degrees (0.25 m + 0.25 m of reach are just the forearm's 0.5 m), where the arms do not hold
+Arms against upper stops are a special pose: on the Zhao robot all arms at -20 degrees lie
+beyond their serial singularities, and the straight way down leads through the flat pose at
+0 degrees (0.25 m + 0.25 m of reach are just the forearm's 0.5 m), where the arms do not hold
 the platform at all. Passing a serial singularity is harmless when the arms lead, because
 they still determine the platform; a parallel one is not. Moving one arm after another
 passes the first kind only, with the parallel margin never below 0.43.

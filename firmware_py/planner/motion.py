@@ -108,7 +108,7 @@ class Schedule(Protocol):
     rest_ns: int
     """How much of that the arms rest at targets."""
     peak_rate_hz: FloatArray
-    """(3,), fastest steps of each motor."""
+    """(3,), no motor's steps come faster."""
     gate_ns: tuple[int, int]
     """What a `StepGate` for these steps must be told: merge window and gap of one motor."""
 

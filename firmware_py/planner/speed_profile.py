@@ -36,7 +36,7 @@ def squared_rates(
     each piece for other reasons (a platform speed).
     """
     first, second = curve.bounds()
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         by_speed = ((speed_radps / first) ** 2).min(axis=1)
         by_turning = (acceleration_radps2 / second).min(axis=1)
     piece = np.minimum(np.minimum(by_speed, by_turning), np.minimum(top_rate**2, FASTEST))

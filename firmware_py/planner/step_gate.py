@@ -14,37 +14,70 @@ import numpy as np
 from drivers.steps.contract import MOTORS, Int64Array, Ticks
 from firmware_py.planner.motion import NO_TICKS
 
-_LONG_AGO = -(2**62)
+LONG_AGO = -(2**62)
+NEVER = 2**62
 
 
 class StepGate:
-    """Remembers the last steps, so that the rules hold from one call to the next as well."""
+    """Steps in, ticks out, a stretch of time at a call; what may still change waits for the next."""
 
     def __init__(self) -> None:
         self._merge_ns = 0
         self._gap_ns = 0
-        self._last_ns = [_LONG_AGO] * MOTORS
-        self._last_tick_ns = _LONG_AGO
+        self._last_ns = [LONG_AGO] * MOTORS
+        self._last_tick_ns = LONG_AGO
+        self._clear()
 
     def rules(self, merge_ns: int, gap_ns: int) -> None:
         """Merge window and gap of one motor from here on (`Schedule.gate_ns`)."""
         self._merge_ns = merge_ns
         self._gap_ns = gap_ns
 
-    def ticks(self, due_ns: list[Int64Array], steps: list[Int64Array]) -> Ticks:
-        """Ticks of each motor's step times (non-decreasing) and signs, motor by motor."""
-        held = [self._keep_gap(motor, times) for motor, times in enumerate(due_ns)]
+    @property
+    def settled_ns(self) -> int:
+        """No tick still to come is due at or before this time, unless a later step is."""
+        return min((int(times[0]) - 1 for times in self._wait_ns if len(times)), default=NEVER)
+
+    def ticks(
+        self, due_ns: list[Int64Array], steps: list[Int64Array], until_ns: int = NEVER
+    ) -> Ticks:
+        """Ticks of each motor's step times (non-decreasing) and signs, motor by motor.
+
+        Steps of later calls must not be due before `until_ns`; at the end of a motion leave
+        it out, and nothing waits.
+        """
+        held = [
+            np.concatenate([self._wait_ns[motor], self._keep_gap(motor, times)])
+            for motor, times in enumerate(due_ns)
+        ]
+        signs = np.concatenate(
+            [part for motor in range(MOTORS) for part in (self._wait_steps[motor], steps[motor])]
+        )
+        self._clear()
         t_ns = np.concatenate(held)
         if not len(t_ns):
             return NO_TICKS
         order = np.argsort(t_ns, kind="stable")
-        t_ns = t_ns[order]
+        t_ns, signs = t_ns[order], signs[order]
         motor = np.repeat(np.arange(MOTORS), [len(times) for times in held])[order]
         starts = _group_starts(t_ns, self._merge_ns)
         tick = np.cumsum(starts) - 1
-        out = np.zeros((int(tick[-1]) + 1, MOTORS), dtype=np.int8)
-        out[tick, motor] = np.concatenate(steps)[order]
-        return Ticks(self._space_ticks(t_ns[starts]), out)
+        first_ns = t_ns[starts]
+        ready = int(np.searchsorted(first_ns, until_ns - self._merge_ns, side="right"))
+        count = int(np.searchsorted(tick, ready))
+        self._keep(t_ns[count:], signs[count:], motor[count:])
+        out = np.zeros((ready, MOTORS), dtype=np.int8)
+        out[tick[:count], motor[:count]] = signs[:count]
+        return Ticks(self._space_ticks(first_ns[:ready]), out)
+
+    def _clear(self) -> None:
+        self._wait_ns: list[Int64Array] = [np.empty(0, dtype=np.int64)] * MOTORS
+        self._wait_steps: list[Int64Array] = [np.empty(0, dtype=np.int64)] * MOTORS
+
+    def _keep(self, t_ns: Int64Array, signs: Int64Array, motor: Int64Array) -> None:
+        """Steps of the ticks that may yet get company."""
+        self._wait_ns = [t_ns[motor == one] for one in range(MOTORS)]
+        self._wait_steps = [signs[motor == one] for one in range(MOTORS)]
 
     def _keep_gap(self, motor: int, t_ns: Int64Array) -> Int64Array:
         if not len(t_ns):
@@ -59,7 +92,9 @@ class StepGate:
         return kept
 
     def _space_ticks(self, t_ns: Int64Array) -> Int64Array:
-        """Ticks at least a window (and 1 ns) apart, also from those of the call before."""
+        """Ticks at least a window (and 1 ns) apart, also from one motion to the next."""
+        if not len(t_ns):
+            return t_ns
         apart = max(1, self._merge_ns)
         ramp = np.arange(len(t_ns)) * apart
         slack = t_ns - ramp

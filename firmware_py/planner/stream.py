@@ -100,7 +100,7 @@ def _chunks(
     last_ns = max(end_ns, int(ticks.due_ns[-1])) if len(ticks) else end_ns
     if len(reached):
         reached.t_ns[-1] = last_ns
-    yield Chunk(ticks, reached, last_ns)
+    yield Chunk(ticks, reached, min(last_ns, gate.settled_ns))
 
 
 def _until(ticks: Ticks, reached: Reached, until_ns: int) -> tuple[Chunk, Reached]:

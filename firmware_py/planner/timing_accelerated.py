@@ -15,7 +15,7 @@ from drivers.steps.contract import MOTORS, Int64Array, Ticks
 from firmware_py.paths.path import BoolArray
 from firmware_py.planner.curve import LONGEST_STEPS, curve_through
 from firmware_py.planner.speed_profile import squared_rates
-from firmware_py.planner.step_gate import StepGate
+from firmware_py.planner.step_gate import NEVER, StepGate
 from firmware_py.planner.timing_moves import MotorLimits
 from foundation.clock import NS_PER_S
 from models.robot import FloatArray
@@ -58,7 +58,7 @@ class CurveSchedule:
         self, position_m: FloatArray, stands: BoolArray, speed_mps: float, limits: MotorLimits
     ) -> FloatArray:
         hop_m = np.linalg.norm(np.diff(position_m, axis=0), axis=1)
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", over="ignore"):
             top_rate = (speed_mps / hop_m)[self._curve.piece_of]
         return squared_rates(
             self._curve,
@@ -96,7 +96,10 @@ class CurveSchedule:
             time_s = self._at(look[at], part[at] + passed / _SAMPLES)
             due_ns.append(start_ns + np.rint(time_s * NS_PER_S).astype(np.int64))
             steps.append(sign)
-        yield gate.ticks(due_ns, steps)
+        at_end = last + 1 == len(self.reached_ns)
+        yield gate.ticks(
+            due_ns, steps, NEVER if at_end else start_ns + int(self.reached_ns[last])
+        )
 
     def _look(self, piece: Int64Array, part: FloatArray) -> FloatArray:
         """Angles at parts of pieces, and at the end of the last one; (k + 1, 3)."""

@@ -22,6 +22,9 @@ MERGE_S = 50e-6
 
 MERGE_PART = 0.2
 
+STILL_RAD = 1e-12
+"""Less than this is rounding, not movement."""
+
 ACCELERATION_PART = 0.8
 """Plans use this part of the acceleration limit; pausing on the path needs the rest."""
 
@@ -49,9 +52,8 @@ class MotorLimits:
     def gate_ns(self, peak_rate_hz: float) -> tuple[int, int]:
         """Merge window and gap of one motor for a `StepGate`."""
         window_s = min(MERGE_S, MERGE_PART / max(peak_rate_hz, 1.0))
-        gap_s = max(1.0 / self.step_rate_hz, window_s / MERGE_PART)
-        # Never above the planned distance of steps, which the gate must not touch.
-        gap_s = min(gap_s, 1.0 / max(peak_rate_hz, 1.0))
+        # Merging takes up to a window from it; it is below the planned distance of steps.
+        gap_s = max(1.0 / self.step_rate_hz + window_s, window_s / MERGE_PART)
         return int(window_s * NS_PER_S), int(gap_s * NS_PER_S)
 
 
@@ -72,6 +74,7 @@ class MoveSchedule:
         self._angles_rad = angles_rad
         self._counts = np.rint(angles_rad / self._step_rad).astype(np.int64)
         turn = np.abs(np.diff(angles_rad, axis=0))
+        turn[turn < STILL_RAD] = 0.0
         with np.errstate(divide="ignore"):
             rate = (limits.planned_speed_radps / turn).min(axis=1)
             growth = (limits.planned_acceleration_radps2 / turn).min(axis=1)

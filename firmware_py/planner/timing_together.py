@@ -39,7 +39,7 @@ class TogetherSchedule:
         self.reached_ns[1:] = (self._first_tick + self._ticks) * self._period_ns
         self.duration_ns = int((before[-1] + rests[-1]) * self._period_ns)
         self.rest_ns = int(rests.sum()) * self._period_ns
-        self.peak_rate_hz = _fewest_periods(self._delta, self._ticks) * (NS_PER_S / self._period_ns)
+        self.peak_rate_hz = _peak_rate(self._delta, self._ticks) * (NS_PER_S / self._period_ns)
 
     def play(self, first: int, last: int, start_ns: int, gate: StepGate) -> Iterator[Ticks]:
         """See Schedule."""
@@ -68,8 +68,11 @@ def _spread(size: Int64Array, ticks: Int64Array, after: Int64Array) -> Int64Arra
     return made
 
 
-def _fewest_periods(delta: Int64Array, ticks: Int64Array) -> FloatArray:
-    """Steps per period at the two steps of each motor that are nearest to each other, (3,)."""
+def _peak_rate(delta: Int64Array, ticks: Int64Array) -> FloatArray:
+    """Steps per period where the steps of each motor are nearest to each other, (3,).
+
+    Where n steps are spread over a move their distance is rounded down, so it is at most that.
+    """
     rate = np.zeros(delta.shape[1])
     for motor, column in enumerate(np.abs(delta).T):
         moves = np.flatnonzero(column)

@@ -8,6 +8,7 @@ slowing down or speeding up, and is 0 while held: so the arms stay on the path.
 from __future__ import annotations
 
 import enum
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -18,6 +19,9 @@ from firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached
 from foundation.clock import ns
 
 _NEVER = np.iinfo(np.int64).max
+
+_PACES = 8
+"""Changes of pace remembered: what runs now may be some changes behind what was taken."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +97,7 @@ class WarpedMotion:
         self._chunks = chunks
         self._ramp_ns = ns(ramp_s)
         self._pace = _Pace(0, 0, 1.0, 1.0, 0)
+        self._earlier: deque[_Pace] = deque(maxlen=_PACES)
         self._taken_ns = 0
         self._ready: list[Chunk] = []
         self._rest: Chunk | None = None
@@ -115,8 +120,11 @@ class WarpedMotion:
         return Pacing.SLOWING if self._pace.goal == 0.0 else Pacing.RUNNING
 
     def motion_ns(self, run_ns: int) -> int:
-        """Motion time at a run time not before the last change of pace."""
-        return self._pace.motion_at(run_ns)
+        """Motion time at a run time (not further back than the last few changes of pace)."""
+        for pace in (self._pace, *self._earlier):
+            if run_ns >= pace.run_ns:
+                break
+        return pace.motion_at(run_ns)
 
     def pause(self, run_ns: int) -> None:
         """Begin to slow down."""
@@ -171,6 +179,7 @@ class WarpedMotion:
         self._ready = [self.take(run_ns)]
         rate = self._pace.rate_at(run_ns)
         motion_ns = self._pace.motion_at(run_ns)
+        self._earlier.appendleft(self._pace)
         self._pace = _Pace(run_ns, motion_ns, rate, goal, round(self._ramp_ns * abs(goal - rate)))
 
 

@@ -1,0 +1,58 @@
+"""The survey: random, repeatable, and only through poses that can be had."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from firmware_py.paths import reach
+from firmware_py.paths.survey import survey
+from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from foundation.errors import UnreachablePoint
+from models.linkage import Linkage
+
+RANGE_DEG = (-20.0, 110.0)
+
+
+@pytest.fixture(scope="module")
+def linkage(zhao):
+    return Linkage.of(zhao.geometry)
+
+
+def test_every_pose_and_every_way_between_keeps_the_margin(linkage):
+    path = survey(linkage, 600, RANGE_DEG, 0.1, 3, 0.05)
+    assert reach.poses(linkage, path.targets).margin.min() >= 0.05
+    assert reach.moves(linkage, path.targets).margin.min() >= 0.05
+    assert path.rest.all()
+    assert (path.dwell_s == 0.1).all()
+
+
+def test_some_triples_had_to_be_skipped(linkage):
+    """About 2.6 % of uniform triples come nearer than 0.05, 1.8 % lie beyond."""
+    drawn = np.deg2rad(np.random.default_rng(3).uniform(*RANGE_DEG, (20_000, 3)))
+    poses = reach.poses(linkage, drawn)
+    assert 0.015 < (poses.serial < 0.0).mean() < 0.021
+    assert 0.022 < (poses.margin < 0.05).mean() < 0.031
+
+
+def test_same_seed_same_angles_and_a_larger_count_adds_to_them(linkage):
+    few = survey(linkage, 100, RANGE_DEG, 0.0, 7, 0.05)
+    many = survey(linkage, 900, RANGE_DEG, 0.0, 7, 0.05)
+    other = survey(linkage, 100, RANGE_DEG, 0.0, 8, 0.05)
+    assert (few.targets == many.targets[:100]).all()
+    assert (few.targets != other.targets).all()
+
+
+def test_angles_are_spread_over_the_whole_range(linkage):
+    degrees = np.rad2deg(survey(linkage, 3000, RANGE_DEG, 0.0, 1, 0.05).targets)
+    counts = np.array([np.histogram(arm, bins=10, range=RANGE_DEG)[0] for arm in degrees.T])
+    # Uniform but for the corner that is cut off at low angles of all arms.
+    assert (counts > 220).all()
+    assert (counts < 370).all()
+
+
+def test_lengths_that_cannot_be_assembled_are_refused():
+    printed = load_robot(CONFIG_FOLDER / "zhao-2023-as-printed.yaml")
+    with pytest.raises(UnreachablePoint, match="check the robot's lengths") as error:
+        survey(Linkage.of(printed.geometry), 100, RANGE_DEG, 0.0, 1, 0.05)
+    assert "\n" not in str(error.value)
