@@ -169,14 +169,16 @@ class Connection:
     def _answer_slow(self, answer: Message) -> None:
         with self._count:
             self._pending -= 1
-        self._put(answer)
+        self._put(answer, patience_s=0.0)
 
     def _say(self, text: str, request_id: RequestId = None) -> None:
         self._put(protocol.refusal(request_id, wire_errors.as_message(ServiceError(text))))
 
-    def _put(self, item: Request | Message | None) -> None:
+    def _put(self, item: Request | Message | None, patience_s: float | None = None) -> None:
+        """Hand to the writer; a client that sends on without reading answers waits here."""
+        wait_s = self._limits.send_s if patience_s is None else patience_s
         try:
-            self._outbox.put_nowait(item)
+            self._outbox.put(item, block=wait_s > 0.0, timeout=wait_s)
         except queue.Full:
             _log.warning("%s does not read its answers; cut off", self.peer)
             self.close()

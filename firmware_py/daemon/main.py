@@ -22,7 +22,7 @@ from foundation.errors import DeltactlError
 
 SETTLE_S = 5.0
 """How long a job may take to decelerate when the daemon is told to end."""
-SETTLE_LOOK_S = 0.02
+SETTLE_LOOK_S = 0.1
 MOVING = (State.RUNNING.value, State.PAUSED.value)
 
 _log = logging.getLogger(__name__)
@@ -97,7 +97,7 @@ def _settle(controller: RobotController, watchdog: Watchdog, signals: EndSignals
         if time.monotonic() > give_up_s:
             _log.warning("the job does not end in %g s; stopping it", SETTLE_S)
             break
-        time.sleep(SETTLE_LOOK_S)
+        signals.wait(SETTLE_LOOK_S)
         watchdog.check()
 
 

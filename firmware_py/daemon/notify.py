@@ -6,7 +6,6 @@ must not stop because its service manager does not listen.
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import os
 import socket
@@ -14,6 +13,8 @@ from collections.abc import MutableMapping
 
 _log = logging.getLogger(__name__)
 USEC_PER_S = 1_000_000
+PATIENCE_S = 0.1
+"""The manager's queue may be full for a moment; a hanging manager must not hold us up."""
 
 
 class Notifier:
@@ -24,8 +25,10 @@ class Notifier:
         """The watchdog's limit; None when there is no watchdog."""
         self._address = _socket_name(address) if address else None
         self._told = ""
+        self._lost = False
+        """Whether the last message did not go out; said once, not every time."""
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
-        self._socket.setblocking(False)
+        self._socket.settimeout(PATIENCE_S)
 
     @classmethod
     def from_environment(cls, environment: MutableMapping[str, str] | None = None) -> Notifier:
@@ -68,8 +71,11 @@ class Notifier:
         try:
             self._socket.sendto(text.encode(), self._address)
         except OSError as error:
-            with contextlib.suppress(OSError):
+            if not self._lost:
                 _log.warning("the service manager was not told %s: %s", text, error)
+            self._lost = True
+        else:
+            self._lost = False
 
 
 def _socket_name(address: str) -> str:

@@ -7,7 +7,6 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -207,35 +206,26 @@ class Daemon:
         self.server.close()
 
 
-@contextmanager
-def _serving(folder: Path, controller: MemoryController, limits: Limits) -> Iterator[Daemon]:
-    notes: list[str] = []
-    path = folder / "d.sock"
-    server = Server(controller, Listener(path), folder / "jobs", notes.append, limits)
-    server.start()
-    daemon = Daemon(controller, server, path, notes)
-    try:
-        yield daemon
-    finally:
-        daemon.close()
-
-
 Serve = Callable[..., Daemon]
 
 
 @pytest.fixture
 def serve(tmp_path: Path) -> Iterator[Serve]:
-    """Start daemons: `serve(limits=..., home_s=..., prepare_s=...)`."""
-    open_ones: list[Iterator[Daemon]] = []
+    """Start daemons: `serve(Limits(...), start=..., home_s=..., prepare_s=...)`."""
+    daemons: list[Daemon] = []
 
-    def start(limits: Limits | None = None, **options: float) -> Daemon:
-        one = _serving(tmp_path, MemoryController(**options), limits or Limits())
-        open_ones.append(one)
-        return one.__enter__()
+    def make(limits: Limits | None = None, start: bool = True, **options: float) -> Daemon:
+        controller, notes = MemoryController(**options), []
+        path = tmp_path / "d.sock"
+        server = Server(controller, Listener(path), tmp_path / "jobs", notes.append, limits)
+        daemons.append(Daemon(controller, server, path, notes))
+        if start:
+            server.start()
+        return daemons[-1]
 
-    yield start
-    for one in open_ones:
-        one.__exit__(None, None, None)
+    yield make
+    for daemon in daemons:
+        daemon.close()
 
 
 @pytest.fixture
