@@ -11,8 +11,8 @@ import json
 from dataclasses import dataclass
 from typing import Literal
 
-FORMAT = "1"
-"""Version of this table; grows when a field changes its meaning."""
+FORMAT = 1
+"""Version of this table; grows when a field changes its meaning. New fields do not count."""
 
 SCHEMA_PREFIX = "deltactl."
 
@@ -152,6 +152,7 @@ CONFIGURATION = Channel(
     "What ran, written once at the start; the same stands in the file's metadata and attachments.",
     _fields(
         TIME,
+        ("format", "integer", "version of these channels"),
         ("robot_name", "string", "name in the robot file"),
         ("job_name", "string", "name in the job file"),
         ("version", "string", "version of deltactl"),

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from foundation.errors import RecordingError
 from recording.channels import FORMAT
 
 METADATA_NAME = "deltactl"
@@ -34,6 +35,7 @@ class RunConfiguration:
         """The fields of the `/configuration` message."""
         return {
             "t_ns": 0,
+            "format": FORMAT,
             "robot_name": self.robot_name,
             "job_name": self.job_name,
             "version": self.version,
@@ -47,7 +49,7 @@ class RunConfiguration:
     def as_metadata(self) -> dict[str, str]:
         """The short facts, as MCAP metadata."""
         return {
-            "format": FORMAT,
+            "format": str(FORMAT),
             "robot": self.robot_name,
             "job": self.job_name,
             "version": self.version,
@@ -58,7 +60,15 @@ class RunConfiguration:
 
 
 def from_message(message: Mapping[str, Any]) -> RunConfiguration:
-    """The configuration a `/configuration` message describes."""
+    """The configuration a `/configuration` message describes.
+
+    Raises RecordingError when a newer program wrote it.
+    """
+    if (found := int(message["format"])) > FORMAT:
+        raise RecordingError(
+            f"was written by a newer deltactl ({message['version']}, format {found}); "
+            f"this one reads format {FORMAT}"
+        )
     return RunConfiguration(
         robot_text=str(message["robot_text"]),
         job_text=str(message["job_text"]),

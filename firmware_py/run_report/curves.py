@@ -9,7 +9,7 @@ import numpy as np
 from charts.figures import LineChart
 from charts.spec import Colour, Mark, Series, Span, Style
 from firmware_py.robot_file import RobotFile
-from firmware_py.run_report.tracking import RunTracking, Tracking, positions_of_counts
+from firmware_py.run_report.tracking import RunTracking, Tracking, positions_of_counts, seconds
 from models.robot import AXES, FloatArray
 from recording.run import Run
 
@@ -76,7 +76,7 @@ def signal_chart(run: Run) -> LineChart:
     """Signal rate of each ranging sensor; weak signals come before wrong distances."""
     colours = (Colour.FIRST, Colour.SECOND, Colour.THIRD)
     series = [
-        Series(f"range {axis}", samples.t_ns * _NS, samples.signal_mcps, colour, Style.POINTS)
+        Series(f"range {axis}", seconds(samples.t_ns), samples.signal_mcps, colour, Style.POINTS)
         for (axis, samples), colour in zip(run.readings.items(), colours, strict=True)
     ]
     return LineChart(
@@ -93,7 +93,7 @@ def sent_counts(run: Run, start_ns: int, end_ns: int) -> tuple[FloatArray, Float
     """Counts sent, on an even grid of times: (n,) in s, (n, 3)."""
     points = int(min(SENT_POINTS, max(2, (end_ns - start_ns) // 10_000_000 + 1)))
     t_ns = np.linspace(start_ns, end_ns, points).astype(np.int64)
-    return t_ns * _NS, run.edges.counts_at(t_ns).astype(np.float64)
+    return seconds(t_ns), run.edges.counts_at(t_ns).astype(np.float64)
 
 
 def _plane(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import json
 import math
 import os
 from collections.abc import Iterable
@@ -167,7 +168,7 @@ def _events(run: Run) -> list[str]:
 def _files(run: Run) -> list[str]:
     return [
         heading("Files"),
-        folded("Robot file", run.configuration.robot_text),
+        folded("Robot file", _legible(run.configuration.robot_text)),
         folded("Job file", run.configuration.job_text),
     ]
 
@@ -177,6 +178,14 @@ def _readable(value: object) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{name} {_readable(inner)}" for name, inner in value.items())
     return str(value)
+
+
+def _legible(text: str) -> str:
+    """A file that is one long line of JSON, set in lines."""
+    try:
+        return json.dumps(json.loads(text), indent=2)
+    except ValueError:
+        return text
 
 
 def _mm(value_m: float) -> str:

@@ -12,6 +12,7 @@ from firmware_py.robot_file import RobotFile
 from foundation.strict_yaml import Document
 from models.linkage import Linkage, forward
 from models.robot import AXES, FloatArray
+from recording.columns import Int64Array
 from recording.rounds import Rounds, gather
 from recording.run import Run
 
@@ -107,21 +108,26 @@ def track(run: Run, robot: RobotFile) -> RunTracking:
     windows_ns = path_windows(run)
     truth = measured = commanded = None
     if len(run.truth.t_ns):
-        where = (run.truth.t_ns * _NS, run.truth.position_m)
+        where = (seconds(run.truth.t_ns), run.truth.position_m)
         truth = _against(run, windows_ns, "simulated truth", where)
     if robot.sensors is not None and any(len(one.t_ns) for one in run.readings.values()):
         measured = _against(run, windows_ns, "measured", measured_path(run, robot))
     if len(run.targets.t_ns):
-        where = (run.targets.t_ns * _NS, positions_of_counts(robot, run.targets.steps))
+        where = (seconds(run.targets.t_ns), positions_of_counts(robot, run.targets.steps))
         commanded = _against(run, windows_ns, "commanded", where)
     return RunTracking(windows_ns, truth, measured, commanded)
+
+
+def seconds(t_ns: Int64Array) -> FloatArray:
+    """Nanoseconds as seconds."""
+    return t_ns.astype(np.float64) * _NS
 
 
 def targets_at(run: Run, t_s: FloatArray) -> FloatArray:
     """The point asked for at each time, straight between targets; NaN before and after them."""
     if not len(run.targets.t_ns):
         return np.full((len(t_s), 3), np.nan)
-    known_s = run.targets.t_ns * _NS
+    known_s = seconds(run.targets.t_ns)
     parts = [
         np.interp(t_s, known_s, column, left=np.nan, right=np.nan)
         for column in run.targets.position_m.T

@@ -53,6 +53,17 @@ def test_configuration_travels_along(
     assert found.start_epoch_ns == EPOCH_NS
 
 
+def test_a_newer_format_is_refused(
+    tmp_path: Path, configuration: RunConfiguration, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "newer.mcap"
+    with monkeypatch.context() as patch:
+        patch.setattr("recording.configuration.FORMAT", 2)
+        RunRecorder(path, configuration).close()
+    with pytest.raises(RecordingError, match=r"newer\.mcap: was written by a newer deltactl"):
+        read_run(path)
+
+
 def test_official_reader_finds_summary_and_messages(recorded: Callable[[int], Path]) -> None:
     with recorded(120).open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True)
