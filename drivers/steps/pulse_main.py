@@ -49,6 +49,15 @@ def watch_controller(words: memoryview, controller: int) -> None:
     on_signal()  # it may have ended before we asked to be told
 
 
+def remove_folder() -> None:
+    """Nobody else is left to remove the folder we were started in."""
+    from shutil import rmtree
+
+    folder = os.getcwd()
+    if os.path.basename(folder).startswith("deltactl-pulses-"):  # not one started by hand
+        rmtree(folder, ignore_errors=True)
+
+
 def run(player: PulsePlayer, words: memoryview) -> None:
     """Serve and play until told to close."""
     while not words[b.CLOSE]:
@@ -76,6 +85,8 @@ def main(arguments: list[str]) -> int:
         run(player, words)
         player.make_safe(words[b.CLOSE])
         lines.close()
+        if words[b.CLOSE] == b.CONTROLLER_GONE:
+            remove_folder()
     except OSError as error:
         board.set_fault(str(error))
         player.stop(b.LINE_FAULT)

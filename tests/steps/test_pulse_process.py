@@ -204,6 +204,8 @@ def test_pulses_end_with_a_killed_controller_and_the_counters_stay(
     start: Callable[[float], Controller],
 ) -> None:
     controller = start(5.0)  # so that it is not the heartbeat that stops
+    folder = Path(f"/proc/{controller.pulse_pid}/cwd").readlink()
+    assert folder.name.startswith("deltactl-pulses-")
     killed_s = time.monotonic()
     controller.process.kill()
     wait(lambda: not controller.pulses_run())
@@ -214,6 +216,7 @@ def test_pulses_end_with_a_killed_controller_and_the_counters_stay(
     assert counts[0] == counts[1] == counts[2] > 20
     time.sleep(0.05)
     assert last_counts(controller.board) == counts
+    assert not folder.exists()
 
 
 def test_a_frozen_controller_loses_its_heartbeat(start: Callable[[float], Controller]) -> None:
