@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,7 @@ class InverseNetwork:
         self._output_index = _only_tensor(file, self._interpreter.get_output_details(), "output")
         self._input = np.zeros((1, ARMS), dtype=np.float32)
         self._contains = file.metadata.domain.contains
+        self._low_rad, self._high_rad = map(math.radians, file.metadata.angle_deg)
         # Bound once: a look-up of a method is a noticeable part of a call of 3 us.
         self._set, self._get = self._interpreter.set_tensor, self._interpreter.get_tensor
         self._invoke = self._interpreter.invoke
@@ -48,7 +50,7 @@ class InverseNetwork:
     def angles_rad(self, x_m: float, y_m: float, z_m: float) -> tuple[float, float, float]:
         """Commanded arm angles [rad] of one target [m].
 
-        Raises LimitExceeded outside the domain the network was trained in.
+        Raises LimitExceeded outside the positions or angles the network was trained with.
         """
         if not self._contains(x_m, y_m, z_m):
             raise self._outside(x_m, y_m, z_m)
@@ -56,6 +58,9 @@ class InverseNetwork:
         self._set(self._input_index, self._input)
         self._invoke()
         first, second, third = self._get(self._output_index)[0].tolist()
+        low, high = self._low_rad, self._high_rad
+        if not (low <= first <= high and low <= second <= high and low <= third <= high):
+            raise self._beyond((x_m, y_m, z_m), (first, second, third))
         return first, second, third
 
     def angles_rad_many(self, position_m: FloatArray) -> FloatArray:
@@ -68,10 +73,31 @@ class InverseNetwork:
         angles = [self.angles_rad(x_m, y_m, z_m) for x_m, y_m, z_m in targets]
         return np.array(angles, dtype=np.float64).reshape(-1, ARMS)
 
+    def raw_rad_many(self, position_m: FloatArray) -> FloatArray:
+        """`angles_rad_many` without refusing anything: for measuring errors, not for moving."""
+        answers = np.empty((len(position_m), ARMS))
+        for row, target in enumerate(np.asarray(position_m, dtype=np.float32)):
+            self._set(self._input_index, target[None])
+            self._invoke()
+            answers[row] = self._get(self._output_index)[0]
+        return answers
+
     def _outside(self, x_m: float, y_m: float, z_m: float) -> LimitExceeded:
         return LimitExceeded(
             f"target ({x_m:.4f}, {y_m:.4f}, {z_m:.4f}) m is outside what {self.file.path.name} "
             f"was trained for ({self.metadata.domain.describe()}); "
+            "move the path inside or use inverse_kinematics: geometry"
+        )
+
+    def _beyond(
+        self, target_m: tuple[float, float, float], angles_rad: tuple[float, float, float]
+    ) -> LimitExceeded:
+        x_m, y_m, z_m = target_m
+        low_deg, high_deg = self.metadata.angle_deg
+        answer = ", ".join(f"{math.degrees(angle):.2f}" for angle in angles_rad)
+        return LimitExceeded(
+            f"target ({x_m:.4f}, {y_m:.4f}, {z_m:.4f}) m needs arm angles ({answer}) deg, outside "
+            f"the {low_deg:g} to {high_deg:g} deg {self.file.path.name} was trained with; "
             "move the path inside or use inverse_kinematics: geometry"
         )
 

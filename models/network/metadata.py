@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from foundation.strict_yaml import StrictModel
-from models.network.domain import Domain
+from models.network.domain import Domain, Range
 from models.robot import Geometry, per_arm
 
 METADATA_NAME = "deltactl"
@@ -69,7 +69,7 @@ class Validation(StrictModel):
     rmse_deg: Degrees
     max_deg: Degrees
     bound_deg: Degrees
-    """Largest error found anywhere in the domain, its edges and hard corners included."""
+    """Largest error found where the network answers, edges and hard corners included."""
 
 
 class NetworkMetadata(StrictModel):
@@ -81,6 +81,8 @@ class NetworkMetadata(StrictModel):
     architecture: str
     parameters: Annotated[int, Field(ge=1)]
     domain: Domain
+    angle_deg: Range
+    """Lowest and highest angle trained on; an answer outside them is refused."""
     training: Training
     validation: Validation
     sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")] = NO_CHECKSUM

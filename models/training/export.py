@@ -47,13 +47,13 @@ def to_file(path: Path, trained: Trained, task: Task, source: str = "geometry") 
     return final
 
 
-def measure(file: NetworkFile, task: Task, samples: int = VALIDATION_SAMPLES) -> Validation:
+def measure(file: NetworkFile, task: Task) -> Validation:
     """Errors of the running network against the float64 geometry, on points of its own."""
     rng = np.random.default_rng([task.seed, _VALIDATION_STREAM])
     linkage, network = Linkage.of(task.robot.geometry), InverseNetwork(file)
-    even_m = spread(task.domain, rng, samples)
+    even_m = spread(task.domain, rng, VALIDATION_SAMPLES)
     anchor_m = hardest(task.domain, linkage, rng)
-    extra = round(_EDGE_SHARE * samples)
+    extra = round(_EDGE_SHARE * VALIDATION_SAMPLES)
     hard_m = np.vstack(
         [
             anchor_m,
@@ -61,9 +61,9 @@ def measure(file: NetworkFile, task: Task, samples: int = VALIDATION_SAMPLES) ->
             around(task.domain, anchor_m, rng, extra, _FINEST_M),
         ]
     )
-    even_deg, hard_deg = (_errors_deg(network, linkage, p) for p in (even_m, hard_m))
+    even_deg, hard_deg = (_errors_deg(network, linkage, task, p) for p in (even_m, hard_m))
     return Validation(
-        samples=len(even_m),
+        samples=len(even_deg),
         rmse_deg=float(np.sqrt(np.mean(even_deg**2))),
         max_deg=float(np.abs(even_deg).max()),
         bound_deg=float(max(np.abs(even_deg).max(), np.abs(hard_deg).max())),
@@ -77,8 +77,12 @@ def seal(content: bytes) -> bytes:
     return content[:start] + digits + content[start + len(NO_CHECKSUM) :]
 
 
-def _errors_deg(network: InverseNetwork, linkage: Linkage, position_m: FloatArray) -> FloatArray:
-    error_rad = network.angles_rad_many(position_m) - labels_rad(linkage, position_m)
+def _errors_deg(
+    network: InverseNetwork, linkage: Linkage, task: Task, position_m: FloatArray
+) -> FloatArray:
+    wanted_rad = labels_rad(linkage, position_m)
+    learned = task.learns(wanted_rad)
+    error_rad = network.raw_rad_many(position_m[learned]) - wanted_rad[learned]
     error_deg: FloatArray = np.rad2deg(error_rad)
     return error_deg
 
@@ -100,6 +104,7 @@ def _metadata(trained: Trained, task: Task, source: str, validation: Validation)
         architecture=trained.architecture,
         parameters=trained.parameters,
         domain=task.domain,
+        angle_deg=task.angle_deg,
         training=Training(
             recipe=trained.recipe,
             seed=task.seed,

@@ -5,11 +5,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
+from typing import Any
 
-from models.network.domain import Box, Cylinder
-from models.robot import DeltaRobot
+import numpy as np
+
+from models.network.domain import Box, Cylinder, Range
+from models.robot import DeltaRobot, FloatArray
 from models.training.graph import Graph
 
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 Progress = Callable[[str], None]
 
 
@@ -24,6 +28,14 @@ class Task:
     robot: DeltaRobot
     domain: Cylinder | Box
     seed: int
+    angle_deg: Range = (-180.0, 180.0)
+    """Only poses with all arms in this range are learned, and answered."""
+
+    def learns(self, angles_rad: FloatArray) -> BoolArray:
+        """Which rows of (n, 3) arm angles [rad] are in range; shape (n,)."""
+        low_rad, high_rad = np.deg2rad(self.angle_deg)
+        inside: BoolArray = ((angles_rad >= low_rad) & (angles_rad <= high_rad)).all(axis=1)
+        return inside
 
 
 @dataclass(frozen=True)
@@ -37,13 +49,13 @@ class Settings:
     """Positions on its faces."""
     cluster: int = 4000
     """Positions around the hardest point, at all scales."""
-    cluster_weight: float = 0.1
+    cluster_weight: float = 0.3
     """Of one such position at first; one of the others counts 1."""
-    finest_m: float = 1e-7
-    iterations: int = 1000
-    rounds: int = 6
+    finest_m: float = 2e-6
+    iterations: int = 800
+    rounds: int = 5
     """How often the samples are weighted anew by their errors, to lower the largest."""
-    iterations_a_round: int = 250
+    iterations_a_round: int = 200
 
     def as_metadata(self) -> dict[str, float | int | str]:
         """Plain values for the file's metadata."""

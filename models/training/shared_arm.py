@@ -11,7 +11,6 @@ import numpy as np
 
 from foundation.errors import NetworkError
 from models.linkage import Linkage, serial_margin
-from models.network.domain import Box, Cylinder
 from models.robot import ARMS, FloatArray
 from models.training.fit import Samples, fit
 from models.training.graph import Graph
@@ -30,7 +29,7 @@ def train(task: Task, settings: Settings, progress: Progress = silent) -> Traine
     linkage = Linkage.of(task.robot.geometry)
     _require_equal_arms(task.robot.name, linkage)
     watch, rng = Stopwatch(progress), np.random.default_rng(task.seed)
-    even, hard = _samples(linkage, task.domain, settings, rng)
+    even, hard = _samples(linkage, task, settings, rng)
     scaling = Scaling.of(even.inputs), Scaling.of(even.wanted_rad)
     samples = Samples(*(np.concatenate(pair) for pair in zip(even, hard, strict=True)))
     network = Perceptron((3, *settings.hidden, 1))
@@ -78,24 +77,33 @@ def arm_rows(linkage: Linkage, position_m: FloatArray) -> FloatArray:
 
 
 def _samples(
-    linkage: Linkage, domain: Cylinder | Box, settings: Settings, rng: np.random.Generator
+    linkage: Linkage, task: Task, settings: Settings, rng: np.random.Generator
 ) -> tuple[Samples, Samples]:
     """All arms over the domain and its edges; the hardest arm around its hardest point."""
     even_m = np.concatenate(
-        [spread(domain, rng, settings.spread), edges(domain, rng, settings.edge)]
+        [spread(task.domain, rng, settings.spread), edges(task.domain, rng, settings.edge)]
     )
-    rows, angles_rad = arm_rows(linkage, even_m), labels_rad(linkage, even_m)
+    even_m, angles_rad = _learned(linkage, task, even_m)
+    rows = arm_rows(linkage, even_m)
     even = Samples(rows.reshape(-1, 3), angles_rad.reshape(-1, 1), np.ones(angles_rad.size))
-    anchor_m = hardest(domain, linkage, rng)
-    near_m = around(domain, anchor_m, rng, settings.cluster, settings.finest_m)
-    hard_m = np.vstack([anchor_m, near_m])
-    arm = int(serial_margin(linkage, labels_rad(linkage, hard_m[:1]), hard_m[:1]).argmin())
+    anchor_m = hardest(task.domain, linkage, rng)
+    near_m = around(task.domain, anchor_m, rng, settings.cluster, settings.finest_m)
+    at_anchor = anchor_m[None], labels_rad(linkage, anchor_m[None])
+    arm = int(serial_margin(linkage, at_anchor[1], at_anchor[0]).argmin())
+    hard_m, hard_rad = _learned(linkage, task, near_m)
     hard = Samples(
         arm_rows(linkage, hard_m)[:, arm],
-        labels_rad(linkage, hard_m)[:, arm, None],
+        hard_rad[:, arm, None],
         np.full(len(hard_m), settings.cluster_weight),
     )
     return even, hard
+
+
+def _learned(linkage: Linkage, task: Task, position_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Positions and angles of those poses that the task is about."""
+    angles_rad = labels_rad(linkage, position_m)
+    kept = task.learns(angles_rad)
+    return position_m[kept], angles_rad[kept]
 
 
 def _require_equal_arms(name: str, linkage: Linkage) -> None:
