@@ -22,6 +22,7 @@ from firmware_py.controller.feeder import LEAD_S
 from firmware_py.controller.homing import Homer, wait_until_still
 from firmware_py.controller.job_queue import QueuedJob, prepare
 from firmware_py.controller.journal import Journal
+from firmware_py.controller.progress import Progress
 from firmware_py.controller.ranging_loop import RangingLoop
 from firmware_py.controller.report_status import Running, snapshot
 from firmware_py.controller.states import Request, State, require
@@ -62,6 +63,7 @@ class Controller:
         self._numbers = itertools.count(1)
         self._lock = threading.RLock()
         self._loops = 0
+        self._progress = Progress()
         self._homer = Homer(robot, machine, self.ranging)
         self._ranging_task: TaskHandle | None = None
         self._control_task = self.clock.start("control", self._control_loop(), self._on_loop_error)
@@ -170,8 +172,9 @@ class Controller:
 
     def progress_count(self) -> int:
         """Grows only while both loops go round (in OFF, STOPPED and FAULT: the control loop)."""
-        sensing = self.state not in (State.OFF, State.STOPPED, State.FAULT)
-        return min(self._loops, self.ranging.rounds) if sensing else self._loops
+        if self.state in (State.OFF, State.STOPPED, State.FAULT):
+            return self._progress.count(control=self._loops)
+        return self._progress.count(control=self._loops, ranging=self.ranging.rounds)
 
     def close(self) -> None:
         """Stop, finish the recording, give the hardware back."""
