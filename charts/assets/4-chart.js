@@ -213,7 +213,7 @@ class Chart {
     const { pen, spec } = this;
     pen.font = FONT;
     if (spec.kind === "heat") {
-      this.layout(Math.max(...spec.rows.map((name) => pen.measureText(name).width)) + 12);
+      this.margin(Math.max(...spec.rows.map((name) => pen.measureText(name).width)) + 12);
       return;
     }
     if (!spec.equal) {
@@ -227,11 +227,17 @@ class Chart {
     }
     const { values, step } = this.yTicks();
     const widest = Math.max(0, ...values.map((value) => pen.measureText(written(value, step)).width));
-    const left = Math.ceil(widest / 8) * 8 + 12;
-    if (left !== this.plot.left) {
-      this.layout(left);
-      if (spec.equal) this.fit(this.view);
-    }
+    this.margin(Math.ceil(widest / 8) * 8 + 12);
+  }
+
+  // Charts of a group start at the same place, so that times stand above one another.
+  margin(wanted) {
+    this.wanted = wanted;
+    const left = Math.max(...this.peers.map((peer) => peer.wanted || 0));
+    for (const peer of this.peers) if (peer !== this && peer.plot && peer.plot.left !== left) peer.draw();
+    if (left === this.plot.left) return;
+    this.layout(left);
+    if (this.spec.equal) this.fit(this.view);
   }
 
   paint() {

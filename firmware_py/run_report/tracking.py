@@ -13,12 +13,10 @@ from foundation.strict_yaml import Document
 from models.linkage import Linkage, forward
 from models.robot import AXES, FloatArray
 from recording.columns import Int64Array
-from recording.rounds import Rounds, gather
+from recording.rounds import gather
 from recording.run import Run
 
 _NS = 1e-9
-MeasuredPath = tuple[FloatArray, FloatArray]
-"""Times [s], shape (n,), and positions [m], shape (n, 3)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,13 +106,15 @@ def track(run: Run, robot: RobotFile) -> RunTracking:
     windows_ns = path_windows(run)
     truth = measured = commanded = None
     if len(run.truth.t_ns):
-        where = (seconds(run.truth.t_ns), run.truth.position_m)
-        truth = _against(run, windows_ns, "simulated truth", where)
+        t_s = seconds(run.truth.t_ns)
+        error_m = run.truth.position_m - targets_at(run, t_s)
+        truth = _against(run, windows_ns, "simulated truth", t_s, error_m)
     if robot.sensors is not None and any(len(one.t_ns) for one in run.readings.values()):
-        measured = _against(run, windows_ns, "measured", measured_path(run, robot))
+        measured = _against(run, windows_ns, "measured", *measured_errors(run, robot))
     if len(run.targets.t_ns):
-        where = (seconds(run.targets.t_ns), positions_of_counts(robot, run.targets.steps))
-        commanded = _against(run, windows_ns, "commanded", where)
+        meant_m = positions_of_counts(robot, run.targets.steps)
+        error_m = meant_m - run.targets.position_m
+        commanded = _against(run, windows_ns, "commanded", seconds(run.targets.t_ns), error_m)
     return RunTracking(windows_ns, truth, measured, commanded)
 
 
@@ -135,22 +135,27 @@ def targets_at(run: Run, t_s: FloatArray) -> FloatArray:
     return np.stack(parts, axis=1)
 
 
-def measured_path(run: Run, robot: RobotFile) -> MeasuredPath:
-    """Platform positions from the good readings of every round.
+def measured_errors(run: Run, robot: RobotFile) -> tuple[FloatArray, FloatArray]:
+    """Times [s], shape (n,), and measured position minus target [m], shape (n, 3), of every round.
 
-    range_i = offset_i + axis_i . p (contract), so p = A^-1 (range - offset) with the axes as
-    the rows of A. A coordinate is NaN when a sensor it depends on gave nothing good.
+    range_i = offset_i + axis_i . p (contract). The three sensors of a round are read one after
+    another while the platform moves, so each range is compared with the target at its own time;
+    with the axes as the rows of A, error = A^-1 (range - offset - axis . target). A coordinate is
+    NaN when a sensor it depends on gave nothing good.
     """
     assert robot.sensors is not None
     rounds = gather(run)
-    ranges_m = np.where(_good(rounds), rounds.pick("distance_m"), np.nan)
-    inverse = np.linalg.inv(robot.sensors.axes)
-    off_m = ranges_m - robot.sensors.offsets_m
-    position_m = np.zeros_like(ranges_m)
-    for coordinate, weights in enumerate(inverse):
+    good = rounds.pick("good") == 1.0
+    excess_m = np.where(good, rounds.pick("distance_m"), np.nan) - robot.sensors.offsets_m
+    for sensor, (axis, t_ns) in enumerate(
+        zip(robot.sensors.axes, rounds.pick("t_ns").T, strict=True)
+    ):
+        excess_m[:, sensor] -= targets_at(run, t_ns * _NS) @ axis
+    error_m = np.zeros_like(excess_m)
+    for coordinate, weights in enumerate(np.linalg.inv(robot.sensors.axes)):
         needed = np.abs(weights) > 1e-9
-        position_m[:, coordinate] = off_m[:, needed] @ weights[needed]
-    return rounds.t_s, position_m
+        error_m[:, coordinate] = excess_m[:, needed] @ weights[needed]
+    return rounds.t_s, error_m
 
 
 def positions_of_counts(robot: RobotFile, counts: Any) -> FloatArray:
@@ -159,20 +164,18 @@ def positions_of_counts(robot: RobotFile, counts: Any) -> FloatArray:
     return forward(Linkage.of(robot.geometry), angles_rad).position_m
 
 
-def _good(rounds: Rounds) -> Any:
-    """Which sensor gave a reading that passed every gate; shape (rounds, 3)."""
-    return rounds.pick("good") == 1.0
-
-
 def _against(
-    run: Run, windows_ns: tuple[tuple[int, int], ...], name: str, where: MeasuredPath
+    run: Run,
+    windows_ns: tuple[tuple[int, int], ...],
+    name: str,
+    t_s: FloatArray,
+    error_m: FloatArray,
 ) -> Tracking:
-    t_s, position_m = where
     inside = np.zeros(len(t_s), dtype=np.bool_)
     for start_ns, end_ns in windows_ns:
         inside |= (t_s >= start_ns * _NS) & (t_s <= end_ns * _NS)
-    t_s, position_m = t_s[inside], position_m[inside]
-    return Tracking(name, t_s, position_m, position_m - targets_at(run, t_s))
+    t_s, error_m = t_s[inside], error_m[inside]
+    return Tracking(name, t_s, targets_at(run, t_s) + error_m, error_m)
 
 
 def _plain(value: float) -> float | None:

@@ -72,6 +72,8 @@ class Story:
     truth_error_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     range_error_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     axes: Any = None
+    stagger_ms: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """How long after the round's start each sensor is read."""
     weak: frozenset[tuple[str, int]] = frozenset()
     """(axis, round) of readings whose signal was too weak."""
     silent: frozenset[tuple[str, int]] = frozenset()
@@ -81,7 +83,7 @@ class Story:
     closed: bool = True
 
 
-def target(number: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+def target(number: float) -> np.ndarray[Any, np.dtype[np.float64]]:
     """A level quarter circle."""
     angle = number / ROUNDS * np.pi / 2
     return np.array([0.1 * np.cos(angle), 0.1 * np.sin(angle), -0.45])
@@ -123,9 +125,10 @@ def _record(recorder: RunRecorder, story: Story, number: int) -> None:
     if not story.with_readings:
         return
     axes = np.eye(3) if story.axes is None else np.array(story.axes)
-    seen_m = position_m + larger * np.array(story.range_error_m)
-    ranges_m = np.array([0.6, 0.6, 0.9]) + axes @ seen_m
-    for axis, distance_m in zip("xyz", ranges_m, strict=True):
-        if (axis, number) not in story.silent:
-            gate = Gate.SIGNAL if (axis, number) in story.weak else Gate.GOOD
-            recorder.reading(Sample(axis, now_ns, float(distance_m), number, gate))
+    for row, (axis, late_ms) in enumerate(zip("xyz", story.stagger_ms, strict=True)):
+        if (axis, number) in story.silent:
+            continue
+        seen_m = target(number + late_ms / 20) + larger * np.array(story.range_error_m)
+        distance_m = float((0.6, 0.6, 0.9)[row] + axes[row] @ seen_m)
+        gate = Gate.SIGNAL if (axis, number) in story.weak else Gate.GOOD
+        recorder.reading(Sample(axis, now_ns + round(late_ms * MS), distance_m, number, gate))

@@ -58,6 +58,14 @@ def test_sensors_that_look_askew(recorded_run: MakeRun) -> None:
     assert measured.samples == (60, 60, 59)
 
 
+def test_sensors_read_one_after_another(recorded_run: MakeRun) -> None:
+    """At 79 mm/s a third of a round is half a millimetre, which is no error of the robot."""
+    run = recorded_run(stagger_ms=(0.0, 6.7, 13.3), range_error_m=(0.0, 0.001, 0.0))
+    measured = track(run, robot_of(run)).measured
+    assert measured is not None
+    assert measured.max_m == pytest.approx((0.0, 0.001, 0.0), abs=1e-5)
+
+
 def test_weak_and_silent_readings_are_left_out(recorded_run: MakeRun) -> None:
     run = recorded_run(
         weak=frozenset({("x", 30), ("x", 31), ("x", 5)}), silent=frozenset({("y", 40)})
