@@ -59,21 +59,6 @@ class NetworkFile:
         self.check_robot(robot.name, robot.geometry)
 
 
-def find_network(name: str, beside: Path | None = None) -> Path:
-    """Where a named network is: as given, beside the file that names it, or shipped.
-
-    Raises MissingFile.
-    """
-    given = Path(name)
-    places = [given] if beside is None else [beside.parent / given]
-    places += [TRAINED_FOLDER / given, TRAINED_FOLDER / given.name]
-    for place in places:
-        if place.is_file():
-            return place
-    shipped = ", ".join(sorted(path.name for path in TRAINED_FOLDER.glob("*.tflite")))
-    raise MissingFile(f"{name}: no such network here or in models/trained; there are {shipped}")
-
-
 def checked_metadata(content: bytes, where: str) -> NetworkMetadata:
     """The metadata of a whole file's bytes, after the checksum. Raises NetworkError."""
     try:

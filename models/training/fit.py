@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -48,7 +50,12 @@ def fit(
             weight = _emphasise(weight, error)
         iterations = settings.iterations_a_round if stage else settings.iterations
         damping = 1e-6 if stage else 1e-2
-        parameters = _minimise(network, (inputs, wanted), weight, parameters, iterations, damping)
+        search = _search(network, (inputs, wanted), weight, parameters, damping)
+        for step in islice(search, iterations):
+            parameters = step.parameters
+            if step.iteration % REPORT_EVERY == 0 and step.iteration < iterations:
+                rms_deg = np.rad2deg(np.sqrt(step.cost / weight.sum()) * out.deviation.mean())
+                watch.say(f"  iteration {step.iteration} of {iterations}: RMS {rms_deg:.5f} deg")
         error_deg = np.rad2deg((network.values(parameters, inputs) - wanted) * out.deviation)
         watch.say(
             f"stage {stage} of {settings.rounds}: training samples "
@@ -63,14 +70,13 @@ def _emphasise(weight: FloatArray, error: FloatArray) -> FloatArray:
     return evened
 
 
-def _minimise(
+def _search(
     network: Perceptron,
     samples: tuple[FloatArray, FloatArray],
     weight: FloatArray,
-    parameters: FloatArray,
-    iterations: int,
+    start: FloatArray,
     damping: float,
-) -> FloatArray:
+) -> Iterator[levenberg_marquardt.Step]:
     inputs, wanted = samples
     root = np.sqrt(weight)
 
@@ -83,9 +89,4 @@ def _minimise(
         slope *= root[:, :, None]
         return ((values - wanted) * root).ravel(), slope.reshape(-1, network.parameters)
 
-    search = levenberg_marquardt.steps(residuals, jacobian, parameters, damping)
-    for step in search:
-        parameters = step.parameters
-        if step.iteration >= iterations:
-            break
-    return parameters
+    return levenberg_marquardt.steps(residuals, jacobian, start, damping)

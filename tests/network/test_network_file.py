@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from foundation.errors import MissingFile, NetworkError
 from models.network import NetworkFile, fingerprint
-from models.network.file import checked_metadata, find_network
+from models.network.file import checked_metadata
 from models.network.flat import Span, metadata_span
 from models.robot import DeltaRobot
 from models.training.graph import Graph
@@ -151,11 +151,3 @@ def test_the_same_linkage_written_differently_has_the_same_fingerprint(
         home_offset_deg=(-0.0, 0.0, 0.0),
     ).geometry
     assert fingerprint(plain) == fingerprint(wordy)
-
-
-def test_networks_are_sought_beside_the_job_then_among_the_shipped(tmp_path: Path) -> None:
-    mine = tmp_path / "mine.tflite"
-    mine.write_bytes(b"")
-    assert find_network("mine.tflite", beside=tmp_path / "job.yaml") == mine
-    with pytest.raises(MissingFile, match=r"none\.tflite: no such network"):
-        find_network("none.tflite", beside=tmp_path / "job.yaml")
