@@ -52,12 +52,14 @@ def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:
 
 def real_machine(robot: RobotFile) -> Machine:
     """The Pi's pins and bus. Raises HardwareError naming what is not there."""
+    from drivers.pin_factory import lgpio_pin_factory
     from drivers.ranging.robot_sensors import open_robot_sensors
 
-    clock = RealClock()
-    sensors = open_robot_sensors(robot.ranging, clock)
-    output = build_step_output(robot.steps, robot.inputs, clock)
-    switches = home_switches(robot.homing.switch_pins, robot.homing.switch_active_high)
+    clock, homing = RealClock(), robot.homing
+    pins = lgpio_pin_factory()
+    sensors = open_robot_sensors(robot.ranging, clock, pins)
+    output = build_step_output(robot.steps, robot.inputs, clock, pin_factory=pins)
+    switches = home_switches(homing.switch_pins, homing.switch_active_high, pins)
     return Machine(
         clock=clock,
         output=output,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import time
+import resource
 from pathlib import Path
 
 import numpy as np
@@ -25,10 +25,7 @@ def test_the_heart_runs_and_everything_agrees(deltactl, tmp_path: Path) -> None:
     run = read_run(tmp_path / "h.mcap")
     assert run.complete
     assert run.edges.counts[-1].tolist() == run.targets.steps[-1].tolist()
-    assert (
-        "<svg" in (tmp_path / "h.html").read_text()
-        or "<canvas" in (tmp_path / "h.html").read_text()
-    )
+    assert "The path from above" in (tmp_path / "h.html").read_text()
 
 
 def test_a_run_exports_to_the_contracts_columns(deltactl, tmp_path: Path) -> None:
@@ -60,10 +57,10 @@ def test_report_draws_a_recording(deltactl, tmp_path: Path) -> None:
 
 
 def test_help_is_quick(deltactl) -> None:
+    """0.3 s on an idle machine; here the processor time, for other tests run beside this one."""
     deltactl("--help")  # warm the file cache and the byte code
-    times_s = []
-    for _ in range(3):
-        start_s = time.perf_counter()
-        deltactl("--help")
-        times_s.append(time.perf_counter() - start_s)
-    assert min(times_s) < 0.3
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    deltactl("--help")
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used_s = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    assert used_s < 0.3

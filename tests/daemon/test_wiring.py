@@ -141,6 +141,7 @@ def test_it_never_fails_the_unit(arguments, capsys):
 
 @pytest.mark.skipif(Path("/dev/gpiochip0").exists(), reason="would move the lines of this machine")
 def test_as_systemd_runs_it():
+    pytest.importorskip("lgpio", reason="the package lgpio is not installed")
     command = [sys.executable, "-P", "-m", "firmware_py.install.make_safe", str(ROBOT_FILE)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0

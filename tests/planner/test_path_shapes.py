@@ -35,7 +35,7 @@ def test_circle_keeps_its_radius_and_spacing(radius_m, turns, spacing_m, back):
     # A chord is shorter than its arc by (spacing / radius)^2 / 24, and no more.
     exact = circle.length_m(radius_m, turns)
     assert exact * (1 - (spacing_m / radius_m) ** 2 / 20) <= hops.sum() <= exact * (1 + 1e-12)
-    turned = np.cross(away[0, :2], away[1, :2])
+    turned = away[0, 0] * away[1, 1] - away[0, 1] * away[1, 0]
     assert np.sign(turned) == np.sign(turns)
 
 
