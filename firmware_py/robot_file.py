@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -15,6 +16,9 @@ from models.robot import KINDS, DeltaRobot, Drive, EffectEntry
 
 Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
 Coordinate = Annotated[float, Field(gt=-10.0, lt=10.0)]
+
+I2C_PINS = (2, 3)
+"""SDA and SCL of bus 1 on the 40-pin header."""
 
 
 class Limits(StrictModel):
@@ -100,26 +104,37 @@ class RobotFile(DeltaRobot):
     homing: Homing = Homing()
     as_built: AsBuilt = AsBuilt()
 
-    @model_validator(mode="after")
-    def _home_is_allowed(self) -> RobotFile:
+    def clashes(self) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Where sections contradict each other: the key at fault, and what is wrong with it."""
         low, high = self.limits.arm_deg
         for angle in self.homing.angle_deg:
             if not low <= angle <= high:
-                raise ValueError(
-                    f"homing.angle_deg {angle:g} is outside limits.arm_deg [{low:g}, {high:g}]"
+                yield (
+                    ("homing", "angle_deg"),
+                    f"{angle:g} is outside limits.arm_deg [{low:g}, {high:g}]",
                 )
-        return self
+        seen: dict[int, str] = {}
+        if self.ranging.bus == 1:
+            seen = dict.fromkeys(I2C_PINS, "the I2C bus")
+        for key, pins in self._pins():
+            for pin in pins:
+                if pin in seen:
+                    yield (
+                        key,
+                        f"GPIO {pin} is taken by {seen[pin]} already; choose a pin of its own",
+                    )
+                seen[pin] = ".".join(key)
 
-    @model_validator(mode="after")
-    def _pins_differ(self) -> RobotFile:
-        steps = self.steps
-        used = [*steps.step_pins, *steps.direction_pins, *self.ranging.xshut_pins]
-        used += [*(steps.alarm_pins or ()), *(self.homing.switch_pins or ())]
-        used += [pin for pin in (steps.enable_pin, self.inputs.estop_pin) if pin is not None]
-        twice = sorted({pin for pin in used if used.count(pin) > 1})
-        if twice:
-            raise ValueError(f"GPIO {twice[0]} is used twice; every signal needs a pin of its own")
-        return self
+    def _pins(self) -> Iterator[tuple[tuple[str, ...], tuple[int, ...]]]:
+        """Every section's pins by their key."""
+        for section in ("steps", "inputs", "ranging", "homing"):
+            settings = getattr(self, section)
+            for name in type(settings).model_fields:
+                value = getattr(settings, name)
+                if name.endswith("_pins") and value is not None:
+                    yield (section, name), value
+                elif name.endswith("_pin") and value is not None:
+                    yield (section, name), (value,)
 
 
 def load_robot(path: Path) -> RobotFile:
@@ -129,7 +144,10 @@ def load_robot(path: Path) -> RobotFile:
     if kind != "delta":
         known = "cannot be run, only diagnosed" if kind in KINDS else "must be 'delta'"
         raise document.fail(("kind",), f"{known} (got {kind!r})")
-    return document.check(RobotFile)
+    robot = document.check(RobotFile)
+    for location, message in robot.clashes():
+        raise document.fail(location, message)
+    return robot
 
 
 CONFIG_FOLDER = Path(__file__).resolve().parent.parent / "config"
@@ -143,14 +161,15 @@ def find(name: str, beside: Path | None = None) -> Path:
     MissingFile, which lists the files of that kind there are.
     """
     given = Path(name)
-    home = TRAINED_FOLDER if given.suffix == ".tflite" else CONFIG_FOLDER
+    project = "models/trained" if given.suffix == ".tflite" else "config"
     folders = [Path() if beside is None else beside.parent, CONFIG_FOLDER, TRAINED_FOLDER]
     for folder in folders:
         if (folder / given).is_file():
             return folder / given
     pattern = f"*{given.suffix or '.yaml'}"
     there = sorted({path.name for folder in folders for path in folder.glob(pattern)})
-    close = difflib.get_close_matches(given.name, there, n=1)
-    hint = f"did you mean '{close[0]}'?" if close else f"there are {', '.join(there) or 'none'}"
+    close = difflib.get_close_matches(given.name, there, n=1, cutoff=0.75)
+    nearest = f"did you mean '{close[0]}'? " if close else ""
+    hint = f"{nearest}there are {', '.join(there) or 'none'}"
     place = "here" if beside is None else f"beside {beside}"
-    raise MissingFile(f"{name}: no such file {place} or in {home.parent.name}/{home.name}; {hint}")
+    raise MissingFile(f"{name}: no such file {place} or in {project}; {hint}")

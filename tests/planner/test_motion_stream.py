@@ -43,9 +43,7 @@ paths = st.one_of(
     ),
 )
 timings = st.one_of(
-    st.builds(
-        lambda t: {"mode": "together", "t_pwm_s": t}, st.sampled_from([5e-5, 0.0007, 0.006])
-    ),
+    st.builds(lambda t: {"mode": "together", "t_pwm_s": t}, st.sampled_from([5e-5, 0.0007, 0.006])),
     st.builds(lambda v: {"mode": "accelerated", "speed_mps": v}, st.floats(0.01, 1.0)),
 )
 

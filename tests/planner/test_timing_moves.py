@@ -79,7 +79,7 @@ def test_all_arms_keep_in_proportion(goal, limits):
     """Each motor is within half a step (and a merge window) of the straight line all the way."""
     angles = np.array([[0.0, 0.0, 0.0], goal])
     schedule = MoveSchedule(angles, np.zeros(2), limits)
-    due, steps = played(schedule)
+    _, steps = played(schedule)
     made = np.cumsum(steps, axis=0)
     longest = int(np.argmax(np.abs(angles[1])))
     assume(abs(angles[1, longest]) > 10 * STEP_RAD)

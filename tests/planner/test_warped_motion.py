@@ -32,9 +32,7 @@ def metronome(ticks: int, per_chunk: int = 37):
 def taken(motion: WarpedMotion, until_ns: int, every_ns: int = 20 * MS) -> np.ndarray:
     """Run times of all ticks, taken as the controller would."""
     start = motion._taken_ns
-    due = [
-        motion.take(at).ticks.due_ns for at in range(start + every_ns, until_ns + 1, every_ns)
-    ]
+    due = [motion.take(at).ticks.due_ns for at in range(start + every_ns, until_ns + 1, every_ns)]
     return np.concatenate([*due, motion.take(until_ns).ticks.due_ns])
 
 
@@ -88,9 +86,7 @@ def test_what_is_due_before_a_change_of_pace_keeps_its_time():
     assert len(due) == 350
 
 
-changes = st.lists(
-    st.tuples(st.integers(1, 400), st.sampled_from(["pause", "resume"])), max_size=8
-)
+changes = st.lists(st.tuples(st.integers(1, 400), st.sampled_from(["pause", "resume"])), max_size=8)
 
 
 @settings(max_examples=50, deadline=None)
