@@ -28,7 +28,7 @@ class Entry:
     @property
     def df(self) -> int:
         """Degrees of freedom of the test."""
-        return self.columns.stop - self.columns.start
+        return int(self.columns.stop - self.columns.start)
 
     @property
     def key(self) -> tuple[str, ...]:
@@ -59,16 +59,16 @@ class Bank:
     def whiten(self, fitter: Fitter) -> None:
         """Bring all columns under the fitter's noise model."""
         total = self.entries[-1].columns.stop
-        rows = len(fitter.whiten.weight) + len(fitter.prior)
-        self.white = np.empty((rows, total), dtype=np.float32)
+        self.white = np.empty((fitter.rows, total), dtype=np.float32)
         for entry, raw in zip(self.entries, self.raw, strict=True):
-            self.white[:, entry.columns] = fitter.vector(raw)
+            self.white[:, entry.columns] = fitter.whiten(raw)
 
 
 def build(model: Model, extra: Sequence[Candidate] = ()) -> Bank:
     """Columns around the nominal machine."""
     bank = Bank()
-    nominal = model.predict(model.nuisances)
+    always = [nuisance.term for nuisance in model.nuisances]
+    nominal = model.predict(always)
     for candidate in [*model.candidates, *extra]:
         seen = False
         for shape in candidate.shapes:
@@ -86,14 +86,15 @@ def build(model: Model, extra: Sequence[Candidate] = ()) -> Bank:
 
 def secants(model: Model, candidate: Candidate, shape: Shape, nominal: FloatArray) -> FloatArray:
     """Change of the channels per unit of each linear coordinate, (n, channels, k)."""
+    always = [nuisance.term for nuisance in model.nuisances]
     origin = np.array(shape.origin)
     if not shape.linear:
-        changed = model.predict([*model.nuisances, Term(candidate, origin)])
+        changed = model.predict([*always, Term(candidate, origin)])
         return (changed - nominal)[:, :, None]
     columns = []
     for i in shape.linear:
         at = origin.copy()
         at[i] += shape.reach
-        changed = model.predict([*model.nuisances, Term(candidate, at)])
+        changed = model.predict([*always, Term(candidate, at)])
         columns.append((changed - nominal) / shape.reach)
     return np.stack(columns, axis=2)

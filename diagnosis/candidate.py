@@ -1,4 +1,4 @@
-"""An effect on a component as the fit sees it: coordinates in which it moves, and where to start."""
+"""An effect on a component as the fit sees it: coordinates it moves in, and where to start."""
 
 from __future__ import annotations
 

@@ -6,16 +6,19 @@ One row an effect: coordinates, then shapes (starting points with the reach of t
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
-from diagnosis.candidate import Candidate, Coordinate, Shape
+from diagnosis.candidate import Candidate, Coordinate, Shape, Term
+from diagnosis.nuisance import Nuisance
 from models.effects import VOCABULARY, EffectKind
 
 Rows = tuple[tuple[Coordinate, ...], tuple[Shape, ...], dict[str, float]]
 
-WARM_UP_S = (8.0, 20.0, 60.0, 180.0)
+WARM_UP_SHARES = (0.06, 0.2, 0.6, 2.0)
+"""Time constants to start from, as shares of the recording."""
 PLAYS_RAD = (0.0025, 0.006, 0.015)
 DRAGS = (5.0, 10.0, 25.0)
 STICKS = 1e4
@@ -56,9 +59,10 @@ def _backlash(kind: EffectKind) -> Rows:
     coordinates = (
         Coordinate("width", step=3e-4, low=0.0, high=0.2),
         Coordinate("drag", "log", step=0.05, low=np.log(0.1), high=np.log(STICKS)),
+        Coordinate("stiffness", "reciprocal", step=2e-5, low=0.0, high=1e-3),
     )
     shapes = [
-        Shape((0.0, float(np.log(drag))), (0,), width)
+        Shape((0.0, float(np.log(drag)), 0.0), (0,), width)
         for drag, width in product((*DRAGS, STICKS), PLAYS_RAD)
     ]
     return coordinates, tuple(shapes), {"friction": 0.0}
@@ -91,8 +95,7 @@ def _warming(kind: EffectKind) -> Rows:
         Coordinate(main.name, step=1e-4, low=main.low, high=main.high),
         Coordinate("time_constant", "log", step=0.05, low=0.0, high=np.log(1e5)),
     )
-    shapes = [Shape((0.0, float(np.log(time))), (0,), 1e-4) for time in WARM_UP_S]
-    return coordinates, tuple(shapes), {}
+    return coordinates, (), {}
 
 
 def _tilt(kind: EffectKind) -> Rows:
@@ -125,14 +128,61 @@ _SPECIAL: dict[str, Callable[[EffectKind], Rows]] = {
     "frame_tilt": _tilt,
     "resonance": _ringing,
 }
+
+
+def _bounded(
+    coordinates: tuple[Coordinate, ...], number: int, low: float, high: float
+) -> tuple[Coordinate, ...]:
+    changed = replace(coordinates[number], low=float(low), high=float(high))
+    return (*coordinates[:number], changed, *coordinates[number + 1 :])
+
+
+TOLERANCES = {
+    "home_offset": 2e-3,
+    "upper_arm_length": 5e-4,
+    "forearm_length": 5e-4,
+    "base_radius": 1e-3,
+    "motor_azimuth": 3e-3,
+    "frame_tilt": 2e-3,
+    "sensor_offset": 1.5e-3,
+}
+"""How far a machine built with care may be off everywhere: standard deviations in SI units."""
+
+
+def tolerances(candidates: list[Candidate]) -> list[Nuisance]:
+    """The static effects as nuisances, each held near nothing by its usual spread."""
+    return [
+        Nuisance(
+            Term(candidate, np.array(candidate.shapes[0].origin)),
+            (TOLERANCES[candidate.effect],) * len(candidate.moved),
+        )
+        for candidate in candidates
+        if candidate.effect in TOLERANCES
+    ]
+
+
 EVENTS = ("lost_steps", "stale_reading")
 """Found by their own searches, not from the table."""
 
 
-def candidates_of(name: str) -> list[Candidate]:
-    """All candidates of one effect, a component each."""
+def candidates_of(name: str, travel_rad: float, span_s: float) -> list[Candidate]:
+    """All candidates of one effect, a component each.
+
+    A period longer than the travel looks like an offset, a warming that is over at once like a
+    wrong length: they are left to those.
+    """
     kind = VOCABULARY[name]
     coordinates, shapes, fixed = _SPECIAL.get(name, _simple)(kind)
+    for number, c in enumerate(coordinates):
+        if c.parameter == "period":
+            high = float(np.log(max(min(travel_rad, TURN_RAD), 1e-2)))
+            coordinates = _bounded(coordinates, number, c.low, high)
+            shapes = tuple(s for s in shapes if s.origin[number] <= high)
+        if c.parameter == "time_constant":
+            coordinates = _bounded(coordinates, number, np.log(span_s / 40), np.log(4 * span_s))
+            shapes = tuple(
+                Shape((0.0, float(np.log(share * span_s))), (0,), 1e-4) for share in WARM_UP_SHARES
+            )
     return [Candidate(kind, component, coordinates, shapes, fixed) for component in kind.components]
 
 

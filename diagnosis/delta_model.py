@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from diagnosis.candidate import Candidate, Coordinate, Shape, Term
-from diagnosis.delta_candidates import EVENTS, candidates_of, contact
+from diagnosis.delta_candidates import EVENTS, candidates_of, contact, tolerances
+from diagnosis.nuisance import Nuisance
 from diagnosis.readings import FloatArray, gather
 from foundation.errors import RecordingError
 from models.chain import Chain, Commands
@@ -45,8 +47,14 @@ class DeltaModel:
         self._refuse_impossible()
         self._jacobian = jacobian(self.chain.linkage, self.commanded_rad, self.position_m)
         self._late = self._latency()
-        self.nuisances = [Term(self._late, np.array([0.5 * self._period]))] if self._timed else []
+        half = 0.5 * self._period
+        read_late = replace(
+            self._late, coordinates=(Coordinate("time", step=2e-3, low=0.0, high=3.0 * half),)
+        )
+        late = Nuisance(Term(read_late, np.array([half])), (0.5 * half,))
+        self.nuisances = [late] if self._timed else []
         self.candidates = self._candidates()
+        self.tolerances = tolerances(self.candidates)
 
     @property
     def _timed(self) -> bool:
@@ -121,12 +129,16 @@ class DeltaModel:
                 continue
             if name == "encoder_error" and not any(n in ANGLES for n in self.readings.names):
                 continue
-            found += candidates_of(name)
+            found += candidates_of(name, self._travel(), self.readings.span_s)
         if self._timed:
             found.append(self._late)
         heights = self.position_m[:, 2]
         found.append(contact(float(np.nanmin(heights)), float(np.nanmax(heights))))
         return found
+
+    def _travel(self) -> float:
+        """Largest angle that a joint moved through [rad]."""
+        return float(np.ptp(self.commanded_rad, axis=0).max())
 
     def drivers(self) -> dict[str, FloatArray]:
         """Angles, position, speed and time, by the names the contract gives them."""

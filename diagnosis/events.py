@@ -9,7 +9,7 @@ import numpy as np
 from diagnosis.candidate import Candidate
 from diagnosis.delta_candidates import lost_steps
 from diagnosis.fit import Fitter, Solution
-from diagnosis.readings import FloatArray, Readings, long_repeats
+from diagnosis.readings import BoolArray, Readings, long_repeats
 from diagnosis.score import orthonormal
 
 EDGE = 0.02
@@ -90,7 +90,7 @@ def stale_runs(readings: Readings) -> list[Stale]:
     return found
 
 
-def without_stale(valid: np.ndarray, readings: Readings, runs: list[Stale]) -> FloatArray:
+def without_stale(valid: BoolArray, readings: Readings, runs: list[Stale]) -> BoolArray:
     """The mask of valid readings less the repeats."""
     kept = valid.copy()
     for run in runs:

@@ -11,13 +11,12 @@ from diagnosis.candidate import Term
 from diagnosis.free_shapes import FreeShape
 from diagnosis.model import Model
 from diagnosis.noise import Whitener
+from diagnosis.nuisance import Nuisance
 from diagnosis.readings import FloatArray
 
 STEPS = 6
 CLOSE_ENOUGH = 0.02
 """A step that lowers the cost by less than this ends the fit."""
-NUISANCE_SHARE = 0.25
-"""Standard deviation of a nuisance's prior, as a share of twice its starting value."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,32 +46,35 @@ class Solution:
 class Fitter:
     """Fits terms to the readings of one model under one noise model."""
 
-    def __init__(self, model: Model, whitener: Whitener):
+    def __init__(self, model: Model, whitener: Whitener, nuisances: Sequence[Nuisance]):
         self.model = model
         self.whiten = whitener
+        self.nuisances = tuple(nuisances)
         self.observed = np.nan_to_num(model.readings.values)
-        self.prior = [
-            (float(t.at[0]), max(2 * NUISANCE_SHARE * float(t.at[0]), 1e-9))
-            for t in model.nuisances
-        ]
+        self._centre = _moved_values([n.term for n in nuisances])
+        self.spread = np.array([x for n in nuisances for x in n.spread])
+
+    @property
+    def rows(self) -> int:
+        """Whitened readings; the rows of the priors come after them."""
+        return len(self.whiten.weight)
 
     def vector(self, difference: FloatArray) -> FloatArray:
         """Whitened difference of the channels, with room for the priors of the nuisances."""
         white = self.whiten(difference)
-        room = np.zeros((len(self.prior), *white.shape[1:]))
+        room = np.zeros((len(self._centre), *white.shape[1:]))
         return np.concatenate([white, room])
 
     def _residual(self, predicted: FloatArray, nuisances: Sequence[Term]) -> FloatArray:
         residual = self.vector(self.observed - predicted)
-        for row, (term, (centre, spread)) in enumerate(zip(nuisances, self.prior, strict=True)):
-            residual[len(residual) - len(self.prior) + row] = (centre - term.at[0]) / spread
+        residual[self.rows :] = (self._centre - _moved_values(nuisances)) / self.spread
         return residual
 
     def tangent(
         self, terms: Sequence[Term], nuisances: Sequence[Term], predicted: FloatArray
     ) -> FloatArray:
         """Whitened derivatives of the prediction by every moved coordinate, (m, p)."""
-        columns = []
+        columns: list[FloatArray] = []
         everything = [*nuisances, *terms]
         for number, term in enumerate(everything):
             for i in term.candidate.moved:
@@ -84,16 +86,16 @@ class Fitter:
                 moved = [*everything[:number], Term(term.candidate, at), *everything[number + 1 :]]
                 column = self.vector((self.model.predict(moved) - predicted) / step)
                 if number < len(nuisances):
-                    column[len(column) - len(self.prior) + number] = 1.0 / self.prior[number][1]
+                    column[self.rows + len(columns)] = 1.0 / self.spread[len(columns)]
                 columns.append(column)
-        rows = len(self.whiten.weight) + len(self.prior)
+        rows = self.rows + len(self._centre)
         return np.stack(columns, axis=1) if columns else np.zeros((rows, 0))
 
     def free_tangent(self, frees: Sequence[FreeShape]) -> FloatArray:
         """Whitened columns of free shapes, (m, q)."""
         ports = self.model.ports() if frees else {}
         blocks = [self.vector(free.columns(ports[free.port])) for free in frees]
-        rows = len(self.whiten.weight) + len(self.prior)
+        rows = self.rows + len(self._centre)
         return np.concatenate(blocks, axis=1) if blocks else np.zeros((rows, 0))
 
     def solve(
@@ -104,7 +106,7 @@ class Fitter:
         steps: int = STEPS,
     ) -> Solution:
         """Levenberg-Marquardt from the terms as they stand; free shapes are linear."""
-        nuisances = tuple(self.model.nuisances if nuisances is None else nuisances)
+        nuisances = tuple(n.term for n in self.nuisances) if nuisances is None else tuple(nuisances)
         terms = tuple(terms)
         linear = self.free_tangent(frees)
         basis = np.linalg.qr(linear)[0] if linear.shape[1] else linear
@@ -160,6 +162,10 @@ class Fitter:
             terms, nuisances, frees, coefficients, float(residual @ residual), residual,
             np.concatenate([tangent, linear], axis=1), predicted,
         )  # fmt: skip
+
+
+def _moved_values(terms: Sequence[Term]) -> FloatArray:
+    return np.array([t.at[i] for t in terms for i in t.candidate.moved], dtype=np.float64)
 
 
 def _cost(residual: FloatArray, basis: FloatArray) -> float:

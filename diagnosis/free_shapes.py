@@ -11,6 +11,7 @@ from diagnosis.model import Model
 from diagnosis.readings import FloatArray
 
 PIECES = 4
+FINE_PIECES = 28
 DEGREE = 3
 
 
@@ -21,28 +22,35 @@ class FreeShape:
     port: str
     driver: str
     basis: FloatArray
+    knots: FloatArray
 
     def columns(self, change: FloatArray) -> FloatArray:
         """Change of the channels per coefficient, (n, channels, k)."""
         return change[:, :, None] * self.basis[:, None, :]
 
 
-def spline_basis(driver: FloatArray) -> FloatArray:
-    """Cubic B-splines with knots at quantiles of the driver; (n, PIECES + DEGREE)."""
-    inner = np.quantile(driver, np.linspace(0.0, 1.0, PIECES + 1))
+def knots_for(driver: FloatArray, pieces: int = PIECES) -> FloatArray:
+    """Knots half-way between quantiles and equal steps, so that none spans an empty range."""
+    share = np.linspace(0.0, 1.0, pieces + 1)
+    inner = 0.5 * (np.quantile(driver, share) + driver.min() + np.ptp(driver) * share)
     inner = np.maximum.accumulate(inner + 1e-12 * np.arange(len(inner)))
-    knots = np.concatenate([[inner[0]] * DEGREE, inner, [inner[-1]] * DEGREE])
+    return np.concatenate([[inner[0]] * DEGREE, inner, [inner[-1]] * DEGREE])
+
+
+def spline_basis(driver: FloatArray, knots: FloatArray) -> FloatArray:
+    """Cubic B-splines of a driver, constant beyond the outer knots; (n, pieces + DEGREE)."""
     basis: FloatArray = BSpline.design_matrix(
         np.clip(driver, knots[0], knots[-1] - 1e-12), knots, DEGREE
     ).toarray()
     return basis
 
 
-def free_shapes(model: Model) -> list[FreeShape]:
+def free_shapes(model: Model, pieces: int = PIECES) -> list[FreeShape]:
     """Every port with every driver that makes sense there: a joint's own motion, a sensor's all."""
     shapes = []
     drivers = model.drivers()
-    bases = {name: spline_basis(x) for name, x in drivers.items() if np.ptp(x) > 1e-9}
+    knots = {name: knots_for(x, pieces) for name, x in drivers.items() if np.ptp(x) > 1e-9}
+    bases = {name: spline_basis(drivers[name], k) for name, k in knots.items()}
     for port in model.ports():
         for name, basis in bases.items():
             of_joint = name[-1] in "123"
@@ -50,5 +58,5 @@ def free_shapes(model: Model) -> list[FreeShape]:
                 continue
             if port.startswith("range") and name.startswith(("speed", "torque")):
                 continue
-            shapes.append(FreeShape(port, name, basis))
+            shapes.append(FreeShape(port, name, basis, knots[name]))
     return shapes

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from diagnosis.candidate import Candidate, Term
+from diagnosis.nuisance import Nuisance
 from diagnosis.readings import FloatArray, Readings
 
 
@@ -19,8 +20,10 @@ class Model(Protocol):
     readings: Readings
     candidates: list[Candidate]
     """Everything of the vocabulary that can act on this machine."""
-    nuisances: list[Term]
-    """What is always fitted and never a finding, at its starting values."""
+    nuisances: list[Nuisance]
+    """What is always fitted and never a finding."""
+    tolerances: list[Nuisance]
+    """What may be a little off everywhere on a machine as it is built, with usual spreads."""
 
     def predict(self, terms: Sequence[Term]) -> FloatArray:
         """What the channels would have read without noise; shape (n, channels)."""

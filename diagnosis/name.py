@@ -14,14 +14,14 @@ from diagnosis.events import Jump, jumps
 from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import FreeShape
 from diagnosis.prepare import Prepared
-from diagnosis.score import Calibration, Scores, calibrate
+from diagnosis.score import Calibration, Scores, calibrate, explained_by, orthonormal
 
 ALPHA = 0.005
 PRICE = 4.0
 """Chi-square each coordinate of a candidate has to earn beyond the others."""
-RELUCTANCE = {"viscous_friction": 3.0, "payload": 2.0, "gear_backlash": -2.0}
+RELUCTANCE = {"viscous_friction": 7.0, "payload": 2.0, "gear_backlash": -6.0}
 EVENT_PRICE = 14.0
-FREE_PRICE = 40.0
+FREE_PRICE = 26.0
 LEAST_SHARE = 0.012
 """A further effect must explain this share of what the others do; less may be their own blur."""
 FREE_LEAST_SHARE = 0.04
@@ -46,6 +46,11 @@ def price(candidate: Candidate) -> float:
     if candidate.kind.event:
         return EVENT_PRICE
     return PRICE * len(candidate.moved) + RELUCTANCE.get(candidate.effect, 0.0)
+
+
+def free_price(free: FreeShape) -> float:
+    """What a free shape must earn: more than any named effect, and more the finer it is."""
+    return FREE_PRICE + 2.0 * free.basis.shape[1]
 
 
 @dataclass(slots=True, eq=False)
@@ -83,6 +88,29 @@ class Search:
         tests = self.calibration.tests + self.event_tests
         return Calibration(tests).p(log_p)
 
+    def first_p(self) -> float:
+        """Calibrated p of 'nothing is missing'."""
+        scan = [chi2.logsf(j.gain, 1) for j in self._jumps(self.empty)]
+        fine = [log_p for _, _, log_p in self.fine_scores(self.empty)]
+        return self.p(float(min([self.scores_of_empty.log_p.min(), *scan, *fine])))
+
+    def _jumps(self, solution: Solution) -> list[Jump]:
+        return jumps(self.fitter, solution, self.rad_per_step) if self.rad_per_step else []
+
+    def fine_scores(self, solution: Solution) -> list[tuple[FreeShape, float, float]]:
+        """Finely resolved free shapes with their gain and log p, best first."""
+        fitter = self.fitter
+        basis = orthonormal(solution.tangent)[: fitter.rows]
+        residual = solution.residual[: fitter.rows]
+        ports = self.prepared.model.ports()
+        found = []
+        for free in self.prepared.fine:
+            columns = fitter.whiten(free.columns(ports[free.port]))
+            left = columns - basis @ (basis.T @ columns)
+            gain, rank = explained_by(left, residual)
+            found.append((free, gain, float(chi2.logsf(gain, max(rank, 1)))))
+        return sorted(found, key=lambda item: item[2])
+
     def trials(self, solution: Solution, without: Sequence[tuple[str, ...]] = ()) -> list[Trial]:
         """The best start of every named candidate that is not in the solution, best first."""
         scores = self.scores(solution)
@@ -98,15 +126,12 @@ class Search:
         return sorted(found, key=lambda t: t.price - t.gain)
 
     def _jump_trials(self, solution: Solution, taken: set[tuple[str, ...]]) -> list[Trial]:
-        if not self.rad_per_step:
-            return []
-        found: list[Jump] = jumps(self.fitter, solution, self.rad_per_step)
         return [
             Trial(
                 Term(jump.candidate, np.array(jump.candidate.shapes[0].origin)),
                 jump.gain, float(chi2.logsf(jump.gain, 1)), price(jump.candidate),
             )
-            for jump in found
+            for jump in self._jumps(solution)
             if jump.candidate.key not in taken
         ]  # fmt: skip
 
@@ -117,7 +142,7 @@ class Search:
     def worth(self, solution: Solution) -> float:
         """Cost with the price of everything in it: the smaller the better."""
         prices = sum(price(term.candidate) for term in solution.terms)
-        return solution.cost + prices + FREE_PRICE * len(solution.frees)
+        return solution.cost + prices + sum(free_price(free) for free in solution.frees)
 
     def run(self) -> Solution:
         """The best set of named effects."""
@@ -180,19 +205,17 @@ class Search:
     def free_rivals(self, solution: Solution, most: int = 2) -> list[FreeShape]:
         """Free shapes that explain most of what a solution leaves."""
         scores = self.scores(solution)
-        ranked = sorted(
-            (number for number, e in enumerate(self.prepared.bank.entries) if e.free is not None),
-            key=lambda number: -scores.gain[number],
-        )
-        chosen = []
-        for number in ranked[:most]:
-            enough = scores.gain[number] > max(
-                FREE_PRICE, self.least_gain(solution, FREE_LEAST_SHARE)
-            )
-            free = self.prepared.bank.entries[number].free
-            if enough and free is not None and self.p(float(scores.log_p[number])) < ALPHA:
-                chosen.append(free)
-        return chosen
+        ranked = [
+            (entry.free, float(scores.gain[number]), float(scores.log_p[number]))
+            for number, entry in enumerate(self.prepared.bank.entries)
+            if entry.free is not None
+        ]
+        ranked += [(free, gain, log_p) for free, gain, log_p in self.fine_scores(solution)]
+        ranked.sort(key=lambda item: item[2])
+        least = max(FREE_PRICE, self.least_gain(solution, FREE_LEAST_SHARE))
+        return [
+            free for free, gain, log_p in ranked[:most] if gain > least and self.p(log_p) < ALPHA
+        ]
 
     def challenge(self, solution: Solution) -> Solution:
         """Let free shapes compete: beside the named effects, and instead of them."""

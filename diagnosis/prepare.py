@@ -13,8 +13,9 @@ import numpy as np
 
 from diagnosis.bank import Bank, build
 from diagnosis.fit import Fitter
+from diagnosis.free_shapes import FINE_PIECES, FreeShape, free_shapes
 from diagnosis.model import Model
-from diagnosis.noise import estimate
+from diagnosis.noise import IntArray, estimate
 from diagnosis.readings import BoolArray, FloatArray, without_outliers
 from diagnosis.score import BLOCK_S, Scorer
 
@@ -30,8 +31,10 @@ class Prepared:
     bank: Bank
     scorer: Scorer
     valid: BoolArray
-    floor_white: FloatArray
-    """Whitened residual of the saturated fit."""
+    fine: list[FreeShape]
+    """Finely resolved free shapes, tested apart from the bank."""
+    floor: FloatArray
+    """Residual that the saturated fit leaves, (n, channels): the noise."""
 
 
 def prepare(model: Model, valid: BoolArray, reference: FloatArray | None = None) -> Prepared:
@@ -42,28 +45,28 @@ def prepare(model: Model, valid: BoolArray, reference: FloatArray | None = None)
     """
     readings = model.readings
     bank = build(model)
-    predicted = model.predict(model.nuisances) if reference is None else reference
+    predicted = model.predict([n.term for n in model.nuisances]) if reference is None else reference
     residual = np.nan_to_num(readings.values) - predicted
     valid = without_outliers(residual, valid)
     whitener = estimate(readings, valid, residual)
     for _ in range(2):
-        fitter = Fitter(model, whitener)
+        fitter = Fitter(model, whitener, model.nuisances)
         bank.whiten(fitter)
         gram = np.asarray(bank.white.T @ bank.white, dtype=np.float64)
         left = residual - _saturated(bank, gram, fitter, residual)
         whitener = estimate(readings, valid, left)
-    fitter = Fitter(model, whitener)
+    fitter = Fitter(model, whitener, model.nuisances)
     bank.whiten(fitter)
     scorer = Scorer(bank)
     left = residual - _saturated(bank, scorer.gram, fitter, residual)
-    floor = fitter.vector(left)
-    scorer.inflation = _inflation(bank, fitter, floor)
-    return Prepared(model, fitter, bank, scorer, valid, floor)
+    scorer.inflation = _inflation(bank, fitter, fitter.whiten(left))
+    fine = free_shapes(model, FINE_PIECES)
+    return Prepared(model, fitter, bank, scorer, valid, fine, left)
 
 
 def _saturated(bank: Bank, gram: FloatArray, fitter: Fitter, residual: FloatArray) -> FloatArray:
     """What the whole bank explains of a residual, (n, channels)."""
-    along = np.asarray(bank.white.T @ fitter.vector(residual).astype(np.float32), dtype=np.float64)
+    along = np.asarray(bank.white.T @ fitter.whiten(residual).astype(np.float32), dtype=np.float64)
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
     matrix = gram / np.outer(scale, scale) + RIDGE * np.eye(len(gram))
     weights = np.linalg.solve(matrix, along / scale) / scale
@@ -73,13 +76,11 @@ def _saturated(bank: Bank, gram: FloatArray, fitter: Fitter, residual: FloatArra
     return explained
 
 
-def blocks_of(fitter: Fitter) -> np.ndarray:
-    """Number of the block of time each whitened value lies in (priors have a block each)."""
+def blocks_of(fitter: Fitter) -> IntArray:
+    """Number of the block of time each whitened reading lies in, (m,)."""
     t_s = fitter.model.readings.t_s[fitter.whiten.rows]
     length = max(BLOCK_S, 30 * fitter.model.readings.period_s)
-    numbers = ((t_s - t_s.min()) / length).astype(np.intp)
-    last = int(numbers.max(initial=0)) + 1
-    return np.concatenate([numbers, last + np.arange(len(fitter.prior))])
+    return np.asarray((t_s - t_s.min()) / length, dtype=np.intp)
 
 
 def _inflation(bank: Bank, fitter: Fitter, floor: FloatArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -147,8 +148,4 @@ def long_repeats(
     """Stretches [first, last] of rows that repeat one number at least `shortest` times."""
     same = np.flatnonzero(np.diff(values) != 0.0)
     edges = np.concatenate([[-1], same, [len(values) - 1]])
-    return [
-        (int(a) + 1, int(b))
-        for a, b in zip(edges[:-1], edges[1:], strict=True)
-        if b - a >= shortest
-    ]
+    return [(int(a) + 1, int(b)) for a, b in itertools.pairwise(edges) if b - a >= shortest]

@@ -39,10 +39,11 @@ class Scorer:
     def against(self, tangent: FloatArray, residual: FloatArray) -> Scores:
         """Scores given a whitened residual (m,) and the tangent (m, p) of what is refitted."""
         white = self.bank.white
+        rows = len(white)
         basis = orthonormal(tangent)
-        shared = np.asarray(white.T @ basis.astype(np.float32), dtype=np.float64)
+        shared = np.asarray(white.T @ basis[:rows].astype(np.float32), dtype=np.float64)
         left = residual - basis @ (basis.T @ residual)
-        along = np.asarray(white.T @ left.astype(np.float32), dtype=np.float64)
+        along = np.asarray(white.T @ left[:rows].astype(np.float32), dtype=np.float64)
         gains, logs, steps, infos = [], [], [], []
         for number, entry in enumerate(self.bank.entries):
             part = entry.columns
@@ -79,6 +80,12 @@ def _solve(
     return step, float(np.sum(coordinates**2 / values[usable])), int(usable.sum())
 
 
+def explained_by(columns: FloatArray, residual: FloatArray) -> tuple[float, int]:
+    """Gain in chi-square of columns (m, k) on a residual (m,), and their rank."""
+    _, gain, rank = _solve(columns.T @ columns, columns.T @ residual, np.sum(columns**2, axis=0))
+    return gain, rank
+
+
 @dataclass(frozen=True, slots=True)
 class Calibration:
     """How many independent tests the bank amounts to, from simulated maxima."""
@@ -93,8 +100,8 @@ class Calibration:
 
 def calibrate(scorer: Scorer, tangent: FloatArray) -> Calibration:
     """Draw scores of pure noise with the bank's own covariance and look at the smallest p."""
-    basis = orthonormal(tangent)
-    shared = np.asarray(scorer.bank.white.T @ basis.astype(np.float32), dtype=np.float64)
+    basis = orthonormal(tangent)[: len(scorer.bank.white)].astype(np.float32)
+    shared = np.asarray(scorer.bank.white.T @ basis, dtype=np.float64)
     covariance = scorer.gram - shared @ shared.T
     scale = np.sqrt(np.maximum(np.diag(scorer.gram), 1e-30))
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))

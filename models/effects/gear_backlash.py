@@ -4,7 +4,8 @@ Inside the play the arm is held by nothing but its bearing: gravity pulls it tow
 drag (proportional to speed) and friction keep it back. A slow arm therefore hangs on one flank
 all the time and the play looks like an offset; a fast motor runs ahead of the falling arm to
 the other flank, and the arm falls back once the motor stands. With more friction than gravity
-the arm stays where it was pushed: the pure play operator. The arm's inertia is not modelled.
+the arm stays where it was pushed: the pure play operator. The flanks yield to what they carry,
+gravity less drag, by `stiffness`. The arm's inertia is not modelled.
 """
 
 from __future__ import annotations
@@ -15,6 +16,10 @@ from models.effects.flow import Flow
 from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 from models.effects.recursion import clipped
+from models.robot import FloatArray
+
+STICKS = 200.0
+"""A drag from here on [N m s/rad] only stands for an arm that stays where it is pushed."""
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
@@ -28,8 +33,17 @@ def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     low[fresh] = high[fresh] = driven[fresh] + half * np.sign(pull[fresh])
     before = memory.get("arm", driven[0] + half * np.sign(pull[0]))
     arm = clipped(pull / drag * flow.step_s, low, high, float(before))
+    speed = np.diff(arm, prepend=before) / np.maximum(flow.step_s, 1e-12)
+    speed[flow.step_s <= 0.0] = 0.0
     memory["arm"] = arm[-1]
-    flow.angles_rad[:, index] = arm
+    flow.angles_rad[:, index] = arm + (torque - drag_on_teeth(drag, speed)) / scalar(
+        values, "stiffness"
+    )
+
+
+def drag_on_teeth(drag: float, speed: FloatArray) -> FloatArray:
+    """Torque that the drag of a moving arm puts on the teeth; none where drag means 'sticks'."""
+    return drag * speed if drag < STICKS else np.zeros_like(speed)
 
 
 EFFECT = EffectKind(
@@ -40,6 +54,7 @@ EFFECT = EffectKind(
         Parameter("width", "rad", 0.0, 0.2, starts=(0.004,)),
         Parameter("drag", "N m s/rad", 1e-3, 1e4, starts=(8.0, 20.0, 1e4), step=1.0, default=10.0),
         Parameter("friction", "N m", 0.0, 100.0, step=0.05, default=0.0),
+        Parameter("stiffness", "N m/rad", 1e3, float("inf"), default=float("inf")),
     ),
     operate=_operate,
     says=lambda component, v: (

@@ -1,0 +1,219 @@
+"""From a settled explanation to the contract's answer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnosis.events import Jump, Stale, jumps
+from diagnosis.explain import Explained
+from diagnosis.fit import Fitter, Solution
+from diagnosis.free_shapes import FreeShape
+from diagnosis.name import ALPHA
+from diagnosis.readings import FloatArray
+from diagnosis.result import (
+    Channel,
+    Evidence,
+    Finding,
+    ParameterResult,
+    Picture,
+    Unexplained,
+    Where,
+)
+from diagnosis.settle import Standing, standing
+from diagnosis.sizes import covariance, parameters
+from diagnosis.words import regime
+
+SHARE_OF_AXIS = 0.2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """Everything the answer is made of."""
+
+    explained: Explained
+    fitter: Fitter
+    solution: Solution
+    stale: Sequence[Stale]
+
+
+def findings(outcome: Outcome) -> list[Finding]:
+    """All findings, the one that explains most first."""
+    solution = outcome.solution
+    cov = covariance(outcome.fitter, solution)
+    stands = [
+        standing(outcome.explained.search, outcome.explained.solution, number)
+        for number in range(len(solution.terms))
+    ]
+    total = max(outcome.explained.search.empty.cost - outcome.explained.solution.cost, 1e-9)
+    found = [_named(outcome, number, cov, stand, total) for number, stand in enumerate(stands)]
+    found += [_free(outcome, number, total) for number in range(len(solution.frees))]
+    found.sort(key=lambda f: -f.evidence.delta_chi2)
+    return [*found, *(_stale(outcome, run) for run in outcome.stale)]
+
+
+def _named(
+    outcome: Outcome, number: int, cov: FloatArray, stand: Standing, total: float
+) -> Finding:
+    solution, model = outcome.solution, outcome.fitter.model
+    term = solution.terms[number]
+    candidate = term.candidate
+    part = solution.columns_of(number)
+    jump = _moment(outcome, number) if candidate.effect == "lost_steps" else None
+    intervals = None
+    times = [(float(model.readings.t_s[0]), float(model.readings.t_s[-1]))]
+    if jump is not None:
+        own = model.readings.own_time_s
+        intervals = {"time": (own(jump.interval_s[0]), own(jump.interval_s[1]))}
+        times = [(own(jump.time_s), times[0][1])]
+    sizes = parameters(term, cov[part, part], intervals)
+    rest = (*solution.terms[:number], *solution.terms[number + 1 :])
+    change = model.predict([*solution.nuisances, *solution.terms]) - model.predict(
+        [*solution.nuisances, *rest]
+    )
+    plain = {name: np.asarray(v).tolist() for name, v in candidate.values(term.at).items()}
+    return Finding(
+        effect=candidate.effect,
+        component=candidate.component,
+        says=candidate.kind.sentence(candidate.component, plain),
+        parameters=sizes,
+        where=Where(
+            axes=_axes(outcome.fitter, change),
+            times_s=times,
+            regime=regime(candidate.effect, candidate.component),
+        ),
+        evidence=Evidence(delta_chi2=stand.gain, p=stand.p),
+        share_of_mismatch=float(np.clip(stand.gain / total, 0.0, 1.0)),
+        alternatives=stand.alternatives,
+    )
+
+
+def _moment(outcome: Outcome, number: int) -> Jump | None:
+    """The scan once more with everything else fitted, for the interval of the time."""
+    solution, search = outcome.solution, outcome.explained.search
+    rest = (*solution.terms[:number], *solution.terms[number + 1 :])
+    bare = outcome.fitter.solve(rest, solution.frees, solution.nuisances, steps=2)
+    own = solution.terms[number].candidate.component
+    for jump in jumps(outcome.fitter, bare, search.rad_per_step):
+        if jump.candidate.component == own:
+            return jump
+    return None
+
+
+def _axes(fitter: Fitter, change: FloatArray) -> list[str]:
+    """Channels that show a change, in standard deviations of their noise."""
+    spread = np.array([noise.spread for noise in fitter.whiten.channels])
+    power = np.mean((change / spread) ** 2, axis=0)
+    names = fitter.model.readings.names
+    order = np.argsort(-power)
+    return [names[i] for i in order if power[i] >= SHARE_OF_AXIS * power.sum()]
+
+
+def _free(outcome: Outcome, number: int, total: float) -> Finding:
+    solution, model = outcome.solution, outcome.fitter.model
+    free = solution.frees[number]
+    search = outcome.explained.search
+    others = (*solution.frees[:number], *solution.frees[number + 1 :])
+    bare = outcome.fitter.solve(solution.terms, others, solution.nuisances, steps=4)
+    gain = max(bare.cost - solution.cost, 0.0)
+    first = sum(f.basis.shape[1] for f in solution.frees[:number])
+    values = free.basis @ solution.coefficients[first : first + free.basis.shape[1]]
+    size = float(np.std(values))
+    unit = "rad" if free.port.startswith("motor") else "m"
+    half = 1.96 * size / max(np.sqrt(gain), 1.0)
+    change = model.ports()[free.port] * values[:, None]
+    return Finding(
+        effect="unknown",
+        component=free.port,
+        says=f"something at {free.port} that no known effect explains follows {free.driver}, "
+        f"with a size of {1e3 * size:.2f} m{unit} (root mean square)",
+        parameters={
+            "size_rms": ParameterResult(value=size, ci95=[size - half, size + half], unit=unit)
+        },
+        where=Where(
+            axes=_axes(outcome.fitter, change),
+            times_s=[(float(model.readings.t_s[0]), float(model.readings.t_s[-1]))],
+            regime=f"with {free.driver}",
+        ),
+        evidence=Evidence(delta_chi2=gain, p=search.p(_log_p(gain, free))),
+        share_of_mismatch=float(np.clip(gain / total, 0.0, 1.0)),
+        depends_on=[free.driver],
+    )
+
+
+def _log_p(gain: float, free: FreeShape) -> float:
+    from scipy.stats import chi2
+
+    return float(chi2.logsf(gain, free.basis.shape[1]))
+
+
+def _stale(outcome: Outcome, run: Stale) -> Finding:
+    readings = outcome.fitter.model.readings
+    begin, end = (float(readings.t_s[i]) for i in (run.first, run.last))
+    own_begin, own_end = readings.own_time_s(begin), readings.own_time_s(end)
+    column = readings.names.index(run.channel)
+    rows = slice(run.first, run.last + 1)
+    noise = outcome.fitter.whiten.channels[column]
+    miss = readings.values[rows, column] - outcome.solution.predicted[rows, column]
+    half = readings.period_s
+    return Finding(
+        effect="stale_reading",
+        component=run.channel,
+        says=f"{run.channel} repeats one value from {own_begin:.2f} s to {own_end:.2f} s "
+        f"({run.last - run.first} readings)",
+        parameters={
+            "times_s": ParameterResult(
+                value=[own_begin, own_end],
+                ci95=[[own_begin - half, own_begin + half], [own_end - half, own_end + half]],
+                unit="s",
+            ),
+            "duration": ParameterResult(
+                value=end - begin, ci95=[end - begin - half, end - begin + half], unit="s"
+            ),
+        },
+        where=Where(
+            axes=[run.channel], times_s=[(own_begin, own_end)],
+            regime=regime("stale_reading", run.channel),
+        ),
+        evidence=Evidence(
+            delta_chi2=float(np.nansum(miss**2)) / noise.spread**2, p=float(np.exp(run.log_p))
+        ),
+        share_of_mismatch=1.0 if not (outcome.solution.terms or outcome.solution.frees) else 0.0,
+    )  # fmt: skip
+
+
+def unexplained(outcome: Outcome, share: float) -> tuple[Unexplained, float]:
+    """What is left, what it follows, and its p."""
+    search, solution = outcome.explained.search, outcome.explained.solution
+    scores = search.scores(solution)
+    entries = search.prepared.bank.entries
+    ranked = [(entry.free, float(scores.log_p[i])) for i, entry in enumerate(entries) if entry.free]
+    ranked += [(free, log_p) for free, _, log_p in search.fine_scores(solution)]
+    best, log_p = min(ranked, key=lambda item: item[1])
+    p = search.p(float(min(log_p, scores.log_p.min())))
+    if p > ALPHA or best is None:
+        return Unexplained(share_of_mismatch=share, depends_on=[], says="What is left is noise."), p
+    says = (
+        f"What is left is more than noise (p = {p:.2g}); it follows {best.driver} at {best.port}."
+    )
+    return Unexplained(share_of_mismatch=share, depends_on=[best.driver], says=says), p
+
+
+def picture(outcome: Outcome, drivers: dict[str, FloatArray]) -> Picture:
+    """Arrays for drawings."""
+    readings = outcome.fitter.model.readings
+    before, after = outcome.explained.search.empty.predicted, outcome.solution.predicted.copy()
+    for run in outcome.stale:
+        column = readings.names.index(run.channel)
+        after[run.first : run.last + 1, column] = readings.values[run.first, column]
+    observed = np.where(readings.valid, readings.values, np.nan)
+    channels = [
+        Channel(
+            name=name, unit=readings.units[i], observed=observed[:, i], before=before[:, i],
+            after=after[:, i], noise=outcome.fitter.whiten.channels[i].spread,
+        )
+        for i, name in enumerate(readings.names)
+    ]  # fmt: skip
+    return Picture(t_s=readings.t_s, channels=channels, drivers=drivers)

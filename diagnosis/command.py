@@ -1,0 +1,57 @@
+"""`deltactl diagnose` as a plain function."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from diagnosis.delta_model import DeltaModel
+from diagnosis.diagnose import diagnose_model
+from diagnosis.result import Diagnosis
+from foundation.errors import ConfigError
+from models.robot import DeltaRobot, RobotModel, load_robot_model
+from recording.flat import FlatRecording
+from recording.flat_files import read_flat
+
+Progress = Callable[[str], None]
+
+
+def diagnose(
+    recordings: Sequence[Path],
+    robot: Path,
+    holdout: Sequence[Path] = (),
+    json_out: Path | None = None,
+    progress: Progress = lambda _: None,
+) -> Diagnosis:
+    """Diagnose recordings of one robot; writes the contract's JSON when asked.
+
+    Raises ConfigError, MissingFile or RecordingError, one line each.
+    """
+    belief = load_robot_model(robot)
+    progress("reading")
+    answer = diagnose_recordings(
+        belief, [read_flat(path) for path in recordings], [read_flat(path) for path in holdout],
+        progress,
+    )  # fmt: skip
+    answer = answer.model_copy(
+        update={"robot": belief.name, "recordings": [str(path) for path in recordings]}
+    )
+    if json_out is not None:
+        json_out.write_text(json.dumps(answer.to_json(), indent=1) + "\n", encoding="utf-8")
+    return answer
+
+
+def diagnose_recordings(
+    belief: RobotModel,
+    recordings: Sequence[FlatRecording],
+    holdout: Sequence[FlatRecording] = (),
+    progress: Progress = lambda _: None,
+) -> Diagnosis:
+    """The same for recordings in memory."""
+    if not isinstance(belief, DeltaRobot):
+        raise ConfigError(f"diagnosing a {belief.kind} is not possible yet; only kind: delta is")
+    model = DeltaModel(belief, recordings)
+    held_out = [DeltaModel(belief, [recording]) for recording in holdout]
+    rad_per_step = belief.drive.rad_per_step if belief.drive else 0.0
+    return diagnose_model(model, rad_per_step, held_out, progress)

@@ -1,0 +1,109 @@
+"""The whole way from a model with its recording to the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from diagnosis.answer import Outcome, findings, picture, unexplained
+from diagnosis.events import stale_runs, without_stale
+from diagnosis.explain import Explained, explain, final_fit
+from diagnosis.holdout import on_another_run, on_blocks, rms
+from diagnosis.limits import limits
+from diagnosis.model import Model
+from diagnosis.name import Progress
+from diagnosis.prepare import prepare
+from diagnosis.readings import BoolArray, FloatArray
+from diagnosis.result import Diagnosis, Finding, Fit, Verdict
+from diagnosis.sanity import check_fit, check_input
+from diagnosis.words import summary
+
+MISSING = 0.01
+REST_SHARE = 0.05
+"""More than this share left unexplained is said to be only partly explained."""
+
+
+def diagnose_model(
+    model: Model, rad_per_step: float, held_out: Sequence[Model], progress: Progress
+) -> Diagnosis:
+    """Detect, locate, name, settle, size, hold out. Raises RecordingError for bad input."""
+    check_input(model)
+    progress("noise of the readings")
+    runs = stale_runs(model.readings)
+    prepared = prepare(model, without_stale(model.readings.valid, model.readings, runs))
+    progress("searching for what is missing")
+    explained = explain(prepared, rad_per_step, progress)
+    fitter, solution = final_fit(explained, prepared.valid)
+    outcome = Outcome(explained, fitter, solution, runs)
+    progress("what else it could be")
+    found = findings(outcome)
+    fit = _fit(outcome, prepared.valid, prepared.floor, held_out)
+    check_fit(model, fit)
+    share = _left(fit)
+    rest, rest_p = unexplained(outcome, share)
+    hidden, smallest = limits(explained.search)
+    p = min([explained.first_p, *(run_p for run_p in _stale_p(found))])
+    return Diagnosis(
+        verdict=_verdict(found, p, rest_p, share),
+        false_alarm_p=p,
+        fit=fit,
+        findings=found,
+        unexplained=rest,
+        not_testable=hidden,
+        smallest_detectable=smallest,
+        says=summary(found, fit, rest, p, explained.loosely_built),
+        picture=picture(outcome, model.drivers()),
+    )
+
+
+def _stale_p(found: list[Finding]) -> list[float]:
+    return [f.evidence.p for f in found if f.effect == "stale_reading"]
+
+
+def _columns(model: Model) -> tuple[list[int], str]:
+    """Channels the RMS is taken over: those in metres, else all."""
+    units = model.readings.units
+    metres = [i for i, unit in enumerate(units) if unit == "m"]
+    return (metres, "m") if metres else (list(range(len(units))), units[0])
+
+
+def _fit(outcome: Outcome, valid: BoolArray, floor: FloatArray, held_out: Sequence[Model]) -> Fit:
+    model, solution = outcome.fitter.model, outcome.solution
+    columns, unit = _columns(model)
+    observed = outcome.fitter.observed
+    empty = outcome.explained.search.empty
+    if held_out:
+        pairs = [on_another_run(other, empty, solution, columns) for other in held_out]
+        before, after = (float(np.sqrt(np.mean(np.square(x)))) for x in zip(*pairs, strict=True))
+    else:
+        before, after = on_blocks(outcome.fitter, solution, valid, columns)
+    return Fit(
+        rms_before_m=rms(observed - empty.predicted, valid, columns),
+        rms_after_m=rms(observed - solution.predicted, valid, columns),
+        noise_floor_m=rms(floor, valid, columns),
+        holdout_rms_before_m=before,
+        holdout_rms_after_m=after,
+        unit=unit,
+        holdout="run" if held_out else "blocks",
+    )
+
+
+def _left(fit: Fit) -> float:
+    """Share of the mismatch's power that is left above the noise."""
+    missing = fit.rms_before_m**2 - fit.noise_floor_m**2
+    left = fit.rms_after_m**2 - fit.noise_floor_m**2
+    return float(np.clip(left / missing, 0.0, 1.0)) if missing > 1e-30 else 0.0
+
+
+def _verdict(found: list[Finding], p: float, rest_p: float, share: float) -> Verdict:
+    if not found:
+        return "nothing_missing" if p > MISSING else "unexplained"
+    if all(finding.effect == "unknown" for finding in found):
+        return "unexplained"
+    if any(finding.effect == "unknown" for finding in found):
+        return "partly_explained"
+    return "partly_explained" if rest_p < MISSING and share > REST_SHARE else "explained"
+
+
+__all__ = ["Explained", "diagnose_model"]

@@ -1,0 +1,75 @@
+"""Which explanation to believe: few effects, few effects on a loosely built machine, or unknown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from diagnosis.fit import Fitter, Solution
+from diagnosis.name import ALPHA, Progress, Search
+from diagnosis.noise import estimate
+from diagnosis.prepare import Prepared
+from diagnosis.readings import BoolArray, FloatArray
+
+TERM_PRICE = 12.0
+"""Chi-square that choosing one of a hundred candidates is worth."""
+PILE = 3
+"""From so many effects on, small errors everywhere are the likelier story."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explained:
+    """The outcome: a search (with its fitter) and the solution it settled on."""
+
+    search: Search
+    solution: Solution
+    first_p: float
+    """Calibrated p of 'nothing is missing' before any finding."""
+    loosely_built: bool
+    """Small errors of the build are fitted everywhere beside the findings."""
+
+
+def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Explained:
+    """Search for few effects; then let tolerances everywhere and free shapes compete."""
+    search = Search(prepared, rad_per_step, progress)
+    first_p = search.first_p()
+    solution = search.run()
+    left_p = search.p(float(search.scores(solution).log_p.min()))
+    loose = False
+    if (
+        solution.terms
+        and prepared.model.tolerances
+        and (len(solution.terms) >= PILE or left_p < ALPHA)
+    ):
+        progress("comparing with a machine that is a little off everywhere")
+        other = _with_tolerances(prepared, rad_per_step, progress)
+        rival = other.run()
+        if rival.terms and _evidence(other, rival) < _evidence(search, solution):
+            search, solution, loose = other, rival, True
+    challenged = search.challenge(solution)
+    return Explained(search, challenged, first_p, loose)
+
+
+def _with_tolerances(prepared: Prepared, rad_per_step: float, progress: Progress) -> Search:
+    model = prepared.model
+    fitter = Fitter(model, prepared.fitter.whiten, [*model.nuisances, *model.tolerances])
+    return Search(replace(prepared, fitter=fitter), rad_per_step, progress)
+
+
+def _evidence(search: Search, solution: Solution) -> float:
+    """Cost with what choosing the terms and fitting the nuisances is worth (Laplace)."""
+    fitter = search.fitter
+    count = sum(len(t.candidate.moved) for t in solution.nuisances)
+    jac = solution.tangent[: fitter.rows, :count] * fitter.spread
+    occam = float(np.linalg.slogdet(np.eye(count) + jac.T @ jac)[1])
+    return search.worth(solution) + TERM_PRICE * len(solution.terms) + occam
+
+
+def final_fit(explained: Explained, valid: BoolArray) -> tuple[Fitter, Solution]:
+    """Fit once more under the noise that the chosen explanation itself leaves."""
+    fitter, solution = explained.search.fitter, explained.solution
+    left: FloatArray = fitter.observed - solution.predicted
+    whitener = estimate(fitter.model.readings, valid, left)
+    last = Fitter(fitter.model, whitener, fitter.nuisances)
+    return last, last.solve(solution.terms, solution.frees, solution.nuisances, steps=4)

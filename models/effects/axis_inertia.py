@@ -1,0 +1,22 @@
+"""The moving mass (or moment of inertia) is another than the robot file says."""
+
+from __future__ import annotations
+
+from models.effects.effort_flow import effort_flow
+from models.effects.flow import Flow
+from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    effort_flow(flow).inertia = max(scalar(values, "inertia"), 1e-9)
+
+
+EFFECT = EffectKind(
+    name="inertia",
+    port=Port.ARM,
+    components=("axis",),
+    parameters=(Parameter("inertia", "kg m2", 1e-9, 1e6, step=1e-4),),
+    operate=_operate,
+    says=lambda component, v: f"the axis moves {v['inertia']:.4g} kg m2",
+)

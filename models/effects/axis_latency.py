@@ -1,0 +1,24 @@
+"""The position readings of a lone axis are late."""
+
+from __future__ import annotations
+
+from models.effects.flow import Flow
+from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+from models.effects.recursion import delayed
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    late_s = scalar(values, "time")
+    flow.measured_rad = delayed(flow.measured_rad, flow.t_s, flow.stretch_start_s, late_s, memory)
+
+
+EFFECT = EffectKind(
+    name="sensor_latency",
+    port=Port.ENCODER,
+    components=("axis",),
+    parameters=(Parameter("time", "s", 0.0, 2.0, step=1e-3),),
+    operate=_operate,
+    says=lambda component, v: f"the readings are {1e3 * v['time']:.1f} ms late",
+    order=1,
+)

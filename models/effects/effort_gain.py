@@ -1,0 +1,25 @@
+"""The drive gives another force per unit of effort than the robot file says."""
+
+from __future__ import annotations
+
+from models.effects.flow import Flow
+from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    flow.angles_rad *= scalar(values, "scale")
+
+
+EFFECT = EffectKind(
+    name="effort_gain",
+    port=Port.MOTOR,
+    components=("axis",),
+    parameters=(Parameter("scale", "1", 0.02, 50.0, step=1e-3),),
+    operate=_operate,
+    says=lambda component, v: (
+        f"the drive gives {v['scale']:.4g} times the force that the robot file says"
+    ),
+    order=1,
+    nothing=1.0,
+)

@@ -1,0 +1,22 @@
+"""The effort signal reads a constant too little or too much."""
+
+from __future__ import annotations
+
+from models.effects.flow import Flow
+from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    flow.angles_rad += scalar(values, "offset")
+
+
+EFFECT = EffectKind(
+    name="effort_offset",
+    port=Port.MOTOR,
+    components=("axis",),
+    parameters=(Parameter("offset", "N m", -1e5, 1e5, step=1e-3),),
+    operate=_operate,
+    says=lambda component, v: f"{v['offset']:+.4g} N m act on the axis beside the effort",
+    order=2,
+)

@@ -1,0 +1,134 @@
+"""The vocabulary of single axes and lone sensors: the same operators on a component `axis`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Literal
+
+from models.effects import (
+    axis_inertia,
+    axis_latency,
+    axis_play,
+    axis_resonance,
+    axis_viscous,
+    coulomb_friction,
+    effort_gain,
+    effort_offset,
+    encoder_error,
+    following_lag,
+    gear_ratio,
+    home_offset,
+    joint_compliance,
+    lost_steps,
+    sensor_crosstalk,
+    sensor_drift,
+    sensor_offset,
+    sensor_scale,
+    stribeck_friction,
+    transmission_error,
+    viscous_friction,
+)
+from models.effects.kind import EffectKind, Parameter
+
+Motion = Literal["linear", "rotary"]
+COMPONENT = "axis"
+LINEAR_UNIT = {
+    "rad": "m", "N m": "N", "kg m2": "kg", "N m s/rad": "N s/m", "N m/rad": "N/m", "rad/s": "m/s",
+}  # fmt: skip
+"""Linear axes use m, N, kg in place of rad, N m, kg m2 (contract)."""
+
+_COMMAND = (
+    following_lag.EFFECT, lost_steps.EFFECT, gear_ratio.EFFECT, transmission_error.EFFECT,
+    axis_play.BACKLASH, axis_play.FRICTION, viscous_friction.EFFECT, joint_compliance.EFFECT,
+    home_offset.EFFECT, axis_resonance.EFFECT, encoder_error.EFFECT, axis_latency.EFFECT,
+)  # fmt: skip
+_EFFORT = (
+    following_lag.EFFECT, effort_gain.EFFECT, effort_offset.EFFECT, coulomb_friction.EFFECT,
+    axis_viscous.EFFECT, stribeck_friction.EFFECT, axis_inertia.EFFECT,
+)  # fmt: skip
+_SENSOR = (
+    sensor_offset.EFFECT, sensor_scale.EFFECT, sensor_crosstalk.EFFECT, sensor_drift.EFFECT,
+    replace(axis_latency.EFFECT),
+)  # fmt: skip
+
+
+def _unit(unit: str, motion: Motion) -> str:
+    return LINEAR_UNIT.get(unit, unit) if motion == "linear" else unit
+
+
+def of_axis(kind: EffectKind, motion: Motion) -> EffectKind:
+    """A kind on the component `axis`, with the units of its motion."""
+    parameters = tuple(replace(p, unit=_unit(p.unit, motion)) for p in kind.parameters)
+    return replace(
+        kind,
+        components=(COMPONENT,),
+        parameters=parameters,
+        says=lambda component, values: _sentence(kind.name, parameters, values),
+    )
+
+
+def command_effects(motion: Motion) -> dict[str, EffectKind]:
+    """What can be wrong with an axis that follows a command."""
+    return {kind.name: of_axis(kind, motion) for kind in _COMMAND}
+
+
+def effort_effects(motion: Motion) -> dict[str, EffectKind]:
+    """What can be wrong with an axis that is driven by effort."""
+    return {kind.name: of_axis(kind, motion) for kind in _EFFORT}
+
+
+def sensor_effects() -> dict[str, EffectKind]:
+    """What can be wrong with a range sensor by itself."""
+    return {kind.name: of_axis(kind, "linear") for kind in _SENSOR}
+
+
+_WORDS = {
+    "following_lag": "the axis follows late, with a time constant of {time}",
+    "lost_steps": "the motor lost {steps} at {time} and stayed behind",
+    "gear_ratio": "the axis moves {scale} times as far as commanded",
+    "transmission_error": "the gear adds a periodic error of {amplitude} every {period}",
+    "encoder_error": "the encoder adds a periodic error of {amplitude} every {period}",
+    "gear_backlash": "between drive and axis there is free play of {width} in all",
+    "viscous_friction": "friction of {coefficient} grows with the speed of the axis",
+    "joint_compliance": "the axis yields under load, with a stiffness of {stiffness}",
+    "home_offset": "the axis stands {angle} off where it should",
+    "resonance": "the axis rings at {frequency} after moves, with a damping of {damping}",
+    "sensor_latency": "the readings are late by {time}",
+    "effort_gain": "the drive gives {scale} times the force that the robot file says",
+    "effort_offset": "{offset} acts on the axis beside the effort",
+    "stribeck_friction": "friction is {torque} higher near standstill, falling off within {speed}",
+    "inertia": "the axis moves a mass of {inertia}",
+    "sensor_offset": "the sensor reads {offset} off",
+    "sensor_scale": "the sensor reads {scale} times the distance",
+    "sensor_crosstalk": "the sensor's error grows with distance squared: {curvature}",
+    "sensor_drift": "the sensor drifts by {offset} with a time constant of {time_constant}",
+}
+_FRICTION = {
+    "width": "friction holds the axis back by {width} in all between its two directions",
+    "torque": "dry (Coulomb) friction of {torque} brakes the axis",
+}
+_SMALL = {"rad": ("mrad", 1e3), "m": ("mm", 1e3), "s": ("ms", 1e3)}
+
+
+def said(value: float, unit: str) -> str:
+    """A number with a unit in which it is easily read."""
+    if unit == "1":
+        return f"{value:.5g}"
+    if unit in _SMALL and abs(value) < 1.0:
+        unit, factor = _SMALL[unit]
+        value *= factor
+        if unit == "mrad":
+            return f"{value:.4g} mrad ({value * 0.05729578:.3g} degrees)"
+    return f"{value:.4g} {unit}"
+
+
+def _sentence(name: str, parameters: tuple[Parameter, ...], values: Mapping[str, Any]) -> str:
+    shown = {p.name: said(float(values[p.name]), p.unit) for p in parameters if p.name in values}
+    words = _WORDS.get(name) or _FRICTION["width" if "width" in shown else "torque"]
+    text = words.format(**shown)
+    if name == "following_lag" and values.get("dead_time"):
+        text += f" after a dead time of {shown['dead_time']}"
+    if float(values.get("asymmetry", 0.0)):
+        text += f", with an asymmetry of {values['asymmetry']:+.2f}"
+    return text

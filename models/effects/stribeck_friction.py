@@ -1,0 +1,39 @@
+"""Friction that falls with speed near standstill, beyond Coulomb's.
+
+torque exp(-(v / speed)^2) against the motion (Stribeck 1902; Armstrong-Helouvry et al. 1994,
+Automatica 30, equation 4 with exponent 2).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.effects.effort_flow import effort_flow, rub
+from models.effects.flow import Flow
+from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from models.effects.port import Port
+
+
+def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
+    flow = effort_flow(flow)
+    torque, speed = scalar(values, "torque"), max(scalar(values, "speed"), 1e-12)
+    fall = np.exp(-((flow.velocity / speed) ** 2))
+    rub(flow, torque * fall * np.sign(flow.velocity), torque)
+
+
+EFFECT = EffectKind(
+    name="stribeck_friction",
+    port=Port.GEAR,
+    components=("axis",),
+    parameters=(
+        Parameter("torque", "N m", 0.0, 1e5, step=1e-3),
+        Parameter("speed", "rad/s", 1e-9, 1e3, step=1e-3),
+    ),
+    operate=_operate,
+    says=lambda component, v: (
+        f"friction is {v['torque']:.4g} N m higher near standstill and falls off within "
+        f"{v['speed']:.3g} rad/s"
+    ),
+    order=4,
+    smooth=False,
+)
