@@ -81,7 +81,7 @@ class Actions:
 
     def _write_down(self, request: Request, peer: Peer) -> None:
         named = request.text("job") or request.text("name") or request.text("reason") or ""
-        text = f"{request.do}{' ' + named if named else ''} asked for by {peer}"
+        text = f"{request.do}{' ' + named[:200] if named else ''} asked for by {peer}"
         _log.info("%s", text)
         self._note(text)
 
