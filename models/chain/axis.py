@@ -1,0 +1,85 @@
+"""A single axis that follows commands: counts -> motor -> gear -> axis -> encoder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from models.chain.active import Active, activate, at
+from models.chain.commands import Commands
+from models.effects.flow import Flow, Load
+from models.effects.kind import EffectKind
+from models.effects.lone_axis import Motion, command_effects
+from models.effects.port import Port
+from models.robot import AxisGravity, EffectEntry, FloatArray
+
+PORTS = (Port.MOTOR, Port.GEAR, Port.ARM)
+
+
+def entries_of(entries: Sequence[EffectEntry], kinds: dict[str, EffectKind]) -> list[Active]:
+    """Effects of a robot file in the vocabulary of its kind. Raises ConfigError on others."""
+    from foundation.errors import ConfigError
+
+    for entry in entries:
+        if entry.effect not in kinds:
+            raise ConfigError(f"effect '{entry.effect}' must be one of {', '.join(sorted(kinds))}")
+    return [activate(kinds[e.effect], e.component, e.parameters) for e in entries]
+
+
+def gravity_pull(gravity: AxisGravity | None, position: FloatArray) -> FloatArray:
+    """Torque (force) of gravity on the axis: against the torque that holds it; shape as given."""
+    if gravity is None:
+        return np.zeros_like(position)
+    pull: FloatArray = -gravity.torque_nm * np.sin(position - gravity.zero_rad)
+    return pull
+
+
+class AxisChain:
+    """One axis: gear and encoder, no linkage; `load` is what pulls at it from outside.
+
+    With a drive stiffness (N m/rad or N/m) the position yields under gravity and load by itself.
+    """
+
+    def __init__(
+        self,
+        motion: Motion = "rotary",
+        gravity: AxisGravity | None = None,
+        drive_stiffness: float | None = None,
+        rad_per_step: float = 0.0,
+        believed: Sequence[EffectEntry] = (),
+    ):
+        self.kinds = command_effects(motion)
+        self.gravity, self.drive_stiffness = gravity, drive_stiffness
+        self.rad_per_step = rad_per_step
+        self._believed = tuple(believed)
+        entries_of(self._believed, self.kinds)
+
+    def pull(self, commands: Commands, load: FloatArray | None = None) -> FloatArray:
+        """What pulls at the axis along its commanded motion, shape (n, 1)."""
+        pull = gravity_pull(self.gravity, commands.angles_rad)
+        return pull if load is None else pull + load[:, None]
+
+    def simulate(
+        self, commands: Commands, effects: Iterable[Active] = (), pull: FloatArray | None = None
+    ) -> FloatArray:
+        """What the encoder reads, shape (n,)."""
+        pull = self.pull(commands) if pull is None else pull
+        flow = Flow(
+            t_s=commands.t_s,
+            fresh=commands.fresh,
+            start_s=float(commands.t_s[0]),
+            angles_rad=np.array(commands.angles_rad),
+            load=Load(pull, np.zeros_like(pull)),
+            rad_per_step=self.rad_per_step,
+        )
+        if self.drive_stiffness is not None:
+            flow.angles_rad += pull / self.drive_stiffness
+        active = [*entries_of(self._believed, self.kinds), *effects]
+        for port in PORTS:
+            for effect in at(active, port):
+                effect.act(flow)
+        flow.measured_rad = flow.angles_rad.copy()
+        for effect in at(active, Port.ENCODER):
+            effect.act(flow)
+        return flow.measured_rad[:, 0]
