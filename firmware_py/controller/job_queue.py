@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +10,7 @@ from firmware_py.planner.check import plan_of
 from firmware_py.planner.plan import Plan
 from firmware_py.robot_file import RobotFile, find, load_robot
 from foundation.errors import ConfigError, RecordingError
+from recording.names import fresh_path
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,10 +67,4 @@ def _place(name: str, chosen: Path | None, recordings: Path) -> Path:
         if path.exists():
             raise RecordingError(f"{path}: exists already; choose another name or move it away")
         return path
-    stem = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.") or "run"
-    stamp = time.strftime("%Y%m%d-%H%M%S")
-    free = (
-        recordings / f"{stem}-{stamp}{suffix}.mcap"
-        for suffix in ("", *(f"-{copy}" for copy in range(2, 1000)))
-    )
-    return next(path for path in free if not path.exists())
+    return fresh_path(recordings, name)

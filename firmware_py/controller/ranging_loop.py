@@ -11,7 +11,6 @@ from firmware_py.controller.contract import SensorStatus
 from foundation.clock import NS_PER_S, Clock, Task
 from models.robot import AXES, FloatArray
 
-
 POLLS_PER_SAMPLE = 2
 """A sensor's own clock drifts against ours: polled once a period, samples would be missed."""
 
