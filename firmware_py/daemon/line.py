@@ -14,6 +14,7 @@ from firmware_py.daemon.address import client_sockets
 from firmware_py.daemon.protocol import MAX_LINE_BYTES, Message
 from foundation.errors import ServiceError
 
+RETRY_S = 0.002
 START_IT = (
     "start it with 'sudo systemctl start deltactl', or a simulated one with"
     " 'deltactl daemon zhao-2023.yaml --simulate'"
@@ -97,7 +98,7 @@ def find_daemon(path: Path | None, timeout_s: float) -> tuple[Path, socket.socke
         connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         connection.settimeout(timeout_s)
         try:
-            connection.connect(str(place))
+            _connect(connection, place, timeout_s)
         except (FileNotFoundError, ConnectionRefusedError, NotADirectoryError):
             connection.close()
         except OSError as error:
@@ -106,6 +107,18 @@ def find_daemon(path: Path | None, timeout_s: float) -> tuple[Path, socket.socke
         else:
             return place, connection
     return None
+
+
+def _connect(connection: socket.socket, place: Path, timeout_s: float) -> None:
+    """Connect; while too many others are waiting to be let in (EAGAIN, unix(7)), try again."""
+    give_up_s = time.monotonic() + timeout_s
+    while True:
+        try:
+            return connection.connect(str(place))
+        except BlockingIOError:
+            if time.monotonic() > give_up_s:
+                raise
+            time.sleep(RETRY_S)
 
 
 def _refused(place: Path, error: OSError) -> ServiceError:

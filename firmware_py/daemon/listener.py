@@ -21,7 +21,7 @@ MODE = 0o660
 class Listener:
     """A bound, listening Unix socket. Raises ServiceError when another daemon has it."""
 
-    def __init__(self, path: Path, backlog: int = 16):
+    def __init__(self, path: Path, backlog: int = 128):
         self.path = path
         _check_path(path)
         self._lock = _lock_beside(path)

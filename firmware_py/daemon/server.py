@@ -21,8 +21,8 @@ from firmware_py.daemon.listener import Listener
 from foundation.errors import ServiceError
 
 LOOK_S = 0.2
-ACCEPT_PAUSE_S = 0.005
-"""At most 200 new clients a second, whoever they are."""
+ACCEPT_PAUSE_S = 0.002
+"""At most 500 new clients a second, whoever they are."""
 
 _log = logging.getLogger(__name__)
 

@@ -12,9 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from firmware_py.daemon.client import Client
 from firmware_py.daemon.limits import Allowance, Limits, Lines
 from firmware_py.daemon.protocol import ARGUMENTS, MAX_LINE_BYTES, BadRequest, encode, parse
-from foundation.errors import NotReady
+from foundation.errors import NotReady, ServiceError
 
 RUBBISH = [
     (b"hello", "one JSON object a line"),
@@ -290,3 +291,23 @@ def test_an_allowance_refills_at_its_rate():
     assert [allowance.take() for _ in range(7)].count(True) == 5
     time.sleep(0.035)
     assert 3 <= [allowance.take() for _ in range(10)].count(True) <= 5
+
+
+def test_a_client_waits_its_turn_when_many_knock(serve):
+    """The kernel lets 129 wait at the door; the next one is told to try again, and does."""
+    daemon = serve(start=False)
+    crowd = []
+    with pytest.raises(BlockingIOError):
+        while True:
+            crowd.append(socket.socket(socket.AF_UNIX, socket.SOCK_STREAM))
+            crowd[-1].setblocking(False)
+            crowd[-1].connect(str(daemon.path))
+    with pytest.raises(ServiceError, match="no connection to the daemon"):
+        Client(daemon.path, quick_s=0.05)
+    for one in crowd:
+        one.close()
+    starting = threading.Timer(0.1, daemon.server.start)
+    starting.start()
+    with daemon.client() as client:
+        assert client.status().state == "off"
+    starting.join()
