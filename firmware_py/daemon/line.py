@@ -114,7 +114,8 @@ def _connect(connection: socket.socket, place: Path, timeout_s: float) -> None:
     give_up_s = time.monotonic() + timeout_s
     while True:
         try:
-            return connection.connect(str(place))
+            connection.connect(str(place))
+            return
         except BlockingIOError:
             if time.monotonic() > give_up_s:
                 raise
