@@ -19,6 +19,8 @@ from firmware_py.paths.path import BoolArray
 from firmware_py.planner.curve import Curve
 from models.robot import FloatArray
 
+_BLOCK = 8192
+
 FASTEST = 1e12
 """Bound of x where no arm moves at all: an interval takes at least a microsecond."""
 
@@ -54,12 +56,17 @@ def squared_rates(
 def _pass(cap: FloatArray, free: FloatArray, keep: FloatArray) -> FloatArray:
     """Largest x with x[0] = cap[0], x[i] <= cap[i] and x[i+1] <= free[i] + keep[i] x[i]."""
     here = float(cap[0])
-    found = [here]
-    add = found.append
+    found = np.empty_like(cap)
+    found[0] = here
     # Plain floats: one step depends on the one before, and numpy would be ten times slower.
-    for top, (f1, f2, f3), (k1, k2, k3) in zip(
-        cap[1:].tolist(), free.tolist(), keep.tolist(), strict=True
-    ):
-        here = min(top, f1 + k1 * here, f2 + k2 * here, f3 + k3 * here)
-        add(here)
-    return np.array(found)
+    # In blocks, because a float of its own takes four times the memory.
+    for first in range(0, len(free), _BLOCK):
+        part = slice(first, first + _BLOCK)
+        block = []
+        for top, (f1, f2, f3), (k1, k2, k3) in zip(
+            cap[1:][part].tolist(), free[part].tolist(), keep[part].tolist(), strict=True
+        ):
+            here = min(top, f1 + k1 * here, f2 + k2 * here, f3 + k3 * here)
+            block.append(here)
+        found[1:][part] = block
+    return found

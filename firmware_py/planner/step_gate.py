@@ -19,7 +19,7 @@ NEVER = 2**62
 
 
 class StepGate:
-    """Steps in, ticks out, a stretch of time at a call; what may still change waits for the next."""
+    """Steps in, ticks out, a stretch of time a call; what may still change waits for the next."""
 
     def __init__(self) -> None:
         self._merge_ns = 0

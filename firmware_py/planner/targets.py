@@ -6,6 +6,7 @@ the path itself; every further one begins with the way back, unless the path is 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ from foundation.errors import LimitExceeded, MotionError
 from models.inverse_kinematics import InverseKinematics
 from models.linkage import Linkage, forward
 from models.robot import FloatArray
+
+_BLOCK = 8192
 
 WILD_RAD = 1e3
 """No arm angle, whatever the limits: not a number, or a number from nowhere."""
@@ -115,20 +118,23 @@ class LapBuilder:
         return lap, failed
 
     def _map(self, targets_m: FloatArray) -> tuple[FloatArray, MappingFailed | None]:
-        angles, failed = [], None
-        for x_m, y_m, z_m in targets_m.tolist():
+        angles_rad = np.empty_like(targets_m)
+        for row, (x_m, y_m, z_m) in enumerate(_rows(targets_m)):
             try:
                 arms = self._kinematics.angles_rad(x_m, y_m, z_m)
             except MotionError as error:
-                failed = MappingFailed(error)
-                break
+                return angles_rad[:row], MappingFailed(error)
             if not all(abs(angle) < WILD_RAD for angle in arms):  # also when one is NaN
-                failed = MappingFailed(
-                    LimitExceeded(
-                        f"target ({x_m:.4f}, {y_m:.4f}, {z_m:.4f}) m: the inverse kinematics"
-                        f" answers {arms}; the network file must be broken"
-                    )
+                wild = LimitExceeded(
+                    f"target ({x_m:.4f}, {y_m:.4f}, {z_m:.4f}) m: the inverse kinematics"
+                    f" answers {arms}; the network file must be broken"
                 )
-                break
-            angles.append(arms)
-        return np.array(angles, dtype=np.float64).reshape(-1, 3), failed
+                return angles_rad[:row], MappingFailed(wild)
+            angles_rad[row] = arms
+        return angles_rad, None
+
+
+def _rows(targets_m: FloatArray) -> Iterator[list[float]]:
+    """Rows as plain floats, a block at a time to save memory."""
+    for first in range(0, len(targets_m), _BLOCK):
+        yield from targets_m[first : first + _BLOCK].tolist()

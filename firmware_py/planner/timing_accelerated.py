@@ -97,9 +97,7 @@ class CurveSchedule:
             due_ns.append(start_ns + np.rint(time_s * NS_PER_S).astype(np.int64))
             steps.append(sign)
         at_end = last + 1 == len(self.reached_ns)
-        yield gate.ticks(
-            due_ns, steps, NEVER if at_end else start_ns + int(self.reached_ns[last])
-        )
+        yield gate.ticks(due_ns, steps, NEVER if at_end else start_ns + int(self.reached_ns[last]))
 
     def _look(self, piece: Int64Array, part: FloatArray) -> FloatArray:
         """Angles at parts of pieces, and at the end of the last one; (k + 1, 3)."""

@@ -9,10 +9,11 @@ import pytest
 import yaml
 
 from firmware_py.job_file import GeometryIk, JobFile, load_job
-from firmware_py.planner.check import home_counts, make_plan
+from firmware_py.planner.check import home_counts, make_plan, plan_of
+from firmware_py.planner.stream import MotionStream
 from firmware_py.planner.summary import CheckSummary, summarise
 from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, find, load_robot
-from foundation.errors import UnreachablePoint
+from foundation.errors import LimitExceeded, UnreachablePoint
 from models.inverse_kinematics import GeometricInverse
 from models.linkage import Linkage, Status, forward
 from models.robot import load_delta
@@ -120,3 +121,21 @@ def test_the_survey_draws_as_the_paper_does():
     job = load_job(CONFIG_FOLDER / "survey.yaml")
     assert job.path.model_dump()["angle_deg"] == (-20.0, 110.0)
     assert job.timing.model_dump()["t_pwm_s"] == 0.006
+
+
+def test_the_heart_by_the_shipped_network_is_checked_and_streamed_alike():
+    """The stream asks the network again, target by target, and must get the checked counts."""
+    plan = plan_of(CONFIG_FOLDER / "heart.yaml")
+    chunks = list(MotionStream(plan, home_counts(plan.robot)))
+    counts = np.concatenate([chunk.reached.counts for chunk in chunks])
+    assert (counts == plan.first.lap.counts).all()
+    by_geometry = GeometricInverse(plan.robot.geometry).angles_rad_many(plan.first.lap.targets)
+    apart = np.abs(counts * plan.robot.drive.rad_per_step - by_geometry)
+    assert np.rad2deg(apart.max()) < 0.5
+
+
+def test_a_path_outside_what_the_network_was_trained_for_is_refused(tmp_path):
+    text = (CONFIG_FOLDER / "heart.yaml").read_text(encoding="utf-8")
+    (tmp_path / "low.yaml").write_text(text.replace("-0.45", "-0.64"), encoding="utf-8")
+    with pytest.raises(LimitExceeded, match=r"heart: point 0 of repeat 1: .* was trained for"):
+        plan_of(tmp_path / "low.yaml")
