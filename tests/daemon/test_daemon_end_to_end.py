@@ -42,7 +42,7 @@ name: heart
 robot: zhao-2023.yaml
 path: {{shape: heart, centre_m: [0.0, 0.0, -0.45], width_m: {width_m}, turns: {turns}}}
 timing: {{mode: together, t_pwm_s: 0.0005}}
-inverse_kinematics: {{kind: geometry}}
+inverse_kinematics: {{kind: network, file: zhao-2023.tflite}}
 """
 
 
