@@ -36,15 +36,18 @@ def script() -> str:
     return f'(() => {{\n"use strict";\n{body}\n}})();'
 
 
-def page(title: str, parts: Iterable[str], lead: str = "") -> str:
-    """A complete HTML document. `parts` are pieces of HTML, `title` and `lead` plain text."""
+def page(title: str, parts: Iterable[str], lead: str = "", extra_style: str = "") -> str:
+    """A complete HTML document. `parts` are pieces of HTML, `title` and `lead` plain text.
+
+    `extra_style` is CSS of the caller's own, after the common one.
+    """
     body = "\n".join(parts)
     scripted = f"<script>{script()}</script>" if '<figure class="chart">' in body else ""
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{_NO_NETWORK}">\n'
-        f"<title>{html.escape(title)}</title>\n<style>{style()}</style></head>\n<body>\n"
+        f"<title>{html.escape(title)}</title>\n<style>{style()}{extra_style}</style></head>\n<body>\n"
         f"<h1>{html.escape(title)}</h1>\n"
         + (f'<p class="lead">{html.escape(lead)}</p>\n' if lead else "")
         + "<noscript><p class=warn>The charts need JavaScript, which is switched off here.</p>"

@@ -1,0 +1,50 @@
+"""The drawing of any kind of machine, with its legend."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+
+from diagnosis.report import words
+from diagnosis.report.drawing.culprits import marks_of
+from diagnosis.report.drawing.delta import DeltaDrawing
+from diagnosis.report.drawing.lone import axis_scene, sensor_scene, widened
+from diagnosis.report.drawing.scene import Scene, hue
+from diagnosis.result import Finding
+from models.robot import DeltaRobot, RangeSensor, RobotModel
+
+
+def machine_drawing(robot: RobotModel, findings: Sequence[Finding]) -> str:
+    """The machine as SVG with the findings' components marked, and a legend, as HTML."""
+    marks = marks_of(findings, lone=not isinstance(robot, DeltaRobot))
+    if isinstance(robot, RangeSensor):
+        marks = widened(marks)
+    drawn = _scene(robot).svg(marks)
+    return f'<figure class="drawing">{drawn}{_legend(findings)}</figure>'
+
+
+def _scene(robot: RobotModel) -> Scene:
+    if isinstance(robot, DeltaRobot):
+        return DeltaDrawing(robot).build()
+    if isinstance(robot, RangeSensor):
+        return sensor_scene(robot)
+    return axis_scene(robot)
+
+
+def _legend(findings: Sequence[Finding]) -> str:
+    if not findings:
+        return '<p class="note">Nothing is marked, because nothing was found.</p>'
+    rows = []
+    for number, finding in enumerate(findings, 1):
+        what = html.escape(words.effect(finding.effect, finding.component))
+        rows.append(f'<li>{badge(number)}<a href="#finding-{number}">{what}</a></li>')
+    places = {(o.effect, o.component) for f in findings for o in f.alternatives}
+    note = ""
+    if places:
+        note = '<p class="note">Dashed: parts where the cause could also be.</p>'
+    return f'<ol class="legend-list">{"".join(rows)}</ol>{note}'
+
+
+def badge(number: int) -> str:
+    """The number of a finding in its colour, for text."""
+    return f'<span class="tag hue{hue(number)}">{number}</span>'

@@ -1,0 +1,146 @@
+"""A drawing as named parts, each a few shapes on paper; the marks of findings on top."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+Point = tuple[float, float]
+"""On paper: x to the right, y down."""
+
+BADGE_RADIUS = 10.0
+MARGIN = 14.0
+LABEL_HEIGHT = 14.0
+LETTER_WIDTH = 7.4
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A finding at a part: its number and its colour; `maybe` where it is only an alternative."""
+
+    number: int
+    maybe: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A word beside a part; anchor as in SVG: start, middle or end."""
+
+    text: str
+    at: Point
+    anchor: str = "middle"
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of the machine: SVG shapes, where its badge goes, and how far off it is."""
+
+    name: str
+    shapes: tuple[str, ...]
+    corners: tuple[Point, ...]
+    badge: Point
+    depth: float = 0.0
+    """Larger is nearer to the eye and painted later."""
+    style: str = "solid"
+    """solid, line or beam."""
+
+
+@dataclass(slots=True)
+class Scene:
+    """Parts and labels of one drawing."""
+
+    title: str
+    parts: list[Part] = field(default_factory=list)
+    labels: list[Label] = field(default_factory=list)
+
+    def svg(self, marks: Mapping[str, Sequence[Mark]]) -> str:
+        """The drawing; `marks` says which findings touch which part."""
+        ordered = sorted(self.parts, key=lambda part: part.depth)
+        body = "".join(_part(part, marks.get(part.name, ())) for part in ordered)
+        words = "".join(_label(label) for label in self.labels)
+        badges = "".join(_badges(self.parts, marks))
+        left, top, width, height = self._box()
+        title = html.escape(self.title, quote=True)
+        return (
+            f'<svg class="machine" viewBox="{left:.0f} {top:.0f} {width:.0f} {height:.0f}" '
+            f'role="img" aria-label="{title}"><title>{title}</title>{body}{words}{badges}</svg>'
+        )
+
+    def _box(self) -> tuple[float, float, float, float]:
+        xs = [x for part in self.parts for x, _ in part.corners]
+        ys = [y for part in self.parts for _, y in part.corners]
+        for label in self.labels:
+            x, y = label.at
+            width = LETTER_WIDTH * len(label.text)
+            start = x - width * {"start": 0.0, "middle": 0.5, "end": 1.0}[label.anchor]
+            xs += [start, start + width]
+            ys += [y - LABEL_HEIGHT, y + 4.0]
+        left, top = min(xs) - MARGIN, min(ys) - MARGIN
+        return left, top, max(xs) - left + MARGIN, max(ys) - top + MARGIN
+
+
+def polygon(points: Iterable[Point]) -> str:
+    """A filled outline."""
+    return f'<polygon points="{" ".join(f"{x:.1f},{y:.1f}" for x, y in points)}"/>'
+
+
+def line(start: Point, end: Point) -> str:
+    """A stroke."""
+    return f'<path d="M{start[0]:.1f} {start[1]:.1f}L{end[0]:.1f} {end[1]:.1f}"/>'
+
+
+def circle(centre: Point, radius: float) -> str:
+    """A disc."""
+    return f'<circle cx="{centre[0]:.1f}" cy="{centre[1]:.1f}" r="{radius:.1f}"/>'
+
+
+def rod(start: Point, end: Point, half: float) -> list[Point]:
+    """Corners of a bar of half width `half` from start to end."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    length = max((dx * dx + dy * dy) ** 0.5, 1e-9)
+    nx, ny = -dy / length * half, dx / length * half
+    return [
+        (start[0] + nx, start[1] + ny),
+        (end[0] + nx, end[1] + ny),
+        (end[0] - nx, end[1] - ny),
+        (start[0] - nx, start[1] - ny),
+    ]
+
+
+def box(left: float, top: float, width: float, height: float) -> list[Point]:
+    """Corners of an upright rectangle."""
+    right, bottom = left + width, top + height
+    return [(left, top), (right, top), (right, bottom), (left, bottom)]
+
+
+def hue(number: int) -> int:
+    """Which of the five colours finding `number` (from 1) has."""
+    return (number - 1) % 5 + 1
+
+
+def _part(part: Part, marks: Sequence[Mark]) -> str:
+    sure = [mark for mark in marks if not mark.maybe]
+    chosen = (sure or list(marks))[:1]
+    kinds = "".join(f" {'maybe' if m.maybe else 'hit'} hue{hue(m.number)}" for m in chosen)
+    name = html.escape(part.name, quote=True)
+    return f'<g class="part {part.style}{kinds}" data-part="{name}">{"".join(part.shapes)}</g>'
+
+
+def _label(label: Label) -> str:
+    x, y = label.at
+    return (
+        f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{label.anchor}">'
+        f"{html.escape(label.text)}</text>"
+    )
+
+
+def _badges(parts: Sequence[Part], marks: Mapping[str, Sequence[Mark]]) -> Iterable[str]:
+    for part in parts:
+        sure = [mark for mark in marks.get(part.name, ()) if not mark.maybe]
+        for place, mark in enumerate(sure[:3]):
+            x, y = part.badge[0] + 2.2 * BADGE_RADIUS * place, part.badge[1]
+            yield (
+                f'<g class="badge hue{hue(mark.number)}">{circle((x, y), BADGE_RADIUS)}'
+                f'<text x="{x:.1f}" y="{y + 4.5:.1f}" text-anchor="middle">{mark.number}</text></g>'
+            )

@@ -1,0 +1,259 @@
+"""The summary in the terminal: plain sentences, the most important first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from rich.markup import escape
+
+from diagnosis.report import sureness, words
+from diagnosis.report.sizes import quantity, sizes, told
+from diagnosis.result import Diagnosis, Finding, Fit
+
+MOST_NAMED = 4
+"""Things of one kind that a sentence names; the rest are counted."""
+
+
+def summary_lines(diagnosis: Diagnosis) -> list[str]:
+    """The summary as lines of rich markup, everything that came from outside escaped."""
+    lines = []
+    for number, (style, line) in enumerate(_summary(diagnosis)):
+        if style == "head" and number:
+            lines.append("")
+        text = escape(line)
+        if text.endswith("\\"):
+            text += "\\"  # a lone backslash would escape the closing tag
+        lines.append(f"[bold]{text}[/bold]" if style == "head" else text)
+    return lines
+
+
+def plain_lines(diagnosis: Diagnosis) -> list[str]:
+    """The same without markup."""
+    return [line for _, line in _summary(diagnosis)]
+
+
+def headline(diagnosis: Diagnosis) -> str:
+    """The verdict in one sentence."""
+    findings = diagnosis.findings
+    named = [words.effect(f.effect, f.component) for f in findings if f.effect != "unknown"]
+    shown = named[:MOST_NAMED]
+    if len(named) > len(shown):
+        shown.append(f"{len(named) - len(shown)} more")
+    what = words.listed(shown)
+    ambiguous = any(finding.alternatives for finding in findings)
+    doubt = " (or a cause that looks the same, see below)" if ambiguous and named else ""
+    if diagnosis.verdict == "nothing_missing":
+        return "Nothing is missing: the robot behaves as its robot file says, within the noise."
+    if diagnosis.verdict == "explained" and named:
+        return words.sentence(f"{what} {_explain(named)} the mismatch{doubt}")
+    if diagnosis.verdict == "partly_explained" and named:
+        return words.sentence(f"{what} {_explain(named)} part of the mismatch{doubt}")
+    if unknown := [finding for finding in findings if finding.effect == "unknown"]:
+        return words.sentence(
+            "something is missing from the model that matches no known effect; "
+            + words.listed([_enters(finding) for finding in unknown[:MOST_NAMED]])
+        )
+    return "Something is missing from the model, and no known effect explains it."
+
+
+def _explain(named: Sequence[str]) -> str:
+    return "explains" if len(named) == 1 else "explain"
+
+
+def _enters(finding: Finding) -> str:
+    follows = words.listed([words.followed(name) for name in finding.depends_on])
+    at = f"it enters at {words.part(finding.component)}"
+    return f"{at} and follows {follows}" if follows else at
+
+
+def _summary(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
+    yield "head", headline(diagnosis)
+    yield "", sureness.false_alarm(diagnosis)
+    for number, finding in enumerate(diagnosis.findings, 1):
+        title = finding_title(finding)
+        yield "head", f"{number}. {title}"
+        yield from (("", f"   {line}") for line in finding_lines(finding, span_s(diagnosis)))
+    yield from (("", line) for line in remarks(diagnosis))
+    yield "head", "Does it help?"
+    yield from (("", line) for line in fit_lines(diagnosis.fit))
+    if diagnosis.verdict != "nothing_missing" or diagnosis.unexplained.says:
+        yield "", unexplained_line(diagnosis)
+    if untested := untested_line(diagnosis):
+        yield "", untested
+    if faint := faintest_line(diagnosis):
+        yield "", faint
+    if following := experiment_line(diagnosis):
+        yield "head", "What to do next"
+        yield "", following
+
+
+def finding_title(finding: Finding) -> str:
+    """The finding's own sentence, components spelled out."""
+    says = finding.says or words.effect(finding.effect, finding.component)
+    return words.sentence(words.spelled(says))
+
+
+def span_s(diagnosis: Diagnosis) -> tuple[float, float]:
+    """First and last time of the recording; NaN where no picture tells."""
+    picture = diagnosis.picture
+    if picture is None or not len(picture.t_s):
+        return math.nan, math.nan
+    return float(picture.t_s[0]), float(picture.t_s[-1])
+
+
+def remarks(diagnosis: Diagnosis) -> list[str]:
+    """What the engine says of the machine as a whole, beside its findings."""
+    return [words.sentence(line) for line in diagnosis.says if line.startswith("Besides")]
+
+
+def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> list[str]:
+    """Size, how sure, where, and what else it could be."""
+    lines = [
+        words.sentence(f"{size.name}: {size.text}")
+        for name, result in told(finding.parameters).items()
+        for size in sizes(finding.effect, name, result)
+    ]
+    lines.append(sureness.evidence(finding))
+    if math.isfinite(finding.share_of_mismatch):
+        lines.append(f"It makes up {100.0 * finding.share_of_mismatch:.0f} % of the mismatch.")
+    if shows := where_line(finding, span):
+        lines.append(shows)
+    if finding.effect == "unknown":
+        lines.append(words.sentence(f"{_enters(finding)}{_memory(finding)}"))
+    lines.append(alternatives_line(finding))
+    return lines
+
+
+def where_line(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> str:
+    """In which readings, when (unless all the time), and in which regime it shows."""
+    where = finding.where
+    parts = []
+    if where.axes:
+        axes = [words.channel(axis) for axis in where.axes[:MOST_NAMED]]
+        parts.append(f"in {words.listed(axes)}")
+    if times := _stretches(where.times_s, *span):
+        parts.append(times)
+    if where.regime:
+        parts.append(words.spelled(where.regime))
+    return words.sentence(f"it shows {', '.join(parts)}") if parts else ""
+
+
+def stretches(
+    times_s: Sequence[tuple[float, float]], start_s: float, end_s: float
+) -> list[tuple[float, float]]:
+    """Those that say something: not the one that is the whole recording."""
+    slack = 0.02 * (end_s - start_s)
+    if len(times_s) == 1 and times_s[0][0] <= start_s + slack and times_s[0][1] >= end_s - slack:
+        return []
+    return list(times_s)
+
+
+def _stretches(times_s: Sequence[tuple[float, float]], start_s: float, end_s: float) -> str:
+    times = stretches(times_s, start_s, end_s)
+    if len(times) == 1 and times[0][1] >= end_s:
+        return f"from {times[0][0]:.1f} s on"
+    shown = [f"from {start:.1f} to {end:.1f} s" for start, end in times[:MOST_NAMED]]
+    more = len(times) - len(shown)
+    return words.listed([*shown, f"{more} more times"] if more > 0 else shown)
+
+
+def alternatives_line(finding: Finding) -> str:
+    """What this recording cannot tell from the finding."""
+    others = [words.effect(other.effect, other.component) for other in finding.alternatives]
+    if not others:
+        if finding.effect == "unknown":
+            return "No known effect matches it."
+        return "No other known effect fits these readings as well."
+    return f"This recording cannot tell it from {words.listed(others, 'or')}."
+
+
+def _memory(finding: Finding) -> str:
+    if finding.has_memory is None:
+        return ""
+    memory = "it depends on what came before" if finding.has_memory else "only on the present"
+    return f", {memory}" if finding.has_memory else f", and depends {memory}"
+
+
+def fit_lines(fit: Fit) -> list[str]:
+    """Before and after against the noise floor, on this recording and on held-out data."""
+    before, after, floor = (
+        quantity(value, fit.unit, digits=3)
+        for value in (fit.rms_before_m, fit.rms_after_m, fit.noise_floor_m)
+    )
+    lines = [f"Mismatch before {before}, after {after}; the noise alone is {floor}."]
+    held = (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
+    if all(math.isfinite(value) for value in held):
+        where = "another run" if fit.holdout == "run" else "parts of the recording held out"
+        was, became = (quantity(value, fit.unit, digits=3) for value in held)
+        lines.append(f"On {where}: before {was}, after {became}{_held_out_gain(fit)}.")
+    else:
+        lines.append("Nothing could be held out, so that the gain is not proved on other data.")
+    return lines
+
+
+def _held_out_gain(fit: Fit) -> str:
+    """How much of what is above the noise floor the findings take away on held-out data."""
+    above = [
+        max(value**2 - fit.noise_floor_m**2, 0.0)
+        for value in (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
+    ]
+    if not math.isfinite(sum(above)) or above[0] <= 0.02 * fit.noise_floor_m**2:
+        return ""
+    gain = 100.0 * (1.0 - above[1] / above[0])
+    if gain <= 0.0:
+        return " (no gain there)"
+    return f" ({gain:.0f} % of what is above the noise is gone)"
+
+
+def unexplained_line(diagnosis: Diagnosis) -> str:
+    """What no finding explains."""
+    rest = diagnosis.unexplained
+    says = words.sentence(words.spelled(rest.says))
+    share = 100.0 * rest.share_of_mismatch
+    head = f"Unexplained: {share:.0f} % of the mismatch." if math.isfinite(share) else ""
+    follows = words.listed([words.followed(name) for name in rest.depends_on])
+    more = words.sentence(f"it follows {follows}") if follows and not says else ""
+    return " ".join(text for text in (head, says, more) if text)
+
+
+def untested_line(diagnosis: Diagnosis) -> str:
+    """What could not have been seen."""
+    names = [words.effect(one.effect, one.component) for one in diagnosis.not_testable]
+    if not names:
+        return ""
+    shown = names[:MOST_NAMED]
+    if len(names) > len(shown):
+        shown.append(f"{len(names) - len(shown)} more (see the report)")
+    return words.sentence(f"could not be tested with this recording: {words.listed(shown)}")
+
+
+def faintest_line(diagnosis: Diagnosis) -> str:
+    """A few of the smallest effects that would have been seen."""
+    found: dict[str, str] = {}
+    for one in diagnosis.smallest_detectable:
+        if one.effect not in found:
+            size = quantity(one.value, one.unit, one.parameter).lstrip("+")
+            found[one.effect] = f"{size} of {words.effect(one.effect, one.component)}"
+    shown = list(found.values())[:MOST_NAMED]
+    return f"Would have been seen from about {words.listed(shown)}." if shown else ""
+
+
+def experiment_line(diagnosis: Diagnosis) -> str:
+    """The next experiment in one sentence."""
+    plan = diagnosis.next_experiment
+    if plan is None:
+        return ""
+    apart = words.listed([explanation(name) for name in plan.tells_apart])
+    minutes = f"{plan.minutes:.1f} minutes" if math.isfinite(plan.minutes) else "some minutes"
+    gain = plan.expected_delta_chi2
+    expected = f" (expected difference {gain:.0f} in chi-square)" if math.isfinite(gain) else ""
+    return words.sentence(f"a run of {minutes} would tell apart {apart or 'them'}{expected}")
+
+
+def explanation(name: str) -> str:
+    """'gear_backlash motor2', 'gear_backlash@motor2' or plain words, as words."""
+    pieces = name.replace("@", " ").replace("/", " ").replace(":", " ").split()
+    if len(pieces) == 2 and pieces[0] in words.EFFECTS:
+        return words.effect(pieces[0], pieces[1])
+    return name

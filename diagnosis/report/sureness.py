@@ -1,0 +1,60 @@
+"""How sure a finding is, in words and as odds."""
+
+from __future__ import annotations
+
+import math
+
+from diagnosis.result import Diagnosis, Finding
+
+BEYOND_DOUBT_P = 1e-6
+VERY_SURE_P = 1e-3
+SURE_P = 0.01
+LIKELY_P = 0.05
+
+
+def word(p: float) -> str:
+    """One phrase for a calibrated p."""
+    if not math.isfinite(p):
+        return "How sure this is could not be worked out"
+    if p < BEYOND_DOUBT_P:
+        return "Beyond doubt"
+    if p < VERY_SURE_P:
+        return "Very sure"
+    if p < SURE_P:
+        return "Sure"
+    return "Likely" if p < LIKELY_P else "Weak evidence"
+
+
+def odds(p: float) -> str:
+    """'1 in 20 000', for people; 'less than 1 in a million' where figures mean nothing more."""
+    if p < BEYOND_DOUBT_P:
+        return "less than 1 in a million"
+    if p > 0.1:
+        return f"about {100.0 * p:.0f} in 100"
+    each = 1.0 / p
+    power = 10.0 ** max(0, math.floor(math.log10(each)) - 1)
+    return f"about 1 in {round(each / power) * power:,.0f}".replace(",", " ")
+
+
+def evidence(finding: Finding) -> str:
+    """How sure a finding is, in words and figures."""
+    p, gain = finding.evidence.p, finding.evidence.delta_chi2
+    said = word(p)
+    if math.isfinite(p):
+        said += f": readings like these without it have a chance of {odds(p)}"
+    if math.isfinite(gain):
+        said += f" (the fit worsens by {gain:,.0f} in chi-square without it)".replace(",", " ")
+    if finding.alternatives:
+        said += ". That something like it is there is sure; which of the causes below is not"
+    return f"{said}."
+
+
+def false_alarm(diagnosis: Diagnosis) -> str:
+    """What the p of 'nothing is missing' means."""
+    p = diagnosis.false_alarm_p
+    if not math.isfinite(p):
+        return "How often a machine without fault looks like this could not be worked out."
+    return (
+        "A machine exactly as its robot file says, with noise only, would show a mismatch "
+        f"as clear as this in {odds(p).removeprefix('about ')} recordings."
+    )

@@ -1,0 +1,142 @@
+"""Effects, components and what a mismatch follows, in a mechanic's words."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+EFFECTS: dict[str, str] = {
+    "gear_backlash": "free play in the gearbox of {part}",
+    "joint_friction": "bearing friction in {part}",
+    "viscous_friction": "friction that grows with speed in {part}",
+    "stribeck_friction": "friction in {part} that falls with speed near standstill",
+    "joint_compliance": "shafts of {part} that yield under load",
+    "home_offset": "a wrong home angle of {part}",
+    "gear_ratio": "a wrong gear ratio of {part}",
+    "transmission_error": "a periodic error of the gearbox of {part}",
+    "encoder_error": "a periodic error of the angle encoder of {part}",
+    "lost_steps": "steps lost by {part}",
+    "following_lag": "a drive of {part} that follows late",
+    "upper_arm_length": "a wrong length of the upper arm of {part}",
+    "forearm_length": "a wrong length of the forearm of {part}",
+    "base_radius": "a wrong radius of the base or the platform",
+    "motor_azimuth": "a wrong direction of {part} around the base",
+    "frame_tilt": "sensors turned against the robot",
+    "thermal_expansion": "arms that grow while they warm up",
+    "payload": "a wrong mass at the platform",
+    "contact": "something in the way of the platform",
+    "resonance": "ringing of the platform after moves",
+    "sensor_offset": "a constant error of {part}",
+    "sensor_scale": "a wrong scale of {part}",
+    "sensor_crosstalk": "an error of {part} that grows with the distance squared",
+    "sensor_drift": "a drift of {part}",
+    "sensor_latency": "sensor readings that come late",
+    "stale_reading": "old values repeated by {part}",
+    "inertia": "a wrong inertia of {part}",
+    "effort_offset": "a constant force or torque in {part} that is not in the model",
+    "effort_gain": "a wrong scale between effort and force or torque of {part}",
+    "unknown": "an unknown error at {part}",
+}
+"""The vocabulary of the contract as noun phrases."""
+
+PARTS: dict[str, str] = {
+    "joints": "all joints",
+    "arms": "the arms",
+    "frame": "the frame",
+    "platform": "the platform",
+    "sensors": "the sensors",
+    "axis": "the axis",
+    "time": "the time stamps",
+}
+"""Components that carry no number; the others are made by `part`."""
+
+_FOLLOWED: tuple[tuple[str, str], ...] = (
+    (r"theta_([123])", "the angle of arm {0}"),
+    (r"(?:speed|velocity)_([123])", "the speed of motor {0}"),
+    (r"(?:torque|load)_([123])", "the load on motor {0}"),
+    (r"(?:acceleration|accel)_([123])", "the acceleration of motor {0}"),
+    (r"direction_([123])", "the direction in which motor {0} turns"),
+    (r"current_([123])", "the current of motor {0}"),
+    (r"(?:range|pos|position)_([xyz])", "where the platform is along {0}"),
+    (r"temp_c|temperature", "the temperature"),
+    (r"t_pwm", "the step period"),
+    (r"time|t", "the time since the start"),
+    (r"position|angle", "the position"),
+    (r"speed|velocity", "the speed"),
+    (r"acceleration", "the acceleration"),
+    (r"effort|torque|force", "the effort"),
+    (r"load", "the load"),
+    (r"distance|range", "the distance"),
+    (r"command", "the command"),
+)
+
+
+def part(component: str) -> str:
+    """`motor2` -> 'motor 2', `range_x` -> 'the x sensor'; unknown names as they are."""
+    if component in PARTS:
+        return PARTS[component]
+    if found := re.fullmatch(r"(motor|arm|joint)([123])", component):
+        return f"{found[1]} {found[2]}"
+    if found := re.fullmatch(r"range_([xyz])", component):
+        return f"the {found[1]} sensor"
+    return component.replace("_", " ") or "an unknown place"
+
+
+def effect(name: str, component: str) -> str:
+    """What is wrong and where, as a noun phrase: 'free play in the gearbox of motor 2'."""
+    where = part(component)
+    if name in EFFECTS:
+        return EFFECTS[name].format(part=where)
+    return f"{name.replace('_', ' ')} at {where}"
+
+
+def followed(driver: str) -> str:
+    """A quantity that a mismatch follows: 'theta_2' -> 'the angle of arm 2'."""
+    name = bare(driver)
+    for pattern, text in _FOLLOWED:
+        if found := re.fullmatch(pattern, name):
+            return text.format(*found.groups())
+    return name.replace("_", " ")
+
+
+def spelled(text: str) -> str:
+    """A sentence with its component names as people write them: 'motor2' -> 'motor 2'."""
+    text = re.sub(r"\b(motor|arm)([123])\b", r"\1 \2", text)
+    return re.sub(r"\b(?:the )?range_([xyz])\b", r"the \1 sensor", text)
+
+
+def channel(name: str) -> str:
+    """An observation column: 'range_y' -> 'distance y', 'theta_1' -> 'angle of arm 1'."""
+    stem, _, which = name.partition("_")
+    known = {"range": "distance", "pos": "position", "theta": "angle of arm"}
+    if stem in known and which:
+        return f"{known[stem]} {which}"
+    return name.replace("_", " ")
+
+
+def bare(driver: str) -> str:
+    """A driver's name without its unit: 'theta_1 [rad]' -> 'theta_1'."""
+    return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", driver).strip()
+
+
+def listed(items: Sequence[str], word: str = "and") -> str:
+    """'a', 'a and b', 'a, b and c'."""
+    if len(items) < 2:
+        return "".join(items)
+    return f"{', '.join(items[:-1])} {word} {items[-1]}"
+
+
+def sentence(text: str) -> str:
+    """With a capital first and a full stop last."""
+    text = text.strip()
+    if not text:
+        return ""
+    text = text[0].upper() + text[1:]
+    return text if text[-1] in ".!?" else f"{text}."
+
+
+def count(number: int, one: str, more: str | None = None) -> str:
+    """'one finding', '3 findings'."""
+    if number == 1:
+        return f"one {one}"
+    return f"{number} {more or one + 's'}"
