@@ -1,1 +1,1 @@
-"""What touches hardware, each behind one small contract, and fakes of exactly those chips and pins."""
+"""What touches hardware, each behind a small contract, and fakes of just those chips and pins."""

@@ -14,7 +14,7 @@ Address = Annotated[int, Field(ge=0x08, le=0x77)]
 
 
 class StepSettings(StrictModel):
-    """How steps get out: backend, pins and the drive's timing (CL57T: pulse >= 1 us, DIR set-up)."""
+    """How steps get out: backend, pins, the drive's timing (CL57T: pulse >= 1 us, DIR set-up)."""
 
     backend: Literal["pulse", "gpiozero"] = "pulse"
     step_pins: PinPerMotor = (17, 27, 22)

@@ -1,1 +1,1 @@
-"""Shipped models of the chips, pins and drives below the vendor libraries; each says what it leaves out."""
+"""Shipped models of chips, pins and drives below the vendor libraries; each says its limits."""

@@ -38,6 +38,6 @@ def effort_flow(flow: Flow) -> EffortFlow:
 
 
 def rub(flow: EffortFlow, moving: FloatArray, most: FloatArray | float) -> None:
-    """Take friction off the force: `moving` (n, 1) in motion, at rest whatever holds up to `most`."""
+    """Take friction off the force: `moving` (n, 1) in motion; at rest what holds, up to `most`."""
     held = np.clip(flow.angles_rad, -most, most)
     flow.angles_rad -= np.where(flow.at_rest, held, moving)
