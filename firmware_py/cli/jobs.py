@@ -38,11 +38,11 @@ def run(
 
     Shows progress, then how well the path was followed, and where the recording is.
 
-        deltactl run heart.yaml
-
-        deltactl run circle.yaml --realtime --report circle.html
-
-        deltactl run survey.yaml --simulate --record survey.mcap --json
+    ```
+    deltactl run heart.yaml
+    deltactl run circle.yaml --realtime --report circle.html
+    deltactl run survey.yaml --simulate --record survey.mcap --json
+    ```
     """
     from firmware_py.cli.run import run_job
 
@@ -52,7 +52,9 @@ def run(
 def check(job: JobArgument, json_out: JsonOption = False) -> None:
     """Dry run: limits, duration, peak step rate; nothing moves.
 
+    ```
     deltactl check heart.yaml
+    ```
     """
     from firmware_py.cli.check import check_job
 
@@ -66,7 +68,9 @@ def report(
 ) -> None:
     """Tracking errors of a recorded run, and one HTML file with the curves.
 
+    ```
     deltactl report recordings/heart.mcap -o heart.html
+    ```
     """
     from firmware_py.cli.show import show_recording
 
@@ -82,7 +86,9 @@ def export(
 ) -> None:
     """Turn a recorded run into a flat table (one row every 20 ms).
 
+    ```
     deltactl export recordings/heart.mcap heart.csv
+    ```
     """
     from firmware_py.cli.show import export_recording
 

@@ -18,11 +18,11 @@ app = typer.Typer(
 
 Try it without a robot:
 
-    deltactl run heart.yaml            a heart on the simulated robot
-
-    deltactl check heart.yaml          what that job would do, nothing moves
-
-    deltactl report recordings/X.mcap  look at what happened
+```
+deltactl run heart.yaml            a heart on the simulated robot
+deltactl check heart.yaml          what that job would do, nothing moves
+deltactl report recordings/X.mcap  look at what happened
+```
 """,
 )
 

@@ -23,7 +23,7 @@ SIMPLE: dict[str, str] = {
 def register(app: typer.Typer) -> None:
     """Add the commands of this file."""
     for name, text in SIMPLE.items():
-        app.command(name, help=f"{text}\n\n    deltactl {name}")(_simple(name))
+        app.command(name, help=f"{text}\n\n```\ndeltactl {name}\n```")(_simple(name))
     app.command()(stop)
     app.command()(status)
     app.command()(sensors)
@@ -45,7 +45,9 @@ def stop(
 ) -> None:
     """Emergency stop: pulses end at once, and the position is no longer trusted.
 
+    ```
     deltactl stop
+    ```
     """
     from firmware_py.cli.remote import stop_robot
 
@@ -59,7 +61,9 @@ def status(
 ) -> None:
     """State, position, job, sensors.
 
+    ```
     deltactl status --json
+    ```
     """
     from firmware_py.cli.remote import show_status
 
@@ -80,11 +84,11 @@ def sensors(
 ) -> None:
     """Live readings of the three ranging sensors.
 
+    ```
     deltactl sensors
-
     deltactl sensors --watch
-
     deltactl sensors --calibrate z=0.412
+    ```
     """
     from firmware_py.cli.sensors import show_sensors
 
@@ -99,7 +103,9 @@ def daemon(
 ) -> None:
     """Run the daemon that owns the robot (systemd starts it so).
 
+    ```
     deltactl daemon zhao-2023.yaml --simulate
+    ```
     """
     from firmware_py.cli.output import errors
     from firmware_py.daemon.main import serve

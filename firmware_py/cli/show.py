@@ -30,7 +30,7 @@ def show_tracking(recording: Path, quiet: bool) -> dict[str, Any]:
 
 def tracking_table(job: str, tracking: RunTracking) -> Table:
     """RMS and largest error of each axis, for everything there is to compare with."""
-    title = f"{job}: error against the target [mm]"
+    title = f"{job}: error against the target, in mm"
     table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
     table.add_column("seen by")
     for axis in AXES:

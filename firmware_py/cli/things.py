@@ -34,9 +34,10 @@ def diagnose(
 ) -> None:
     """Compare recordings with the robot file: what is missing, where, how sure.
 
+    ```
     deltactl diagnose run.csv.gz --robot zhao-2023.yaml
-
     deltactl diagnose a.mcap --robot zhao-2023.yaml --holdout b.mcap --report why.html
+    ```
     """
     from firmware_py.cli.diagnose import diagnose_recordings
 
@@ -51,9 +52,10 @@ def install(
 ) -> None:
     """Install the service on a Raspberry Pi: unit, udev rules, boot options, wiring table.
 
+    ```
     deltactl install
-
     sudo deltactl install --apply
+    ```
     """
     from firmware_py.cli.install import install_service
 

@@ -1,0 +1,31 @@
+"""Help teaches by example: every command shows how it is called, a line each, unwrapped."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+COMMANDS = (
+    "run check report export on off home pause resume cancel acknowledge stop status sensors"
+    " daemon diagnose install"
+).split()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_shows_whole_lines_to_type(deltactl, command: str) -> None:
+    lines = [line.rstrip() for line in deltactl(command, "--help").stdout.splitlines()]
+    above_options = lines[: next(n for n, line in enumerate(lines) if line.startswith("╭"))]
+    shown = [line for line in above_options if re.search(rf"\bdeltactl {command}\b", line)]
+    assert shown
+    assert not any("`" in line for line in lines)
+    assert all(line.startswith(("  deltactl", "  sudo deltactl")) for line in shown)
+
+
+def test_the_first_help_starts_without_a_robot(deltactl) -> None:
+    shown = [
+        line.split("  ")[1]
+        for line in deltactl("--help").stdout.splitlines()[:12]
+        if "  deltactl" in line
+    ]
+    assert shown[:2] == ["deltactl run heart.yaml", "deltactl check heart.yaml"]
