@@ -6,13 +6,12 @@ import re
 
 import pytest
 
-COMMANDS = (
-    "run check report export on off home pause resume cancel acknowledge stop status sensors"
-    " daemon diagnose install"
-).split()
+JOBS = ["run", "check", "report", "export", "diagnose"]
+SERVICE = ["on", "off", "home", "pause", "resume", "cancel", "acknowledge", "stop", "status"]
+MACHINE = ["sensors", "daemon", "install"]
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", JOBS + SERVICE + MACHINE)
 def test_help_shows_whole_lines_to_type(deltactl, command: str) -> None:
     lines = [line.rstrip() for line in deltactl(command, "--help").stdout.splitlines()]
     above_options = lines[: next(n for n, line in enumerate(lines) if line.startswith("╭"))]
