@@ -1,4 +1,8 @@
-"""The effort signal reads a constant too little or too much."""
+"""The effort holds a constant that moves nothing.
+
+inertia * acceleration = effort - friction - offset, the sign in which identification papers give
+it (Janot, Gautier and Brunot 2019, EMPS: equation 1).
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,7 @@ from models.effects.port import Port
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
-    flow.angles_rad += scalar(values, "offset")
+    flow.angles_rad -= scalar(values, "offset")
 
 
 EFFECT = EffectKind(
@@ -17,6 +21,6 @@ EFFECT = EffectKind(
     components=("axis",),
     parameters=(Parameter("offset", "N m", -1e5, 1e5, step=1e-3),),
     operate=_operate,
-    says=lambda component, v: f"{v['offset']:+.4g} N m act on the axis beside the effort",
+    says=lambda component, v: f"{v['offset']:+.4g} N m of the effort move nothing",
     order=2,
 )

@@ -96,7 +96,7 @@ _WORDS = {
     "resonance": "the axis rings at {frequency} after moves, with a damping of {damping}",
     "sensor_latency": "the readings are late by {time}",
     "effort_gain": "the drive gives {scale} times the force that the robot file says",
-    "effort_offset": "{offset} acts on the axis beside the effort",
+    "effort_offset": "{offset} of the effort moves nothing (an offset of the effort)",
     "stribeck_friction": "friction is {torque} higher near standstill, falling off within {speed}",
     "inertia": "the axis moves a mass of {inertia}",
     "sensor_offset": "the sensor reads {offset} off",
@@ -127,8 +127,9 @@ def _sentence(name: str, parameters: tuple[Parameter, ...], values: Mapping[str,
     shown = {p.name: said(float(values[p.name]), p.unit) for p in parameters if p.name in values}
     words = _WORDS.get(name) or _FRICTION["width" if "width" in shown else "torque"]
     text = words.format(**shown)
-    if name == "following_lag" and values.get("dead_time"):
-        text += f" after a dead time of {shown['dead_time']}"
+    if name == "following_lag" and float(values.get("dead_time", 0.0)):
+        dead = f"a dead time of {shown['dead_time']}"
+        text = f"{text} after {dead}" if float(values["time"]) else f"the axis follows after {dead}"
     if float(values.get("asymmetry", 0.0)):
         text += f", with an asymmetry of {values['asymmetry']:+.2f}"
     return text

@@ -1,0 +1,153 @@
+"""The whole way from a lone axis (or sensor) with its recording to the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from diagnosis.axis_answer import AxisOutcome, findings, picture, unexplained
+from diagnosis.axis_holdout import other_run
+from diagnosis.axis_model import AxisModel
+from diagnosis.axis_prepare import prepare_again, prepare_axis
+from diagnosis.axis_search import AxisSearch
+from diagnosis.axis_words import summary
+from diagnosis.effort_axis_model import EffortAxisModel
+from diagnosis.fit import Solution
+from diagnosis.holdout import on_blocks
+from diagnosis.limits import limits
+from diagnosis.prepare import Prepared, prepare
+from diagnosis.range_sensor_model import RangeSensorModel
+from diagnosis.result import Diagnosis, Finding, Fit, NotTestable, Verdict
+from foundation.errors import RecordingError
+from models.effects.lone_axis import COMPONENT
+from models.robot import RangeSensor, ServoAxis, StepperAxis
+from recording.flat import FlatRecording
+
+Progress = Callable[[str], None]
+LoneRobot = StepperAxis | ServoAxis | RangeSensor
+LoneModel = AxisModel | EffortAxisModel | RangeSensorModel
+MISSING = 0.01
+REST_SHARE = 0.05
+NOT_SEEN = {"joint_compliance": "the load on the axis is not known (no gravity, no load column)"}
+LIKELIER = {
+    "stepper_axis": (("joint_friction", 4.0),),
+    "servo_axis": (("gear_backlash", 10.0),),
+    "range_sensor": (("sensor_latency", -8.0),),
+}
+"""Of two operators that are one in the data, what is said first; the other is an alternative."""
+
+
+def model_of(robot: LoneRobot, recordings: Sequence[FlatRecording]) -> LoneModel:
+    """The model that fits robot and columns. Raises RecordingError for bad input."""
+    if not recordings:
+        raise RecordingError("no recording was given")
+    if isinstance(robot, RangeSensor):
+        return RangeSensorModel(robot, recordings)
+    if isinstance(robot, ServoAxis) and robot.inertia is not None:
+        if all(r.has("effort") and np.isfinite(r.columns["effort"]).any() for r in recordings):
+            return EffortAxisModel(robot, recordings)
+    return AxisModel(robot, recordings)
+
+
+def diagnose_axis(
+    robot: LoneRobot,
+    recordings: Sequence[FlatRecording],
+    holdout: Sequence[FlatRecording] = (),
+    progress: Progress = lambda _: None,
+) -> Diagnosis:
+    """Diagnose one or several recordings of a lone axis or sensor. Raises RecordingError."""
+    model = model_of(robot, recordings)
+    others = [model_of(robot, [recording]) for recording in holdout]
+    forced = isinstance(model, EffortAxisModel)
+    progress("noise of the readings")
+    prepare_ = prepare if forced else prepare_axis
+    prepared = prepare_(model, model.readings.valid)
+    rad_per_step = model.rad_per_step if isinstance(model, AxisModel) else 0.0
+    progress("searching for what is missing")
+    search = AxisSearch(prepared, rad_per_step, progress, unlikely=LIKELIER[robot.kind])
+    solution = search.run()
+    first_p = search.p(float(search.scores_of_empty.log_p.min(initial=0.0)))
+    hidden, smallest = limits(search)
+    outcome = _settled(search, solution, model, forced)
+    progress("what else it could be")
+    found = findings(outcome)
+    free_zero = not isinstance(robot, RangeSensor) and robot.zero == "arbitrary"
+    fit = _fit(outcome, others, free_zero and not forced)
+    share = _left(fit)
+    rest, rest_p = unexplained(outcome, share)
+    return Diagnosis(
+        verdict=_verdict(found, first_p, rest_p, share),
+        false_alarm_p=first_p,
+        fit=fit,
+        findings=found,
+        unexplained=rest,
+        not_testable=[*hidden, *_not_offered(model)],
+        smallest_detectable=smallest,
+        says=summary(found, fit, rest, first_p),
+        picture=picture(outcome),
+    )
+
+
+def _settled(
+    search: AxisSearch, solution: Solution, model: LoneModel, forced: bool
+) -> AxisOutcome:
+    """Fit once more under the noise that the explanation itself leaves."""
+    left = search.fitter.observed - solution.predicted
+    last = AxisSearch(
+        prepare_again(search.prepared, left, forced), search.rad_per_step, search.progress,
+        unlikely=search.unlikely,
+    )  # fmt: skip
+    final = last.fitter.solve(solution.terms, solution.frees, solution.nuisances)
+    return AxisOutcome(last, final, last.empty.cost, model.unit)
+
+
+def _not_offered(model: LoneModel) -> list[NotTestable]:
+    offered = {candidate.effect for candidate in model.candidates}
+    return [
+        NotTestable(effect=effect, component=COMPONENT, why=why)
+        for effect, why in NOT_SEEN.items()
+        if isinstance(model, AxisModel) and effect not in offered
+    ]
+
+
+def _fit(outcome: AxisOutcome, others: Sequence[LoneModel], free_zero: bool) -> Fit:
+    search, solution = outcome.search, outcome.solution
+    prepared: Prepared = search.prepared
+    observed, valid = search.fitter.observed, prepared.valid[:, 0]
+
+    def rms(values: np.ndarray) -> float:
+        return float(np.sqrt(np.mean(np.square(values[valid, 0])))) if valid.any() else 0.0
+
+    if others:
+        pairs = [other_run(m, search.empty.nuisances, solution, free_zero) for m in others]
+        before, after = (float(np.sqrt(np.mean(np.square(x)))) for x in zip(*pairs, strict=True))
+    else:
+        before, after = on_blocks(search.fitter, solution, prepared.valid, [0])
+    last = rms(observed - solution.predicted)
+    return Fit(
+        rms_before_m=rms(observed - search.empty.predicted),
+        rms_after_m=last,
+        noise_floor_m=min(rms(prepared.floor), last),
+        holdout_rms_before_m=before,
+        holdout_rms_after_m=after,
+        unit=outcome.unit,
+        holdout="run" if others else "blocks",
+    )
+
+
+def _left(fit: Fit) -> float:
+    """Share of the mismatch's power that is left above the noise."""
+    missing = fit.rms_before_m**2 - fit.noise_floor_m**2
+    left = fit.rms_after_m**2 - fit.noise_floor_m**2
+    return float(np.clip(left / missing, 0.0, 1.0)) if missing > 0.0 else 0.0
+
+
+def _verdict(found: list[Finding], p: float, rest_p: float, share: float) -> Verdict:
+    if not found:
+        return "nothing_missing" if p > MISSING else "unexplained"
+    if all(finding.effect == "unknown" for finding in found):
+        return "unexplained"
+    if any(finding.effect == "unknown" for finding in found):
+        return "partly_explained"
+    return "partly_explained" if rest_p < MISSING and share > REST_SHARE else "explained"

@@ -1,0 +1,212 @@
+"""The search on a lone axis: the engine's scores and fits, with proof that survives a rough model.
+
+One channel, much data and little noise: on real axes every model leaves a structure that noise
+does not have, and plain chi-squares would name it all. So the chi-square is scaled by what is
+left over, each effect must lower the mismatch in many blocks of time alike, and it must explain
+a part of what is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from diagnosis.axis_jumps import scan
+from diagnosis.axis_tidy import tidied
+from diagnosis.candidate import Term
+from diagnosis.fit import Solution
+from diagnosis.free_shapes import FreeShape
+from diagnosis.name import ALPHA, Search, Trial, price
+
+MOST_TERMS = 6
+TRIED = 7
+WORTH_TRYING = 0.3
+FREE_PRICE = 20.0
+FREE_ADVANTAGE = 10.0
+"""Scaled chi-square by which an explanation with a free shape must fit better."""
+FREE_LEAST = 0.04
+"""Share of the whole mismatch by which it must fit better: slight shapes are nobody's news."""
+LEAST_OF_REST = 0.06
+"""Share of what is left above the noise that a further effect must explain."""
+FREE_LEAST_OF_REST = 0.2
+WAVES = ("transmission_error", "encoder_error")
+SAME_PERIOD = 0.3
+BLOCKS = 40
+SHORTEST_BLOCK_S = 1.0
+LEAST_Z = 4.0
+RELUCTANCE = {
+    "sensor_latency": 10.0, "resonance": 6.0, "encoder_error": 3.0, "transmission_error": 6.0,
+    "viscous_friction": 1.0, "stribeck_friction": 4.0, "effort_gain": 2.0,
+}  # fmt: skip
+"""Chi-square by which the likelier of two that fit alike is preferred."""
+
+
+@dataclass(slots=True, eq=False)
+class AxisSearch(Search):
+    """Finds the set of effects on one axis. `unlikely`: further reluctance, by effect."""
+
+    unlikely: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def event_tests(self) -> float:
+        """Moments at which a loss could have come."""
+        return self.prepared.model.readings.span_s if self.rad_per_step else 0.0
+
+    def toll(self, term: Term) -> float:
+        """What a term must earn."""
+        effect = term.candidate.effect
+        return (
+            price(term.candidate) + RELUCTANCE.get(effect, 0.0) + dict(self.unlikely).get(effect, 0)
+        )
+
+    def excess(self, solution: Solution) -> float:
+        """How much more is left than noise would leave, at least 1."""
+        return max(1.0, solution.cost / max(self.fitter.rows, 1))
+
+    def value(self, solution: Solution, scale: float) -> float:
+        """Scaled cost with the tolls: the smaller the better."""
+        tolls = sum(self.toll(term) for term in solution.terms)
+        return solution.cost / scale + tolls + FREE_PRICE * len(solution.frees)
+
+    def run(self) -> Solution:
+        """The best set of named effects, with free shapes where they do clearly better."""
+        named = self._extended(self.empty)
+        best = named
+        for freed in [*self._freed(named), *(self._freed(self.empty, 2) if named.terms else [])]:
+            bare = named if freed.terms else self.empty
+            if not self.proven(bare, freed, freed.frees[-1].basis.shape[1]):
+                continue
+            rival = self._extended(self._pruned(freed))
+            scale = self.excess(min(rival, best, key=lambda s: s.cost))
+            needed = FREE_ADVANTAGE * scale + FREE_LEAST * (self.empty.cost - self.fitter.rows)
+            if best.cost - rival.cost < needed:
+                continue
+            if self.value(rival, scale) < self.value(best, scale):
+                best = rival
+        return tidied(self.fitter, best, self.excess(best))
+
+    def _extended(self, solution: Solution) -> Solution:
+        """Effect after effect until none is proven."""
+        while len(solution.terms) < MOST_TERMS:
+            grown = self._grown(solution)
+            if grown is None:
+                break
+            solution = self._pruned(grown)
+        return solution
+
+    def _grown(self, solution: Solution) -> Solution | None:
+        tried = self._tried(solution)
+        if not tried:
+            return None
+        scale = self.excess(min(tried, key=lambda s: s.cost))
+        for grown in sorted(tried, key=lambda s: self.value(s, scale)):
+            df = self._numbers(grown) - self._numbers(solution)
+            if self.proven(solution, grown, max(df, 1)):
+                return grown
+        return None
+
+    def _tried(self, solution: Solution) -> list[Solution]:
+        trials = self.trials(solution)[:TRIED]
+        if not trials:
+            return []
+        strongest = max(trial.gain for trial in trials)
+        self.progress(f"trying {len(trials)} explanations")
+        grown = [
+            self.fitter.solve((*solution.terms, t.start), solution.frees, solution.nuisances)
+            for t in trials
+            if t.gain > WORTH_TRYING * strongest
+        ]
+        return grown
+
+    def _freed(self, solution: Solution, most: int = 1) -> list[Solution]:
+        """The solution with a free shape that explains much of the rest."""
+        return [
+            self.fitter.solve(solution.terms, (*solution.frees, free), solution.nuisances)
+            for free in self._free_trials(solution, most)
+        ]
+
+    def _free_trials(self, solution: Solution, most: int) -> list[FreeShape]:
+        scores, entries = self.scores(solution), self.prepared.bank.entries
+        taken = {free.driver for free in solution.frees}
+        ranked = sorted(
+            (n for n, e in enumerate(entries) if e.free is not None and e.free.driver not in taken),
+            key=lambda n: -scores.gain[n],
+        )
+        least = FREE_LEAST_OF_REST * (solution.cost - self.fitter.rows)
+        found = [entries[n].free for n in ranked[:most] if scores.gain[n] > least]
+        return [free for free in found if free is not None]
+
+    def _pruned(self, solution: Solution) -> Solution:
+        for number in range(len(solution.terms)):
+            if len(solution.terms) + len(solution.frees) < 2:
+                break
+            rest = (*solution.terms[:number], *solution.terms[number + 1 :])
+            bare = self.fitter.solve(rest, solution.frees, solution.nuisances)
+            df = max(len(solution.terms[number].candidate.moved), 1)
+            if not self.proven(bare, solution, df):
+                return self._pruned(bare)
+        return solution
+
+    def proven(self, bare: Solution, full: Solution, df: int) -> bool:
+        """Whether `full` explains significantly more, by scaled chi-square and block by block."""
+        gain = bare.cost - full.cost
+        if gain <= 0.0:
+            return False
+        scale = self.excess(full)
+        if self.p(float(chi2.logsf(gain / scale, df))) > ALPHA:
+            return False
+        rest = bare.cost - self.fitter.rows
+        if scale > 1.3 and gain < LEAST_OF_REST * rest:
+            return False
+        return self.steadiness(bare, full) > LEAST_Z
+
+    def steadiness(self, bare: Solution, full: Solution) -> float:
+        """z of the gain from its scatter over blocks of time (Vuong 1989, in blocks)."""
+        rows = self.fitter.rows
+        gained = bare.residual[:rows] ** 2 - full.residual[:rows] ** 2
+        sums = np.bincount(self.blocks(), weights=gained)
+        spread = float(np.sqrt(np.sum(sums**2)))
+        return 2.0 * float(sums.sum()) / spread if spread > 0.0 else 0.0
+
+    def blocks(self) -> np.ndarray:
+        """Blocks of equal time and travel: what happens happens in motion."""
+        model = self.prepared.model
+        driver = next(iter(model.drivers().values()))
+        travel = np.cumsum(np.abs(np.diff(driver, prepend=driver[0])))
+        t_s = model.readings.t_s - model.readings.t_s[0]
+        share = 0.5 * t_s / t_s[-1] + 0.5 * travel / max(float(travel[-1]), 1e-300)
+        count = min(BLOCKS, int(model.readings.span_s / SHORTEST_BLOCK_S), len(t_s) // 20)
+        blocks: np.ndarray = (share * 0.999999 * max(count, 4)).astype(np.intp)
+        return blocks[self.fitter.whiten.rows]
+
+    @staticmethod
+    def _numbers(solution: Solution) -> int:
+        named = sum(len(term.candidate.moved) for term in solution.terms)
+        return named + sum(free.basis.shape[1] for free in solution.frees)
+
+    def trials(self, solution: Solution, without: Sequence[tuple[str, ...]] = ()) -> list[Trial]:
+        """As the engine's, in the order of this search's tolls."""
+        # The engine's own scan for lost steps knows the motors of a delta only.
+        rad_per_step, self.rad_per_step = self.rad_per_step, 0.0
+        found = Search.trials(self, solution, without)
+        self.rad_per_step = rad_per_step
+        scale = self.excess(solution)
+        if self.rad_per_step and not any(t.candidate.effect == "lost_steps" for t in solution.terms):
+            found = [*found, *scan(self.fitter, solution, self.prepared.model, self.rad_per_step)]
+        found = [t for t in found if t.gain > 0.0 and not _same_wave(t.start, solution.terms)]
+        return sorted(found, key=lambda t: self.toll(t.start) - t.gain / scale)
+
+
+
+
+def _same_wave(start: Term, terms: Sequence[Term]) -> bool:
+    """Gear and encoder errors of nearly one period would only cancel each other."""
+    if start.candidate.effect not in WAVES:
+        return False
+    return any(
+        term.candidate.effect in WAVES and abs(term.at[2] - start.at[2]) < SAME_PERIOD
+        for term in terms
+    )

@@ -1,0 +1,77 @@
+"""A range sensor by itself and its recordings, as the engine sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from diagnosis import axis_candidates as moves
+from diagnosis.axis_columns import filled, needed, refuse_other_units, refuse_still
+from diagnosis.candidate import Candidate, Term
+from diagnosis.nuisance import Nuisance
+from diagnosis.readings import FloatArray, Readings, gather
+from models.chain.range_sensor import SensorChain
+from models.effects.lone_axis import COMPONENT
+from models.robot import RangeSensor
+from recording.flat import FlatRecording
+
+
+class RangeSensorModel:
+    """Predictions of one sensor's reading from the true distance."""
+
+    def __init__(self, robot: RangeSensor, recordings: Sequence[FlatRecording]):
+        self.robot = robot
+        self.unit = "m"
+        self.chain = SensorChain(robot.effects)
+        for recording in recordings:
+            needed(recording, ("distance",), "distance")
+            needed(recording, ("range",), "range")
+        self.readings: Readings = gather(recordings, ["range"], {"range": "m"})
+        self.distance_m = np.concatenate([filled(r, "distance") for r in recordings])
+        source = recordings[0].source
+        refuse_still(self.readings.values[:, 0], "range", source)
+        refuse_other_units(
+            self.distance_m, self.readings.values[:, 0], "range and distance", source
+        )
+        self._parts = [self.readings.part == n for n in range(len(recordings))]
+        self.nuisances: list[Nuisance] = []
+        self.tolerances: list[Nuisance] = []
+        self.candidates = self._candidates()
+
+    @property
+    def _moves(self) -> bool:
+        return float(np.ptp(self.distance_m)) > 1e-6
+
+    def _candidates(self) -> list[Candidate]:
+        kinds = self.chain.kinds
+        found = [
+            moves.simple(kinds["sensor_offset"], 1e-4),
+            moves.drift(kinds["sensor_drift"], self.readings.span_s),
+        ]
+        if self._moves:
+            found += [
+                moves.simple(kinds["sensor_scale"], 1e-4),
+                moves.simple(kinds["sensor_crosstalk"], 1e-4),
+                moves.latency(kinds["sensor_latency"], self.readings.period_s),
+            ]
+        return found
+
+    def predict(self, terms: Sequence[Term]) -> FloatArray:
+        """The reading without noise, (n, 1)."""
+        readings, active = self.readings, [term.active for term in terms]
+        parts = [
+            self.chain.simulate(
+                readings.t_s[rows], self.distance_m[rows], readings.fresh[rows], active
+            )
+            for rows in self._parts
+        ]
+        return np.concatenate(parts)[:, None]
+
+    def drivers(self) -> dict[str, FloatArray]:
+        """Distance and time."""
+        return {"distance": self.distance_m, "time": self.readings.t_s}
+
+    def ports(self) -> dict[str, FloatArray]:
+        """The sensor itself."""
+        return {COMPONENT: np.ones((len(self.readings.t_s), 1))}
