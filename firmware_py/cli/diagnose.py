@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
 from pathlib import Path
 
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from firmware_py.cli.output import console, errors
+from firmware_py.cli.output import console, errors, print_json
 from firmware_py.robot_file import find
+from models.robot import load_robot_model
 
 
 def diagnose_recordings(
@@ -22,7 +21,11 @@ def diagnose_recordings(
 ) -> None:
     """Diagnose, print what was found in plain sentences, and write what was asked for."""
     from diagnosis.command import diagnose
+    from diagnosis.corrected import save_corrected
+    from diagnosis.report.html import write_report
+    from diagnosis.report.summary import summary_lines
 
+    robot_file = find(robot)
     quiet = json_file is not None and str(json_file) == "-"
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Progress(*columns, console=errors, transient=True, disable=quiet) as progress:
@@ -31,21 +34,16 @@ def diagnose_recordings(
         def show(text: str) -> None:
             progress.update(bar, description=text)
 
-        step: Callable[[str], None] = show
         answer = diagnose(
-            recordings,
-            find(robot),
-            holdout=holdout,
-            json_out=None if quiet else json_file,
-            report_out=report,
-            save_robot=save_robot,
-            progress=step,
+            recordings, robot_file, holdout, None if quiet else json_file, progress=show
         )
+    if save_robot is not None:
+        save_corrected(robot_file, answer, save_robot)
+    if report is not None:
+        write_report(answer, load_robot_model(robot_file), report)
     if quiet:
-        print(json.dumps(answer.to_json(), indent=2))
+        print_json(answer.to_json())
         return
-    from diagnosis.report.summary import summary_lines
-
     for line in summary_lines(answer):
         console.print(line)
     for name, path in (("report", report), ("answer", json_file), ("robot file", save_robot)):
