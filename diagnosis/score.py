@@ -44,7 +44,7 @@ class Scorer:
         shared = np.asarray(white.T @ basis[:rows].astype(np.float32), dtype=np.float64)
         left = residual - basis @ (basis.T @ residual)
         along = np.asarray(white.T @ left[:rows].astype(np.float32), dtype=np.float64)
-        gains, logs, steps, infos = [], [], [], []
+        gains, ranks, steps, infos = [], [], [], []
         for number, entry in enumerate(self.bank.entries):
             part = entry.columns
             information = self.gram[part, part] - shared[part] @ shared[part].T
@@ -53,8 +53,10 @@ class Scorer:
             gains.append(gain)
             steps.append(step)
             infos.append(information)
-            logs.append(float(chi2.logsf(gain, rank)) if rank else 0.0)
-        return Scores(np.array(gains), np.array(logs), steps, infos)
+            ranks.append(rank)
+        degrees = np.array(ranks)
+        logs = np.where(degrees > 0, chi2.logsf(np.array(gains), np.maximum(degrees, 1)), 0.0)
+        return Scores(np.array(gains), logs, steps, infos)
 
 
 def orthonormal(tangent: FloatArray) -> FloatArray:
