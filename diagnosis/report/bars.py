@@ -56,16 +56,17 @@ def _labels(
     size: Size, zero: float, nothing: float, faint: float, smallest: float
 ) -> Iterable[str]:
     yield _word(zero, "nothing wrong" if nothing == 0.0 else number(nothing, significant(nothing)))
-    if math.isfinite(smallest) and abs(faint - zero) > 2.5 * NEAR:
-        yield _word(faint, "smallest visible")
+    if math.isfinite(smallest):
+        yield _word(faint, "smallest visible", low=abs(faint - zero) < 2.0 * NEAR)
 
 
 def _at(kind: str, place: float) -> str:
     return f'<i class="{kind}" style="left:{place:.2f}%"></i>'
 
 
-def _word(place: float, text: str) -> str:
+def _word(place: float, text: str, low: bool = False) -> str:
     side = "start" if place < NEAR else "end" if place > 100.0 - NEAR else ""
+    side += " low" if low else ""
     return f'<span class="{side}" style="left:{place:.2f}%">{html.escape(text)}</span>'
 
 

@@ -20,12 +20,13 @@ from diagnosis.report.bars import Pair, pair_bars
 from diagnosis.report.cards import all_numbers, finding_cards
 from diagnosis.report.drawing import machine_drawing
 from diagnosis.report.pictures import mismatch_sections
-from diagnosis.report.sizes import quantity, scale_of
+from diagnosis.report.sizes import scale_of
 from diagnosis.report.summary import (
     experiment_line,
     fit_lines,
     headline,
     remarks,
+    smallest_text,
     span_s,
     unexplained_line,
 )
@@ -125,14 +126,6 @@ def _smallest(diagnosis: Diagnosis) -> Iterable[tuple[str, str]]:
             words.effect(one.effect, one.component),
             smallest_text(one.value, one.unit, one.parameter),
         )
-
-
-def smallest_text(value: float, unit: str, parameter: str) -> str:
-    """A smallest size; of a scale the departure from 1, however it is given."""
-    if parameter == "scale" and abs(value) < 0.5:
-        value += 1.0
-    size = quantity(value, unit, parameter).lstrip("+\u2212")
-    return f"softer than {size}" if parameter == "stiffness" else size
 
 
 def _next(diagnosis: Diagnosis) -> list[str]:

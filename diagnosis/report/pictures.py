@@ -13,6 +13,7 @@ from charts.spec import Colour, Series, Span, Style
 from charts.thin import keep
 from diagnosis.report import words
 from diagnosis.report.bars import Pair, pair_bars
+from diagnosis.report.drawing.scene import hue
 from diagnosis.report.regimes import regimes
 from diagnosis.report.residuals import Mismatch, binned, explained_by, mismatches, smoothed
 from diagnosis.report.sizes import quantity, scale_of
@@ -25,6 +26,8 @@ MOST_PER_CHART = 12_000
 SHOWN_FIRST = 4
 """Charts by place, and by other quantities, that stand open; the rest is behind a click."""
 HUES = (Colour.FIRST, Colour.SECOND, Colour.THIRD, Colour.COMMANDED, Colour.BAD)
+FINDING_COLOURS = (Colour.BAD, Colour.SECOND, Colour.COMMANDED, Colour.FIRST, Colour.THIRD)
+"""As report.css has them for findings 1 to 5."""
 TIME_GROUP = "time"
 
 _PLACE = re.compile(r"theta_[123]|(range|pos|position)_[xyz]|position|angle|distance|range|command")
@@ -60,8 +63,10 @@ def _by_time(
         paragraph(HINT, "note"),
     ]
     each = min(MOST_PER_CHART, POINTS // (2 * len(channels)))
-    spans = _spans(picture, findings)
-    return parts + [_time_chart(picture, one, spans, each).html() for one in channels]
+    charts = (
+        _time_chart(picture, one, _spans(picture, findings, one.source), each) for one in channels
+    )
+    return parts + [chart.html() for chart in charts]
 
 
 def _time_chart(
@@ -91,12 +96,13 @@ def _time_chart(
     )
 
 
-def _spans(picture: Picture, findings: Sequence[Finding]) -> list[Span]:
-    """When findings show, where that is not all the time."""
+def _spans(picture: Picture, findings: Sequence[Finding], source: str) -> list[Span]:
+    """When findings show in a channel, where that is not all the time."""
     start_s, end_s = float(picture.t_s[0]), float(picture.t_s[-1])
     return [
-        Span(begin, end, f"finding {number}", Colour.BAD)
+        Span(begin, end, f"finding {number}", FINDING_COLOURS[hue(number) - 1])
         for number, finding in enumerate(findings, 1)
+        if not finding.where.axes or source in finding.where.axes
         for begin, end in stretches(finding.where.times_s, start_s, end_s)[:20]
     ]
 

@@ -32,6 +32,8 @@ class Mismatch:
 
     name: str
     unit: str
+    source: str
+    """Column of the recording."""
     source_unit: str
     before: FloatArray
     after: FloatArray
@@ -62,6 +64,7 @@ def _mismatch(channel: Channel) -> Mismatch:
     return Mismatch(
         name=words.channel(channel.name),
         unit=scale.unit,
+        source=channel.name,
         source_unit=channel.unit,
         before=np.where(far | ~np.isfinite(before), np.nan, before),
         after=np.where(far | ~np.isfinite(after), np.nan, after),

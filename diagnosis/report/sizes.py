@@ -88,6 +88,12 @@ _NAMES: dict[str, str] = {
     "steps": "steps short",
     "size_rms": "size, root mean square",
 }
+_OWN_NAMES: dict[tuple[str, str], str] = {
+    ("sensor_latency", "time"): "late by",
+    ("following_lag", "time"): "time constant",
+    ("payload", "mass"): "mass beyond the robot file's",
+    ("inertia", "inertia"): "true inertia",
+}
 _MOMENTS = {("lost_steps", "time"), ("stale_reading", "time"), ("stale_reading", "times_s")}
 """Times that are moments of the recording, not durations."""
 _SIGNED = frozenset({"angle", "offset", "length_error", "rotation", "steps", "curvature", "strain"})
@@ -112,6 +118,8 @@ def shown_name(effect: str, parameter: str) -> str:
         return "at"
     if effect in ("joint_friction", "stribeck_friction") and parameter == "width":
         return "difference between the two directions"
+    if (effect, parameter) in _OWN_NAMES:
+        return _OWN_NAMES[effect, parameter]
     return _NAMES.get(parameter, parameter.replace("_", " "))
 
 

@@ -36,19 +36,17 @@ def plain_lines(diagnosis: Diagnosis) -> list[str]:
 def headline(diagnosis: Diagnosis) -> str:
     """The verdict in one sentence."""
     findings = diagnosis.findings
-    named = [words.effect(f.effect, f.component) for f in findings if f.effect != "unknown"]
+    named = [_either(finding) for finding in findings if finding.effect != "unknown"]
     shown = named[:MOST_NAMED]
     if len(named) > len(shown):
         shown.append(f"{len(named) - len(shown)} more")
     what = words.listed(shown)
-    ambiguous = any(finding.alternatives for finding in findings)
-    doubt = " (or a cause that looks the same, see below)" if ambiguous and named else ""
     if diagnosis.verdict == "nothing_missing":
         return "Nothing is missing: the robot behaves as its robot file says, within the noise."
     if diagnosis.verdict == "explained" and named:
-        return words.sentence(f"{what} {_explain(named)} the mismatch{doubt}")
+        return words.sentence(f"the mismatch is explained by {what}")
     if diagnosis.verdict == "partly_explained" and named:
-        return words.sentence(f"{what} {_explain(named)} part of the mismatch{doubt}")
+        return words.sentence(f"part of the mismatch is explained by {what}")
     if unknown := [finding for finding in findings if finding.effect == "unknown"]:
         return words.sentence(
             "something is missing from the model that matches no known effect; "
@@ -57,8 +55,15 @@ def headline(diagnosis: Diagnosis) -> str:
     return "Something is missing from the model, and no known effect explains it."
 
 
-def _explain(named: Sequence[str]) -> str:
-    return "explains" if len(named) == 1 else "explain"
+def _either(finding: Finding) -> str:
+    """A finding by name, with what it cannot be told from."""
+    name = words.effect(finding.effect, finding.component)
+    others = [words.effect(one.effect, one.component) for one in finding.alternatives]
+    if not others:
+        return name
+    if len(others) == 1:
+        return f"{name} (or {others[0]})"
+    return f"{name} (or one of {len(others)} others that look the same)"
 
 
 def _enters(finding: Finding) -> str:
@@ -77,8 +82,8 @@ def _summary(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
     yield from (("", line) for line in remarks(diagnosis))
     yield "head", "Does it help?"
     yield from (("", line) for line in fit_lines(diagnosis.fit))
-    if diagnosis.verdict != "nothing_missing" or diagnosis.unexplained.says:
-        yield "", unexplained_line(diagnosis)
+    if left := unexplained_line(diagnosis):
+        yield "", left
     if untested := untested_line(diagnosis):
         yield "", untested
     if faint := faintest_line(diagnosis):
@@ -171,8 +176,7 @@ def alternatives_line(finding: Finding) -> str:
 def _memory(finding: Finding) -> str:
     if finding.has_memory is None:
         return ""
-    memory = "it depends on what came before" if finding.has_memory else "only on the present"
-    return f", {memory}" if finding.has_memory else f", and depends {memory}"
+    return "; what came before counts too" if finding.has_memory else "; only the present counts"
 
 
 def fit_lines(fit: Fit) -> list[str]:
@@ -200,6 +204,8 @@ def _held_out_gain(fit: Fit) -> str:
     ]
     if not math.isfinite(sum(above)) or above[0] <= 0.02 * fit.noise_floor_m**2:
         return ""
+    if fit.rms_after_m == fit.rms_before_m:
+        return ""
     gain = 100.0 * (1.0 - above[1] / above[0])
     if gain <= 0.0:
         return " (no gain there)"
@@ -207,11 +213,16 @@ def _held_out_gain(fit: Fit) -> str:
 
 
 def unexplained_line(diagnosis: Diagnosis) -> str:
-    """What no finding explains."""
+    """What no finding explains; its share only where it is more than noise."""
     rest = diagnosis.unexplained
     says = words.sentence(words.spelled(rest.says))
     share = 100.0 * rest.share_of_mismatch
-    head = f"Unexplained: {share:.0f} % of the mismatch." if math.isfinite(share) else ""
+    more_than_noise = bool(rest.depends_on) or diagnosis.verdict in (
+        "partly_explained",
+        "unexplained",
+    )
+    told_share = more_than_noise and math.isfinite(share)
+    head = f"Unexplained: {share:.0f} % of the mismatch." if told_share else ""
     follows = words.listed([words.followed(name) for name in rest.depends_on])
     more = words.sentence(f"it follows {follows}") if follows and not says else ""
     return " ".join(text for text in (head, says, more) if text)
@@ -219,24 +230,38 @@ def unexplained_line(diagnosis: Diagnosis) -> str:
 
 def untested_line(diagnosis: Diagnosis) -> str:
     """What could not have been seen."""
-    names = [words.effect(one.effect, one.component) for one in diagnosis.not_testable]
-    if not names:
-        return ""
-    shown = names[:MOST_NAMED]
-    if len(names) > len(shown):
-        shown.append(f"{len(names) - len(shown)} more (see the report)")
-    return words.sentence(f"could not be tested with this recording: {words.listed(shown)}")
+    grouped: dict[str, list[str]] = {}
+    for one in diagnosis.not_testable:
+        grouped.setdefault(one.effect, []).append(one.component)
+    names = [words.effect(effect, *components) for effect, components in grouped.items()]
+    return words.sentence(f"this recording could not show {_some(names)}") if names else ""
 
 
 def faintest_line(diagnosis: Diagnosis) -> str:
-    """A few of the smallest effects that would have been seen."""
+    """A few of the smallest effects that would have been seen: those of the findings first."""
+    wanted = [finding.effect for finding in diagnosis.findings]
+    order = sorted(diagnosis.smallest_detectable, key=lambda one: one.effect not in wanted)
     found: dict[str, str] = {}
-    for one in diagnosis.smallest_detectable:
-        if one.effect not in found:
-            size = quantity(one.value, one.unit, one.parameter).lstrip("+")
-            found[one.effect] = f"{size} of {words.effect(one.effect, one.component)}"
+    for one in order:
+        size = smallest_text(one.value, one.unit, one.parameter)
+        found.setdefault(one.effect, f"{words.effect(one.effect, one.component)} ({size})")
     shown = list(found.values())[:MOST_NAMED]
-    return f"Would have been seen from about {words.listed(shown)}." if shown else ""
+    return f"The smallest that would have been seen: {words.listed(shown)}." if shown else ""
+
+
+def smallest_text(value: float, unit: str, parameter: str) -> str:
+    """A smallest size; of a scale the departure from 1, however it is given."""
+    if parameter == "scale" and abs(value) < 0.5:
+        value += 1.0
+    size = quantity(value, unit, parameter).lstrip("+\u2212")
+    return f"softer than {size}" if parameter == "stiffness" else size
+
+
+def _some(names: Sequence[str]) -> str:
+    shown = list(names[:MOST_NAMED])
+    if len(names) > len(shown):
+        shown.append(f"{len(names) - len(shown)} more kinds of effect (see the report)")
+    return words.listed(shown, "or")
 
 
 def experiment_line(diagnosis: Diagnosis) -> str:

@@ -41,11 +41,11 @@ def evidence(finding: Finding) -> str:
     p, gain = finding.evidence.p, finding.evidence.delta_chi2
     said = word(p)
     if math.isfinite(p):
-        said += f": readings like these without it have a chance of {odds(p)}"
+        said += f": chance alone would make it look like this in {odds(p)} recordings"
     if math.isfinite(gain):
         said += f" (the fit worsens by {gain:,.0f} in chi-square without it)".replace(",", " ")
-    if finding.alternatives:
-        said += ". That something like it is there is sure; which of the causes below is not"
+    if finding.alternatives and p < LIKELY_P:
+        said += ". Something like it is there; which of the causes below it is, is open"
     return f"{said}."
 
 
@@ -54,7 +54,4 @@ def false_alarm(diagnosis: Diagnosis) -> str:
     p = diagnosis.false_alarm_p
     if not math.isfinite(p):
         return "How often a machine without fault looks like this could not be worked out."
-    return (
-        "A machine exactly as its robot file says, with noise only, would show a mismatch "
-        f"as clear as this in {odds(p).removeprefix('about ')} recordings."
-    )
+    return f"If nothing were missing, noise alone would look like this in {odds(p)} recordings."

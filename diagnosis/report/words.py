@@ -82,9 +82,20 @@ def part(component: str) -> str:
     return component.replace("_", " ") or "an unknown place"
 
 
-def effect(name: str, component: str) -> str:
+def parts(components: Sequence[str]) -> str:
+    """Several components: 'motors 1, 2 and 3', 'the x and y sensors'."""
+    if len(components) == 1:
+        return part(components[0])
+    stems = {re.sub(r"[123xyz]$", "", name) for name in components}
+    lasts = listed([name[-1] for name in components])
+    if stems in ({"motor"}, {"arm"}):
+        return f"{stems.pop()}s {lasts}"
+    return f"the {lasts} sensors" if stems == {"range_"} else listed([part(c) for c in components])
+
+
+def effect(name: str, *components: str) -> str:
     """What is wrong and where, as a noun phrase: 'free play in the gearbox of motor 2'."""
-    where = part(component)
+    where = parts(components)
     if name in EFFECTS:
         return EFFECTS[name].format(part=where)
     return f"{name.replace('_', ' ')} at {where}"
@@ -101,8 +112,14 @@ def followed(driver: str) -> str:
 
 def spelled(text: str) -> str:
     """A sentence with its component names as people write them: 'motor2' -> 'motor 2'."""
+    text = re.sub(r"(?<=\bfollows )\w+|(?<=\bwith )\w+", _driver_in_text, text)
     text = re.sub(r"\b(motor|arm)([123])\b", r"\1 \2", text)
     return re.sub(r"\b(?:the )?range_([xyz])\b", r"the \1 sensor", text)
+
+
+def _driver_in_text(found: re.Match[str]) -> str:
+    word = found[0]
+    return followed(word) if re.search(r"_[123xyz]$", word) or word == "time" else word
 
 
 def channel(name: str) -> str:

@@ -6,14 +6,25 @@ from math import cos, sin
 
 import numpy as np
 
-from diagnosis.report.drawing.scene import Label, Part, Point, Scene, circle, line, polygon, rod
+from diagnosis.report.drawing.scene import (
+    BADGE_RADIUS,
+    Label,
+    Part,
+    Point,
+    Scene,
+    circle,
+    hull,
+    line,
+    polygon,
+    rod,
+)
 from models.linkage import Linkage, forward
 from models.robot import AXES, DeltaRobot, FloatArray, per_arm
 
-EYE_AZIMUTH_RAD = 0.62
+EYE_AZIMUTH_RAD = -0.44
 EYE_HEIGHT_RAD = 0.40
 SIZE_PX = 330.0
-POSES_RAD = (0.35, 0.6, 0.1, 0.9, -0.2)
+POSES_RAD = (0.9, 0.6, 0.35, 0.1, -0.2, 1.2)
 """Arm angles to try, the same for all arms, until one can be assembled."""
 NOMINAL_SENSOR_M = 0.6
 
@@ -58,7 +69,7 @@ class DeltaDrawing:
             for number, axis in enumerate(AXES):
                 self._sensor(number, axis)
         x, y = self.at(self.centre_m)
-        self.scene.labels.append(Label("platform", (x, y + 44.0)))
+        self.scene.labels.append(Label("platform", (x + 12.0, y + 40.0), "start"))
         return self.scene
 
     def at(self, where_m: FloatArray) -> Point:
@@ -95,18 +106,28 @@ class DeltaDrawing:
         number, unit = arm + 1, self.unit_m
         joint = self.base_m[arm] * self.out[arm]
         ends = [joint + step * unit * self.along[arm] for step in (-0.7, 1.1, 3.6)]
-        paper = [self.at(end) for end in ends]
-        half = 1.0 * unit * self.px_per_m
-        above = (0.0, -1.9 * half)
-        gear_middle, motor_middle = 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] + ends[2])
-        self._add(f"gear{number}", [rod(paper[0], paper[1], 1.15 * half)], gear_middle, 0.05,
-                  badge=_shift(self.at(gear_middle), above))  # fmt: skip
-        self._add(f"motor{number}", [rod(paper[1], paper[2], 0.85 * half)], motor_middle, 0.05,
-                  badge=_shift(self.at(motor_middle), above))  # fmt: skip
-        x, y = self.at(joint + 1.8 * unit * self.out[arm])
+        for name, start, end, radius in (("gear", 0, 1, 1.5), ("motor", 1, 2, 1.1)):
+            middle = 0.5 * (ends[start] + ends[end])
+            outlines = self._barrel(ends[start], ends[end], radius * unit, arm)
+            above = _shift(self.at(middle), (0.0, -radius * unit * self.px_per_m - BADGE_RADIUS))
+            self._add(f"{name}{number}", outlines, middle, 0.05, badge=above)
+        x, y = self.at(ends[2] + 1.2 * unit * self.out[arm])
         side = "start" if x > 20 else "end" if x < -20 else "middle"
-        top = min(point[1] for point in paper) - 2.9 * half
-        self.scene.labels.append(Label(f"motor {number}", (x, min(y, top)), side))
+        label = (x, y - 1.1 * unit * self.px_per_m - 2.3 * BADGE_RADIUS)
+        self.scene.labels.append(Label(f"motor {number}", label, side))
+
+    def _barrel(
+        self, start_m: FloatArray, end_m: FloatArray, radius_m: float, arm: int
+    ) -> list[list[Point]]:
+        """A cylinder about the motor axis: its outline, and the face that looks at the eye."""
+        turns = np.linspace(0.0, 2.0 * np.pi, 25)[:-1]
+        rim = radius_m * (
+            np.cos(turns)[:, None] * self.out[arm]
+            + np.sin(turns)[:, None] * np.array([0.0, 0.0, 1.0])
+        )
+        faces = [[self.at(middle + edge) for edge in rim] for middle in (start_m, end_m)]
+        nearer = int(end_m @ TOWARDS > start_m @ TOWARDS)
+        return [hull(faces[0] + faces[1]), faces[nearer]]
 
     def _arm(self, arm: int) -> None:
         number = arm + 1
@@ -138,13 +159,9 @@ class DeltaDrawing:
         eye, end = self.at(place), self.at(target)
         half = 0.75 * self.unit_m * self.px_per_m
         tail = self.at(place - 1.3 * self.unit_m * direction)
-        beam = Part(f"beam_{axis}", (line(eye, end),), (eye, end), eye, -9.0, "beam")
-        body = Part(
-            f"sensor_{axis}",
-            (polygon(rod(tail, eye, half)), line(eye, end), circle(eye, 0.35 * half)),
-            (tail, eye), _shift(tail, (0.0, -2.0 * half - 4.0)), -8.0, "solid",
-        )  # fmt: skip
-        self.scene.parts += [beam, body]
+        shapes = (polygon(rod(tail, eye, half)), line(eye, end), circle(eye, 0.35 * half))
+        above = _shift(tail, (0.0, -2.0 * half - 4.0))
+        self.scene.parts.append(Part(f"sensor_{axis}", shapes, (tail, eye), above, -8.0))
         low = max(tail[1], eye[1]) + half + 16.0
         self.scene.labels.append(Label(f"{axis} sensor", (tail[0], low)))
 

@@ -10,6 +10,7 @@ Point = tuple[float, float]
 """On paper: x to the right, y down."""
 
 BADGE_RADIUS = 10.0
+MOST_BADGES = 3
 MARGIN = 14.0
 LABEL_HEIGHT = 14.0
 LETTER_WIDTH = 7.4
@@ -59,17 +60,20 @@ class Scene:
         ordered = sorted(self.parts, key=lambda part: part.depth)
         body = "".join(_part(part, marks.get(part.name, ())) for part in ordered)
         words = "".join(_label(label) for label in self.labels)
-        badges = "".join(_badges(self.parts, marks))
-        left, top, width, height = self._box()
+        badges = "".join(_badge(at, number) for at, number in badge_places(self.parts, marks))
+        left, top, width, height = self._box(marks)
         title = html.escape(self.title, quote=True)
         return (
             f'<svg class="machine" viewBox="{left:.0f} {top:.0f} {width:.0f} {height:.0f}" '
             f'role="img" aria-label="{title}"><title>{title}</title>{body}{words}{badges}</svg>'
         )
 
-    def _box(self) -> tuple[float, float, float, float]:
+    def _box(self, marks: Mapping[str, Sequence[Mark]]) -> tuple[float, float, float, float]:
         xs = [x for part in self.parts for x, _ in part.corners]
         ys = [y for part in self.parts for _, y in part.corners]
+        for (x, y), _ in badge_places(self.parts, marks):
+            xs += [x - BADGE_RADIUS, x + BADGE_RADIUS]
+            ys += [y - BADGE_RADIUS, y + BADGE_RADIUS]
         for label in self.labels:
             x, y = label.at
             width = LETTER_WIDTH * len(label.text)
@@ -108,6 +112,26 @@ def rod(start: Point, end: Point, half: float) -> list[Point]:
     ]
 
 
+def hull(points: Iterable[Point]) -> list[Point]:
+    """Corners of the tightest convex outline (Andrew's monotone chain)."""
+    ordered = sorted(set(points))
+    if len(ordered) < 3:
+        return ordered
+
+    def half(run: Iterable[Point]) -> list[Point]:
+        kept: list[Point] = []
+        for x, y in run:
+            while len(kept) > 1:
+                (ax, ay), (bx, by) = kept[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
+                    break
+                kept.pop()
+            kept.append((x, y))
+        return kept[:-1]
+
+    return half(ordered) + half(reversed(ordered))
+
+
 def box(left: float, top: float, width: float, height: float) -> list[Point]:
     """Corners of an upright rectangle."""
     right, bottom = left + width, top + height
@@ -135,12 +159,22 @@ def _label(label: Label) -> str:
     )
 
 
-def _badges(parts: Sequence[Part], marks: Mapping[str, Sequence[Mark]]) -> Iterable[str]:
+def badge_places(
+    parts: Sequence[Part], marks: Mapping[str, Sequence[Mark]]
+) -> list[tuple[Point, int]]:
+    """Where the number of which finding goes; several at one part side by side."""
+    places = []
     for part in parts:
         sure = [mark for mark in marks.get(part.name, ()) if not mark.maybe]
-        for place, mark in enumerate(sure[:3]):
-            x, y = part.badge[0] + 2.2 * BADGE_RADIUS * place, part.badge[1]
-            yield (
-                f'<g class="badge hue{hue(mark.number)}">{circle((x, y), BADGE_RADIUS)}'
-                f'<text x="{x:.1f}" y="{y + 4.5:.1f}" text-anchor="middle">{mark.number}</text></g>'
-            )
+        for place, mark in enumerate(sure[:MOST_BADGES]):
+            x, y = part.badge
+            places.append(((x + 2.2 * BADGE_RADIUS * place, y), mark.number))
+    return places
+
+
+def _badge(at: Point, number: int) -> str:
+    x, y = at
+    return (
+        f'<g class="badge hue{hue(number)}">{circle(at, BADGE_RADIUS)}'
+        f'<text x="{x:.1f}" y="{y + 4.5:.1f}" text-anchor="middle">{number}</text></g>'
+    )
