@@ -72,6 +72,7 @@ def _subjects(robot: DeltaRobot) -> list[tuple[str, Call, float | None]]:
 def _peers(robot: DeltaRobot) -> list[tuple[str, InverseNetwork]]:
     """The papers' networks with random weights; empty without the training extra."""
     try:
+        from models.training.accuracy import Effort
         from models.training.export import to_file
         from models.training.graph import Graph
         from models.training.perceptron import Perceptron, add_layers
@@ -91,7 +92,7 @@ def _peers(robot: DeltaRobot) -> list[tuple[str, InverseNetwork]]:
         trained = Trained(graph, source, result, "random", name, network.parameters, samples=0)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "peer.tflite"
-            to_file(path, trained, Task(robot, CYLINDER, seed=0))
+            to_file(path, trained, Task(robot, CYLINDER, seed=0), Effort(10, 0))
             found.append((f"{name} ({network.parameters})", InverseNetwork(NetworkFile.load(path))))
     return found
 

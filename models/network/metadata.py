@@ -69,7 +69,8 @@ class Validation(StrictModel):
     rmse_deg: Degrees
     max_deg: Degrees
     bound_deg: Degrees
-    """Largest error found where the network answers, edges and hard corners included."""
+    """Holds wherever the network answers: half as much again as the largest error found, edges and
+    hard corners included."""
 
 
 class NetworkMetadata(StrictModel):

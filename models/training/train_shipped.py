@@ -1,6 +1,7 @@
 """Trains the networks in `models/trained` again: `python -m models.training.train_shipped`.
 
-The same seed gives the same file on the same machine and libraries; elsewhere sums are
+Two minutes. The same seed gives the same file on the same machine, libraries and number of
+threads (the shipped ones: OPENBLAS_NUM_THREADS=1, which is also as fast); elsewhere sums are
 rounded in another order, and the file differs but is as good.
 """
 

@@ -13,7 +13,8 @@ import tflite
 
 from models.network import Box, NetworkFile
 from models.robot import DeltaRobot, Geometry
-from models.training import export
+from models.training.accuracy import Effort
+from models.training.export import to_file
 from models.training.graph import Activation, Graph
 from models.training.perceptron import Perceptron, add_layers
 from models.training.recipe import Task, Trained
@@ -74,14 +75,11 @@ def task() -> Task:
 
 
 @pytest.fixture
-def write(
-    tmp_path: Path, task: Task, monkeypatch: pytest.MonkeyPatch
-) -> Callable[..., NetworkFile]:
+def write(tmp_path: Path, task: Task) -> Callable[..., NetworkFile]:
     """Writes a network for the `task`'s robot and reads it back."""
-    monkeypatch.setattr(export, "VALIDATION_SAMPLES", 10)
 
     def to_disk(network: RandomNetwork, name: str = "bench.tflite") -> NetworkFile:
-        export.to_file(tmp_path / name, network.trained, task)
+        to_file(tmp_path / name, network.trained, task, Effort(samples=10, rounds=0))
         return NetworkFile.load(tmp_path / name)
 
     return to_disk

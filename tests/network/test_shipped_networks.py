@@ -14,7 +14,9 @@ from models.linkage import Linkage
 from models.network import InverseNetwork
 from models.network.file import TRAINED_FOLDER
 from models.robot import DeltaRobot, load_delta
-from models.training.samples import around, edges, hardest, labels_rad, spread
+from models.training.accuracy import Effort, errors_deg, worst_deg
+from models.training.recipe import Task
+from models.training.samples import around, hardest, labels_rad, spread
 from models.training.train_shipped import CONFIG_FOLDER, SHIPPED, Shipped
 
 MICROSTEP_DEG = 0.0225
@@ -44,20 +46,16 @@ def network(shipped: Shipped) -> InverseNetwork:
     return InverseNetwork.open(path_of(shipped), robot_of(shipped))
 
 
-def errors_deg(network: InverseNetwork, shipped: Shipped, position_m: Any) -> Any:
-    """Running network minus float64 geometry, where the network answers."""
-    wanted_rad = labels_rad(Linkage.of(robot_of(shipped).geometry), position_m)
-    highest_rad = np.deg2rad(network.metadata.angle_deg[1])
-    learned = (wanted_rad <= highest_rad).all(axis=1)
-    return np.rad2deg(network.raw_rad_many(position_m[learned]) - wanted_rad[learned])
+def task_of(shipped: Shipped) -> Task:
+    """What was trained."""
+    return Task(robot_of(shipped), shipped.domain, shipped.seed, shipped.angle_deg)
 
 
-def hard_points(shipped: Shipped, rng: np.random.Generator) -> Any:
-    """Faces and edges of the domain, and ever closer to its hardest point."""
-    linkage = Linkage.of(robot_of(shipped).geometry)
-    anchor_m = hardest(shipped.domain, linkage, rng)
-    near_m = around(shipped.domain, anchor_m, rng, 10_000, finest_m=1e-8)
-    return np.vstack([edges(shipped.domain, rng, 10_000), near_m])
+def even_errors_deg(network: InverseNetwork, shipped: Shipped) -> Any:
+    """Running network minus float64 geometry on fresh points of the domain."""
+    task, linkage = task_of(shipped), Linkage.of(robot_of(shipped).geometry)
+    position_m = spread(shipped.domain, np.random.default_rng(SEED), 20_000)
+    return errors_deg(network, linkage, task, position_m)
 
 
 def test_every_shipped_file_is_listed_and_every_listed_file_ships() -> None:
@@ -73,25 +71,24 @@ def test_the_file_says_how_to_make_it_again(network: InverseNetwork, shipped: Sh
     assert metadata.training.settings == shipped.settings.as_metadata()
 
 
-def test_its_bound_holds_everywhere_it_answers(network: InverseNetwork, shipped: Shipped) -> None:
-    rng = np.random.default_rng(SEED)
+def test_its_bound_holds_wherever_it_answers(network: InverseNetwork, shipped: Shipped) -> None:
     stated = network.metadata.validation
-    even_deg = errors_deg(network, shipped, spread(shipped.domain, rng, 20_000))
-    hard_deg = errors_deg(network, shipped, hard_points(shipped, rng))
+    even_deg = even_errors_deg(network, shipped)
     assert np.abs(even_deg).max() <= stated.bound_deg
-    # Sampling finds the largest error only to a few per cent.
-    assert np.abs(hard_deg).max() <= 1.05 * stated.bound_deg
     assert np.sqrt(np.mean(even_deg**2)) == pytest.approx(stated.rmse_deg, rel=0.1)
+    # A search that climbs from other starts; and the bound is not merely a large number.
+    search = np.random.default_rng(SEED), Effort(samples=20_000, rounds=25)
+    worst = worst_deg(network, task_of(shipped), *search)
+    assert 0.5 * stated.bound_deg <= worst <= stated.bound_deg
 
 
 def test_the_zhao_network_is_right_to_a_microstep_in_the_working_cylinder() -> None:
     zhao = SHIPPED[0]
-    network, rng = InverseNetwork.open(path_of(zhao), robot_of(zhao)), np.random.default_rng(SEED)
+    network = InverseNetwork.open(path_of(zhao), robot_of(zhao))
     assert network.metadata.parameters <= 400
-    even_deg = errors_deg(network, zhao, spread(zhao.domain, rng, 20_000))
-    assert np.sqrt(np.mean(even_deg**2)) <= 0.001
-    hard_deg = errors_deg(network, zhao, hard_points(zhao, rng))
-    assert max(np.abs(even_deg).max(), np.abs(hard_deg).max()) <= MICROSTEP_DEG
+    assert np.sqrt(np.mean(even_errors_deg(network, zhao) ** 2)) <= 0.001
+    # That the bound holds is the test before this one.
+    assert network.metadata.validation.bound_deg <= MICROSTEP_DEG
 
 
 def test_what_the_zhao_network_refuses_of_its_cylinder_is_a_sliver_at_the_rim() -> None:
@@ -113,7 +110,7 @@ def test_what_the_zhao_network_refuses_of_its_cylinder_is_a_sliver_at_the_rim() 
 def test_float32_costs_next_to_nothing(
     network: InverseNetwork, shipped: Shipped, in_float64: Callable[[bytes, Any], Any]
 ) -> None:
-    position_m = spread(shipped.domain, np.random.default_rng(SEED), 2000)
+    position_m = spread(shipped.domain, np.random.default_rng(SEED), 300)
     exact_rad = [in_float64(network.file.content, target[None])[0] for target in position_m]
     difference_deg = np.rad2deg(network.raw_rad_many(position_m) - np.array(exact_rad))
     assert np.sqrt(np.mean(difference_deg**2)) < 0.01 * MICROSTEP_DEG
