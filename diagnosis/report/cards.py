@@ -178,4 +178,6 @@ def all_numbers(findings: Sequence[Finding]) -> Iterable[tuple[str, ...]]:
 def _si(value: object) -> str:
     if isinstance(value, list):
         return "[" + ", ".join(_si(one) for one in value) + "]"
-    return f"{value:.6g}" if isinstance(value, float | int) else str(value)
+    if isinstance(value, float | int) and math.isfinite(value):
+        return f"{value:.6g}"
+    return "\u2013"

@@ -15,7 +15,15 @@ from diagnosis.report import words
 from diagnosis.report.bars import Pair, pair_bars
 from diagnosis.report.drawing.scene import hue
 from diagnosis.report.regimes import regimes
-from diagnosis.report.residuals import Mismatch, binned, explained_by, mismatches, smoothed
+from diagnosis.report.residuals import (
+    Curve,
+    Mismatch,
+    binned,
+    explained_by,
+    mismatches,
+    rms,
+    smoothed,
+)
 from diagnosis.report.sizes import quantity, scale_of
 from diagnosis.report.summary import stretches
 from diagnosis.result import Diagnosis, Finding, FloatArray, Picture
@@ -25,7 +33,10 @@ POINTS = 60_000
 MOST_PER_CHART = 12_000
 SHOWN_FIRST = 4
 """Charts by place, and by other quantities, that stand open; the rest is behind a click."""
-HUES = (Colour.FIRST, Colour.SECOND, Colour.THIRD, Colour.COMMANDED, Colour.BAD)
+MOST_DRIVER_CHARTS = 12
+SHOWN_REGIMES = 9
+FAINT = 0.5
+"""A smoothed mismatch below this share of the noise would vanish among single readings."""
 FINDING_COLOURS = (Colour.BAD, Colour.SECOND, Colour.COMMANDED, Colour.FIRST, Colour.THIRD)
 """As report.css has them for findings 1 to 5."""
 TIME_GROUP = "time"
@@ -75,9 +86,11 @@ def _time_chart(
     rows = np.flatnonzero(np.isfinite(one.before))
     rows = rows[keep(picture.t_s[rows], one.before[rows], most)]
     curve = smoothed(picture.t_s, one)
+    everywhere = np.ones(len(curve.x), dtype=np.bool_)
+    faint = max(rms(curve.before, everywhere), rms(curve.after, everywhere)) < FAINT * one.noise
     series = [
         Series("single readings, before", picture.t_s[rows], one.before[rows], Colour.QUIET,
-               Style.POINTS),
+               Style.POINTS, hidden=faint),
         Series("before, smoothed", curve.x, curve.before, Colour.SECOND),
         Series("after, smoothed", curve.x, curve.after, Colour.FIRST),
     ]  # fmt: skip
@@ -115,56 +128,55 @@ def _by_place(picture: Picture, channels: Sequence[Mismatch]) -> list[str]:
     }
     place = {n: v for n, v in usable.items() if _PLACE.fullmatch(words.bare(n))}
     other = {n: v for n, v in usable.items() if n not in place}
-    parts = []
-    for title, drivers in (("by place", place), ("by speed, load and the like", other)):
-        charts = _ranked(drivers, channels)
-        if not charts:
-            continue
-        parts += [
-            heading(f"The mismatch {title}"),
-            paragraph("Mean over all readings at the same place; the clearest dependence first.")
-            if title == "by place"
-            else paragraph("Mean over all readings with the same value."),
-            columns(chart.html() for chart in charts[:SHOWN_FIRST]),
-        ]
-        if rest := charts[SHOWN_FIRST:]:
-            inside = columns(chart.html() for chart in rest)
-            parts.append(f"<details><summary>{len(rest)} more</summary>{inside}</details>")
+    return [
+        *_driver_section("The mismatch by place", place, channels),
+        *_driver_section("The mismatch by speed and load", other, channels),
+    ]
+
+
+def _driver_section(
+    title: str, drivers: dict[str, FloatArray], channels: Sequence[Mismatch]
+) -> list[str]:
+    """The clearest pairs of channel and driver; the rest behind a click."""
+    charts = [chart.html() for chart in _ranked(drivers, channels)]
+    if not charts:
+        return []
+    about = (
+        "Mean of all readings with the same value; the clearest dependence first. What lies "
+        "outside the grey band is more than noise."
+    )
+    parts = [heading(title), paragraph(about), columns(charts[:SHOWN_FIRST])]
+    if rest := charts[SHOWN_FIRST:MOST_DRIVER_CHARTS]:
+        parts.append(f"<details><summary>{len(rest)} more</summary>{columns(rest)}</details>")
     return parts
 
 
 def _ranked(drivers: dict[str, FloatArray], channels: Sequence[Mismatch]) -> list[LineChart]:
-    strength = {
-        name: max(explained_by(values, one) for one in channels) for name, values in drivers.items()
-    }
-    order = sorted(drivers, key=lambda name: -strength[name])
-    charts = (_driver_chart(name, drivers[name], channels) for name in order)
-    return [chart for chart in charts if chart.series]
+    found = []
+    for name, values in drivers.items():
+        scale = scale_of(_driver_unit(name))
+        for one in channels:
+            curve = binned(values * scale.factor, one)
+            if len(curve.x):
+                found.append((explained_by(curve), name, one, curve))
+    found.sort(key=lambda item: -item[0])
+    return [_driver_chart(name, one, curve) for _, name, one, curve in found]
 
 
-def _driver_chart(name: str, values: FloatArray, channels: Sequence[Mismatch]) -> LineChart:
-    """One curve a channel before, and a dashed one after; channels of the commonest unit."""
-    bare = words.bare(name)
-    unit = _driver_unit(name)
-    scale = scale_of(unit)
-    main = channels[0].unit
-    shown = [one for one in channels if one.unit == main]
-    series = []
-    for colour, one in zip(HUES, shown, strict=False):
-        curve = binned(values * scale.factor, one)
-        if not np.isfinite(curve.before).any():
-            continue
-        only = len(shown) == 1
-        label = "" if only else f"{one.name}, "
-        after = Colour.FIRST if only else colour
-        before = Colour.SECOND if only else colour
-        series.append(Series(f"{label}before", curve.x, curve.before, before))
-        series.append(Series(f"{label}after", curve.x, curve.after, after, dashed=True))
-    of = f" [{scale.unit}]" if scale.unit else ""
+def _driver_chart(name: str, one: Mismatch, curve: Curve) -> LineChart:
+    driver = words.followed(name)
+    unit = scale_of(_driver_unit(name)).unit
+    wide = 2.0 * curve.spread
+    series = [
+        Series("noise alone", curve.x, np.zeros(len(curve.x)), Colour.QUIET, low=-wide, high=wide),
+        Series("before", curve.x, curve.before, Colour.SECOND),
+        Series("after", curve.x, curve.after, Colour.FIRST),
+    ]
+    of = f" [{unit}]" if unit else ""
     return LineChart(
-        f"Against {words.followed(bare)}",
-        f"{words.followed(bare).removeprefix('the ')}{of}",
-        f"measured \u2212 predicted [{main}]",
+        f"{one.name.capitalize()} against {driver}",
+        f"{driver.removeprefix('the ')}{of}",
+        f"measured \u2212 predicted [{one.unit}]",
         series,
         height_px=220,
     )
@@ -189,9 +201,14 @@ def _by_regime(
     if len(found) < 2:
         return []
     noise = float(np.sqrt(np.mean([one.noise**2 for one in chosen])))
+    found[1:] = sorted(found[1:], key=lambda one: -one.before)
     pairs = [Pair(one.name, one.before, one.after) for one in found]
     note = "Root mean square of measured minus predicted while the robot did this."
-    return [
+    parts = [
         heading("The mismatch by what the robot was doing"),
-        pair_bars("", pairs, noise, chosen[0].unit, note),
+        pair_bars("", pairs[:SHOWN_REGIMES], noise, chosen[0].unit, note),
     ]
+    if rest := pairs[SHOWN_REGIMES:]:
+        bars = pair_bars("", rest, noise, chosen[0].unit)
+        parts.append(f"<details><summary>{len(rest)} more</summary>{bars}</details>")
+    return parts

@@ -19,8 +19,10 @@ BUCKETS = 1200
 SMOOTHED_OVER = 5
 """Buckets a smoothed curve averages over."""
 FEWEST_IN_BUCKET = 3
-BINS = 28
-FEWEST_IN_BIN = 8
+BINS = 24
+FEWEST_IN_BIN = 12
+NARROWEST = 0.01
+"""Share of a driver's range that a bin spans at least."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,11 +45,12 @@ class Mismatch:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curve:
-    """Means over neighbours; x, before, after of shape (k,)."""
+    """Means over neighbours; arrays of shape (k,). spread: what noise alone does to a mean."""
 
     x: FloatArray
     before: FloatArray
     after: FloatArray
+    spread: FloatArray
 
 
 def mismatches(picture: Picture) -> list[Mismatch]:
@@ -87,7 +90,7 @@ def smoothed(t_s: FloatArray, one: Mismatch) -> Curve:
     """Means over short stretches of time; NaN (a gap) where there are no readings."""
     known = np.isfinite(t_s)
     if not known.any():
-        return Curve(np.zeros(0), np.zeros(0), np.zeros(0))
+        return Curve(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
     start, end = float(t_s[known].min()), float(t_s[known].max())
     count = int(np.clip(known.sum() // FEWEST_IN_BUCKET, 1, BUCKETS))
     edges = np.linspace(start, end, count + 1)
@@ -95,7 +98,7 @@ def smoothed(t_s: FloatArray, one: Mismatch) -> Curve:
     after_edge = np.searchsorted(edges, np.where(known, t_s, start), side="right")
     where = np.clip(after_edge - 1, 0, count - 1)
     before, after = (_rolling(where, values, count) for values in (one.before, one.after))
-    return Curve(middles, before, after)
+    return Curve(middles, before, after, np.full(count, np.nan))
 
 
 def _rolling(where: Any, values: FloatArray, count: int) -> FloatArray:
@@ -110,35 +113,54 @@ def _rolling(where: Any, values: FloatArray, count: int) -> FloatArray:
 
 
 def binned(driver: FloatArray, one: Mismatch) -> Curve:
-    """Mean mismatch over equal steps of a driver; NaN where there are too few readings."""
+    """Mean mismatch over stretches of a driver that hold equally many readings."""
+    nothing = np.zeros(0)
     good = np.isfinite(driver) & np.isfinite(one.before) & np.isfinite(one.after)
-    if good.sum() < FEWEST_IN_BIN or np.ptp(driver[good]) <= 0.0:
-        return Curve(np.zeros(0), np.zeros(0), np.zeros(0))
-    # The outermost half percent on each side would stretch the picture.
-    low, high = np.quantile(driver[good], [0.005, 0.995])
-    if high <= low:
-        low, high = float(driver[good].min()), float(driver[good].max())
-    edges = np.linspace(low, high, BINS + 1)
-    where = np.clip(np.searchsorted(edges, driver[good], side="right") - 1, 0, BINS - 1)
-    numbers = np.bincount(where, minlength=BINS)
-    enough = numbers >= FEWEST_IN_BIN
+    if good.sum() < 2 * FEWEST_IN_BIN or np.ptp(driver[good]) <= 0.0:
+        return Curve(nothing, nothing, nothing, nothing)
+    values = driver[good]
+    bins = int(np.clip(good.sum() // FEWEST_IN_BIN, 2, BINS))
+    # A driver that mostly holds one value (a speed of 0) gives fewer, fuller bins.
+    edges = _apart(np.quantile(values, np.linspace(0.0, 1.0, bins + 1)))
+    where = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    numbers = np.bincount(where, minlength=len(edges) - 1)
+    filled = numbers >= min(FEWEST_IN_BIN, int(numbers.max()))
 
-    def mean(values: FloatArray) -> FloatArray:
-        sums = np.bincount(where, weights=values[good], minlength=BINS)
-        means: FloatArray = np.where(enough, sums / np.maximum(numbers, 1), np.nan)
+    def mean(of: FloatArray) -> FloatArray:
+        sums = np.bincount(where, weights=of, minlength=len(numbers))
+        means: FloatArray = sums[filled] / numbers[filled]
         return means
 
-    return Curve((edges[1:] + edges[:-1]) / 2.0, mean(one.before), mean(one.after))
+    left = one.after[good]
+    spread = float(np.std(left)) * _inflation(left) / np.sqrt(numbers[filled])
+    return Curve(mean(values), mean(one.before[good]), mean(left), spread)
 
 
-def explained_by(driver: FloatArray, one: Mismatch) -> float:
-    """How much of the mismatch's power goes with the driver, less what chance alone gives."""
-    curve = binned(driver, one)
-    means = curve.before[np.isfinite(curve.before)]
-    total = float(np.nanvar(one.before))
-    if len(means) < 4 or total <= 0.0:
+def _apart(edges: FloatArray) -> FloatArray:
+    """Edges at least NARROWEST of the whole apart; the first and the last stay."""
+    least = NARROWEST * float(edges[-1] - edges[0])
+    kept = [float(edges[0])]
+    for edge in edges[1:-1].tolist():
+        if edge - kept[-1] >= least and edges[-1] - edge >= least:
+            kept.append(edge)
+    return np.array([*kept, float(edges[-1])])
+
+
+def _inflation(values: FloatArray) -> float:
+    """How much more the mean of correlated readings scatters (first-order correlation)."""
+    steps = values - values.mean()
+    power = float(steps @ steps)
+    together = float(steps[1:] @ steps[:-1]) / power if power > 0.0 else 0.0
+    together = min(max(together, 0.0), 0.98)
+    return float(np.sqrt((1.0 + together) / (1.0 - together)))
+
+
+def explained_by(curve: Curve) -> float:
+    """How far the means before stand out of what noise alone would do, as a mean square."""
+    if len(curve.x) < 2:
         return 0.0
-    return max(0.0, float(np.var(means)) / total - 1.0 / FEWEST_IN_BIN / len(means))
+    off = curve.before - float(np.mean(curve.before))
+    return float(np.mean((off / np.maximum(curve.spread, 1e-300)) ** 2))
 
 
 def rms(values: FloatArray, chosen: BoolArray) -> float:

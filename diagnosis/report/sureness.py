@@ -33,7 +33,7 @@ def odds(p: float) -> str:
         return f"about {100.0 * p:.0f} in 100"
     each = 1.0 / p
     power = 10.0 ** max(0, math.floor(math.log10(each)) - 1)
-    return f"about 1 in {round(each / power) * power:,.0f}".replace(",", " ")
+    return f"about 1 in {round(each / power) * power:,.0f}".replace(",", "\u00a0")
 
 
 def evidence(finding: Finding) -> str:
@@ -43,7 +43,7 @@ def evidence(finding: Finding) -> str:
     if math.isfinite(p):
         said += f": chance alone would make it look like this in {odds(p)} recordings"
     if math.isfinite(gain):
-        said += f" (the fit worsens by {gain:,.0f} in chi-square without it)".replace(",", " ")
+        said += f" (the fit worsens by {gain:,.0f} in chi-square without it)".replace(",", "\u00a0")
     if finding.alternatives and p < LIKELY_P:
         said += ". Something like it is there; which of the causes below it is, is open"
     return f"{said}."

@@ -160,7 +160,7 @@ class DeltaDrawing:
         half = 0.75 * self.unit_m * self.px_per_m
         tail = self.at(place - 1.3 * self.unit_m * direction)
         shapes = (polygon(rod(tail, eye, half)), line(eye, end), circle(eye, 0.35 * half))
-        above = _shift(tail, (0.0, -2.0 * half - 4.0))
+        above = (min(tail[0], eye[0]) - half - BADGE_RADIUS - 4.0, 0.5 * (tail[1] + eye[1]))
         self.scene.parts.append(Part(f"sensor_{axis}", shapes, (tail, eye), above, -8.0))
         low = max(tail[1], eye[1]) + half + 16.0
         self.scene.labels.append(Label(f"{axis} sensor", (tail[0], low)))

@@ -1,0 +1,191 @@
+"""The drawing of the machine and its marks; the figures behind the charts."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+from diagnosis.report.drawing import machine_drawing
+from diagnosis.report.drawing.culprits import lone_parts_of, parts_of
+from diagnosis.report.drawing.delta import DeltaDrawing
+from diagnosis.report.drawing.lone import axis_scene, sensor_scene
+from diagnosis.report.drawing.scene import hull
+from diagnosis.report.regimes import regimes
+from diagnosis.report.residuals import binned, explained_by, mismatches, smoothed
+from diagnosis.result import Alternative, Channel, Picture
+from models.effects import VOCABULARY
+from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
+
+
+def part(drawing: str, name: str) -> str:
+    found = re.search(rf'<g class="([^"]*)" data-part="{name}">', drawing)
+    assert found, name
+    return found[1]
+
+
+def test_every_component_of_the_vocabulary_is_on_the_drawing(parts: Any) -> None:
+    names = {one.name for one in DeltaDrawing(parts["delta"]()).build().parts}
+    for kind in VOCABULARY.values():
+        for component in kind.components:
+            marked = parts_of(kind.name, component)
+            assert marked, (kind.name, component)
+            assert set(marked) <= names
+
+
+def test_every_effect_of_a_lone_machine_is_on_its_drawing(parts: Any) -> None:
+    *axes, sensor = parts["lone"]()
+    names = {one.name for one in axis_scene(axes[0]).parts}
+    for chain in (command_effects("rotary"), effort_effects("linear")):
+        for name in (*chain, "unknown"):
+            assert set(lone_parts_of(name, "axis")) <= names
+    assert {"sensor"} <= {one.name for one in sensor_scene(sensor).parts}
+    for name in (*sensor_effects(), "unknown"):
+        finding = parts["backlash"](effect=name, component="axis")
+        assert "hit" in part(machine_drawing(sensor, [finding]), "sensor")
+
+
+def test_the_culprit_is_marked_and_only_it(parts: Any) -> None:
+    drawing = machine_drawing(parts["delta"](), [parts["backlash"]()])
+    assert part(drawing, "gear2") == "part solid hit hue1"
+    assert drawing.count(" hit hue") == 1
+    assert drawing.count('class="badge') == 1
+    assert "free play in the gearbox of motor 2" in drawing
+
+
+def test_alternatives_elsewhere_are_dashed(parts: Any) -> None:
+    finding = parts["backlash"](
+        alternatives=[
+            Alternative(effect="sensor_offset", component="range_y", delta_chi2=1.0),
+            Alternative(effect="gear_ratio", component="motor2", delta_chi2=1.0),
+        ]
+    )
+    drawing = machine_drawing(parts["delta"](), [finding])
+    assert part(drawing, "sensor_y") == "part solid maybe hue1"
+    assert part(drawing, "gear2") == "part solid hit hue1"
+    assert "Dashed" in drawing
+
+
+def test_common_components_mark_all_their_parts(parts: Any) -> None:
+    warm = parts["backlash"](effect="thermal_expansion", component="arms")
+    late = parts["backlash"](effect="sensor_latency", component="sensors")
+    drawing = machine_drawing(parts["delta"](), [warm, late])
+    for name in ("upper_arm1", "forearm3"):
+        assert part(drawing, name) == "part solid hit hue1"
+    for axis in "xyz":
+        assert part(drawing, f"sensor_{axis}") == "part solid hit hue2"
+
+
+def test_nothing_found_marks_nothing(parts: Any) -> None:
+    drawing = machine_drawing(parts["delta"](), [])
+    assert " hit" not in drawing
+    assert "nothing was found" in drawing
+
+
+def test_everything_lies_inside_the_picture(parts: Any) -> None:
+    findings = [parts["backlash"](component=f"motor{k}") for k in (1, 2, 3)]
+    for robot in (parts["delta"](), *parts["lone"]()):
+        drawing = machine_drawing(robot, findings)
+        found = re.search(r'viewBox="(\S+) (\S+) (\S+) (\S+)"', drawing)
+        assert found
+        left, top, width, height = (float(x) for x in found.groups())
+        outlines = " ".join(re.findall(r'points="([^"]+)"', drawing))
+        points = re.findall(r"(-?[\d.]+),(-?[\d.]+)", outlines)
+        points += re.findall(r'c?x="(-?[\d.]+)" c?y="(-?[\d.]+)"', drawing)
+        assert len(points) > 8
+        for x, y in points:
+            assert left <= float(x) <= left + width
+            assert top <= float(y) <= top + height
+
+
+def test_a_robot_that_cannot_be_assembled_is_drawn_all_the_same(parts: Any) -> None:
+    robot = parts["delta"]()
+    robot = robot.model_copy(
+        update={"geometry": robot.geometry.model_copy(update={"forearm_m": 0.05})}
+    )
+    assert "gear2" in machine_drawing(robot, [parts["backlash"]()])
+
+
+def test_a_robot_without_sensors_has_none_in_its_drawing(parts: Any) -> None:
+    robot = parts["delta"]().model_copy(update={"sensors": None})
+    assert "sensor" not in machine_drawing(robot, [])
+
+
+def test_the_outline_of_a_square_with_points_inside() -> None:
+    corners = {(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)}
+    assert set(hull([*corners, (0.5, 0.5), (0.2, 0.9), (0.5, 0.0)])) == corners
+
+
+def channel(observed: Any, before: Any, after: Any) -> Channel:
+    return Channel(
+        name="range_x", unit="m", observed=observed, before=before, after=after, noise=0.001
+    )
+
+
+def picture_of_reversals(n: int = 4000) -> Picture:
+    """A motor to and fro every 10 s, 0.5 s late by 2 mm after each reversal; noise 0.1 mm."""
+    t_s = np.arange(n) * 0.02
+    speed = np.where((t_s // 10) % 2 == 0, 1.0, -1.0)
+    miss = np.where((t_s % 10 < 0.5) & (t_s >= 10), 0.002, 0.0)
+    noise = 1e-4 * np.random.default_rng(3).standard_normal(n)
+    return Picture(
+        t_s=t_s,
+        channels=[channel(miss + noise, np.zeros(n), miss)],
+        drivers={"speed_1": speed, "theta_1": np.cumsum(speed)},
+    )
+
+
+def test_the_mismatch_after_reversals_is_told_from_the_rest() -> None:
+    picture = picture_of_reversals()
+    found = {one.name: one for one in regimes(picture.t_s, picture.drivers, mismatches(picture))}
+    after = found["within 1 s after motor 1 reversed"]
+    # Half of that second is 2 mm off: sqrt(0.5) * 2 mm.
+    assert after.before == pytest.approx(np.sqrt(0.5) * 2.0, rel=0.02)
+    assert after.after == pytest.approx(0.1, rel=0.1)
+    assert found["motor 1 moves forward"].before < 0.5
+    assert "motor 1 stands" not in found
+
+
+def test_far_outliers_are_left_out_and_counted() -> None:
+    picture = picture_of_reversals()
+    picture.channels[0].observed[[100, 200]] = 5.0
+    (one,) = mismatches(picture)
+    assert one.far_out >= 2
+    assert np.nanmax(one.before) < 100.0
+
+
+def test_smoothing_keeps_gaps_and_means() -> None:
+    t_s = np.concatenate([np.arange(0.0, 20.0, 0.02), np.arange(40.0, 60.0, 0.02)])
+    n = len(t_s)
+    picture = Picture(t_s=t_s, channels=[channel(np.full(n, 0.003), np.zeros(n), np.zeros(n))])
+    curve = smoothed(t_s, mismatches(picture)[0])
+    inside = (curve.x > 21.0) & (curve.x < 39.0)
+    assert np.isnan(curve.before[inside]).all()
+    assert curve.before[np.isfinite(curve.before)] == pytest.approx(3.0)
+
+
+def test_a_dependence_stands_out_of_the_noise_band_and_chance_does_not() -> None:
+    random = np.random.default_rng(5)
+    driver = random.uniform(-1.0, 1.0, 6000)
+    other = random.uniform(-1.0, 1.0, 6000)
+    noise = 1e-3 * random.standard_normal(6000)
+    miss = 1e-3 * np.sign(driver)
+    picture = Picture(t_s=np.arange(6000.0), channels=[channel(miss + noise, np.zeros(6000), miss)])
+    (one,) = mismatches(picture)
+    curve = binned(driver, one)
+    assert curve.before[0] == pytest.approx(-1.0, abs=4 * curve.spread[0])
+    assert np.mean(np.abs(curve.after) < 2 * curve.spread) > 0.8
+    assert explained_by(curve) > 20 * explained_by(binned(other, one))
+    assert explained_by(binned(other, one)) < 3.0
+
+
+def test_a_driver_that_stands_still_draws_nothing() -> None:
+    picture = picture_of_reversals()
+    (one,) = mismatches(picture)
+    assert len(binned(np.zeros(4000), one).x) == 0
+    assert len(binned(np.full(4000, np.nan), one).x) == 0
+    mostly = np.zeros(4000)
+    mostly[:100] = np.linspace(0, 1, 100)
+    assert 1 <= len(binned(mostly, one).x) <= 24

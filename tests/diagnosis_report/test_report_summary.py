@@ -1,0 +1,242 @@
+"""The summary in the terminal."""
+
+from __future__ import annotations
+
+import io
+import math
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from diagnosis.report.sizes import number, quantity, sizes
+from diagnosis.report.summary import headline, plain_lines, summary_lines, where_line
+from diagnosis.report.sureness import odds
+from diagnosis.report.words import EFFECTS, effect, followed, listed, spelled
+from diagnosis.result import (
+    Evidence,
+    Fit,
+    NotTestable,
+    ParameterResult,
+    SmallestDetectable,
+    Unexplained,
+    Where,
+)
+from models.effects import VOCABULARY
+from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
+
+VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")
+NAN = math.nan
+
+
+def shown(lines: list[str], width: int = 400) -> str:
+    out = io.StringIO()
+    console = Console(file=out, width=width, highlight=False)
+    for line in lines:
+        console.print(line)
+    return out.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("verdict", "says"),
+    [
+        ("nothing_missing", "Nothing is missing"),
+        ("explained", "The mismatch is explained by free play in the gearbox of motor 2 and"),
+        ("partly_explained", "Part of the mismatch is explained by free play in the gearbox"),
+        ("unexplained", "enters at motor 3 and follows the angle of arm 3"),
+    ],
+)
+def test_the_verdict_comes_first(make: Any, verdict: str, says: str) -> None:
+    lines = plain_lines(make(verdict))
+    assert lines[0] == headline(make(verdict))
+    assert says in lines[0]
+    assert len(lines) > 4
+
+
+def test_a_finding_is_told_with_size_interval_surety_and_rivals(make: Any) -> None:
+    text = "\n".join(plain_lines(make("explained")))
+    assert "Whole play: 0.498 degrees (95 % sure between 0.476 and 0.521)." in text
+    assert "Beyond doubt" in text
+    assert "No other known effect fits these readings as well." in text
+    assert (
+        "This recording cannot tell it from a wrong home angle of motor 1 "
+        "or a drift of the x sensor." in text
+    )
+    assert "from 83.2 s on" in text
+    assert "0.0 to 240" not in text  # the whole recording is no place in time
+    assert "Drag" not in text  # a second parameter that tells a mechanic nothing
+
+
+def test_before_and_after_stand_against_the_noise_and_on_held_out_data(make: Any) -> None:
+    text = "\n".join(plain_lines(make("explained")))
+    assert "before 4.10 mm, after 2.21 mm; the noise alone is 2.10 mm" in text
+    # (4.2^2 - 2.24^2) / (4.2^2 - 2.1^2) = 0.954
+    assert (
+        "held out: before 4.20 mm, after 2.24 mm (95 % of what is above the noise is gone)" in text
+    )
+
+
+def test_what_it_could_not_see_is_grouped_and_what_it_could_is_in_peoples_units(make: Any) -> None:
+    text = "\n".join(plain_lines(make("explained")))
+    assert "could not show a periodic error of the angle encoder of motors 1, 2 and 3" in text
+    assert "free play in the gearbox of motor 2 (0.17 degrees)" in text
+    assert "a wrong gear ratio of motor 1 (0.30 %)" in text
+    assert "softer than 35000 N m/rad" in text
+
+
+def test_a_share_left_is_only_told_where_it_is_more_than_noise(make: Any) -> None:
+    left = Unexplained(share_of_mismatch=0.38, depends_on=[], says="What is left is noise.")
+    assert "38 %" not in "\n".join(plain_lines(make("explained", unexplained=left)))
+    rest = Unexplained(share_of_mismatch=0.38, depends_on=["theta_2"], says="")
+    text = "\n".join(plain_lines(make("partly_explained", unexplained=rest)))
+    assert "Unexplained: 38 % of the mismatch. It follows the angle of arm 2." in text
+
+
+@pytest.mark.parametrize("verdict", VERDICTS)
+def test_figures_that_are_not_known_are_never_printed_as_nan(
+    make: Any, parts: Any, verdict: str
+) -> None:
+    hollow = parts["backlash"](
+        parameters={"width": ParameterResult(value=NAN, ci95=[NAN, NAN], unit="rad")},
+        evidence=Evidence(delta_chi2=NAN, p=NAN),
+        share_of_mismatch=NAN,
+    )
+    fit = Fit(
+        rms_before_m=NAN, rms_after_m=NAN, noise_floor_m=NAN,
+        holdout_rms_before_m=NAN, holdout_rms_after_m=NAN,
+    )  # fmt: skip
+    lines = plain_lines(make(verdict, findings=[hollow], fit=fit, false_alarm_p=NAN))
+    text = "\n".join(lines)
+    assert "nan" not in text.lower().replace("resonance", "")
+    assert "not known" in text
+    assert "could not be worked out" in text
+    assert "not proved" in text
+
+
+def test_markup_in_names_is_shown_and_not_obeyed(make: Any, parts: Any) -> None:
+    evil = parts["backlash"](says="the gear of [red]motor[/red] [link=x] \\", component="[bold]m")
+    text = shown(summary_lines(make("explained", findings=[evil])))
+    assert "The gear of [red]motor[/red] [link=x] \\." in text
+    assert "[bold]m" in text
+    assert "[bold]1." not in text
+
+
+def test_plain_and_marked_up_lines_say_the_same(make: Any) -> None:
+    found = [line for line in shown(summary_lines(make("explained"))).splitlines() if line]
+    assert found == plain_lines(make("explained"))
+
+
+def test_many_findings_are_counted_in_the_headline(make: Any, parts: Any) -> None:
+    many = [parts["backlash"](component=f"motor{k % 3 + 1}") for k in range(12)]
+    assert "and 8 more" in headline(make("explained", findings=many))
+    numbered = [
+        x for x in plain_lines(make("explained", findings=many)) if x[:2].strip(".").isdigit()
+    ]
+    assert len(numbered) == 12
+
+
+def test_many_stretches_of_time_are_counted(parts: Any) -> None:
+    where = Where(axes=[], times_s=[(float(k), k + 0.5) for k in range(9)], regime="")
+    line = where_line(parts["backlash"](where=where), (0.0, 240.0))
+    assert line == (
+        "It shows from 0.0 to 0.5 s, from 1.0 to 1.5 s, from 2.0 to 2.5 s, from 3.0 to 3.5 s "
+        "and 5 more times."
+    )
+
+
+def test_a_linear_axis_has_millimetres_and_newtons(make: Any, parts: Any) -> None:
+    friction = parts["backlash"](
+        effect="joint_friction",
+        component="axis",
+        says="dry friction brakes the axis",
+        parameters={
+            "torque": ParameterResult(value=20.4, ci95=[19.9, 20.9], unit="N"),
+            "asymmetry": ParameterResult(value=0.05, ci95=[0.02, 0.08], unit="1"),
+        },
+    )
+    fit = Fit(
+        rms_before_m=0.02, rms_after_m=0.0005, noise_floor_m=0.0004,
+        holdout_rms_before_m=0.021, holdout_rms_after_m=0.0006, unit="m",
+    )  # fmt: skip
+    text = "\n".join(plain_lines(make("explained", findings=[friction], fit=fit)))
+    assert "Torque: 20.40 N (95 % sure between 19.90 and 20.90)" in text
+    assert "Asymmetry: 5.0 % (95 % sure between 2.0 and 8.0)" in text
+    assert "bearing friction in the axis" in text
+    assert "before 20.0 mm, after 0.500 mm" in text
+    fit = fit.model_copy(update={"unit": "rad"})
+    assert "before 1.15 degrees" in "\n".join(plain_lines(make("explained", fit=fit)))
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "parameter", "text"),
+    [
+        (0.0052, "s", "time", "5.2 ms"),
+        (81.0, "s", "time_constant", "81 s"),
+        (0.0175, "rad", "angle", "+1.0 degrees"),
+        (-0.0021, "m", "length_error", "\u22122.1 mm"),
+        (1.0035, "1", "scale", "+0.35 %"),
+        (0.12, "kg", "mass", "+120 g"),
+        (-0.0089, "1", "strain", "\u22128.9 mm per m"),
+        (1e300, "N m/rad", "stiffness", "any size"),
+        (math.nan, "m", "offset", "not known"),
+    ],
+)
+def test_units_of_people(value: float, unit: str, parameter: str, text: str) -> None:
+    assert quantity(value, unit, parameter) == text
+
+
+def test_intervals_keep_two_digits_of_their_half_width() -> None:
+    ends = [[0.0, 0.002], [-0.003, -0.001], [-0.001, 0.001]]
+    result = ParameterResult(value=[0.001, -0.002, 0.0], ci95=ends, unit="rad")
+    texts = [size.text for size in sizes("frame_tilt", "rotation", result)]
+    assert texts[0] == "+0.057 degrees (95 % sure between 0.000 and +0.115)"
+    assert len(texts) == 3
+    open_end = ParameterResult(value=5000.0, ci95=[3000.0, 1e300], unit="N m/rad")
+    (size,) = sizes("joint_compliance", "stiffness", open_end)
+    assert size.text == "5000 N m/rad (95 % sure above 3000)"
+
+
+def test_rounding_never_leaves_a_minus_before_nothing() -> None:
+    assert number(-0.0004, 2) == "0.00"
+    assert number(-1234.6, 0) == "\u22121235"
+
+
+def test_odds_are_rounded_and_bounded() -> None:
+    assert odds(0.31) == "about 31 in 100"
+    assert odds(0.0123) == "about 1 in 81"
+    assert odds(1e-9) == "less than 1 in a million"
+
+
+def test_every_effect_of_every_chain_has_words() -> None:
+    chains = [VOCABULARY, command_effects("rotary"), effort_effects("linear"), sensor_effects()]
+    names = {name for chain in chains for name in chain}
+    assert names <= set(EFFECTS)
+    for name in names:
+        assert "_" not in effect(name, "motor1")
+
+
+def test_words_for_places_and_drivers() -> None:
+    assert effect("sensor_scale", "range_x") == "a wrong scale of the x sensor"
+    assert effect("new_effect", "motor9") == "new effect at motor9"
+    assert followed("theta_2 [rad]") == "the angle of arm 2"
+    assert spelled("it follows range_x at motor1") == (
+        "it follows where the platform is along x at motor 1"
+    )
+    assert listed(["a", "b", "c"], "or") == "a, b or c"
+    assert listed([]) == ""
+
+
+def test_smallest_of_the_findings_come_first(make: Any) -> None:
+    first = SmallestDetectable(
+        effect="payload", component="platform", parameter="mass", value=0.02, unit="kg"
+    )
+    given = make("explained").smallest_detectable
+    lines = plain_lines(make("explained", smallest_detectable=[first, *given]))
+    line = next(line for line in lines if "smallest" in line)
+    assert line.index("free play") < line.index("mass")
+
+
+def test_many_untested_effects_are_counted(make: Any) -> None:
+    hidden = [NotTestable(effect=name, component="motor1", why="") for name in list(EFFECTS)[:9]]
+    text = "\n".join(plain_lines(make("explained", not_testable=hidden)))
+    assert "5 more kinds of effect" in text
