@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.candidate import Candidate, Coordinate, Shape, Term
-from diagnosis.delta_candidates import EVENTS, candidates_of, contact, tolerances
+from diagnosis.delta_candidates import EVENTS, candidates_of, contact, runout, tolerances
 from diagnosis.nuisance import Nuisance
 from diagnosis.readings import FloatArray, gather
 from foundation.errors import RecordingError
@@ -55,6 +55,8 @@ class DeltaModel:
         self.nuisances = [late] if self._timed else []
         self.candidates = self._candidates()
         self.tolerances = tolerances(self.candidates)
+        if robot.drive is not None and robot.drive.gear_ratio > 1.0:
+            self.tolerances += runout(robot.drive.gear_ratio)
 
     @property
     def _timed(self) -> bool:
@@ -147,7 +149,7 @@ class DeltaModel:
         drivers |= {f"range_{a}": self.position_m[:, i] for i, a in enumerate(AXES)}
         speed = np.gradient(rad, t_s, axis=0)
         drivers |= {f"speed_{j + 1}": speed[:, j] for j in range(3)}
-        load = np.concatenate([course.load.torque_nm for course in self._courses])
+        load = np.concatenate([course.load().torque_nm for course in self._courses])
         if load.any():
             drivers |= {f"torque_{j + 1}": load[:, j] for j in range(3)}
         drivers["time"] = t_s

@@ -31,7 +31,7 @@ def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:
     """The fakes with the simulated robot behind them."""
     clock: Clock = RealClock() if realtime else VirtualClock()
     steps = simulated_step_output(robot.steps, robot.inputs, clock, realtime=realtime)
-    world = SimulatedRobot(robot, steps.bench.counts_at, clock.now_ns())
+    world = SimulatedRobot(robot, steps.bench.counts_at, clock.now_ns)
     noise = robot.as_built.noise
     rig = build_rig(
         robot.ranging,

@@ -48,8 +48,10 @@ class _Sample:
 class SimulatedRobot:
     """Advances the chain lazily, whenever somebody looks at it."""
 
-    def __init__(self, robot: RobotFile, counts_at: CountsAt, start_ns: int):
+    def __init__(self, robot: RobotFile, counts_at: CountsAt, now_ns: Callable[[], int]):
         self._robot = robot
+        self._now_ns = now_ns
+        start_ns = now_ns()
         self._counts_at = counts_at
         self._home_steps = np.deg2rad(robot.homing.angle_deg) / robot.drive.rad_per_step
         self._lock = threading.Lock()
@@ -103,6 +105,10 @@ class SimulatedRobot:
         return newest_first[::-1]
 
     def _advance(self, until_ns: int) -> None:
+        """Up to a time, and if that is not reached yet, up to now: fewer, larger blocks."""
+        if until_ns < self._next_ns:
+            return
+        until_ns = max(until_ns, self._now_ns())
         step_ns = ns(GRID_S)
         count = (until_ns - self._next_ns) // step_ns + 1
         if count <= 0:

@@ -70,7 +70,7 @@ class AxisChain:
             fresh=commands.fresh,
             start_s=float(commands.t_s[0]),
             angles_rad=np.array(commands.angles_rad),
-            load=Load(pull, np.zeros_like(pull)),
+            load_of=lambda: Load(pull, np.zeros_like(pull)),
             rad_per_step=self.rad_per_step,
         )
         if self.drive_stiffness is not None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
+from functools import cache
 
 import numpy as np
 
@@ -12,12 +13,11 @@ from models.chain.commands import Commands
 from models.chain.outputs import Outputs
 from models.effects.flow import Flow, Load
 from models.effects.port import Port
-from models.gravity import STANDARD_GRAVITY_MPS2, gravity_torque_nm
-from models.linkage import Linkage, forward, jacobian
+from models.gravity import gravity_torque_nm, torque_per_kg_nm
+from models.linkage import Linkage, forward
 from models.robot import DeltaRobot, EffectEntry, FloatArray
 
 ANGLE_PORTS = (Port.MOTOR, Port.GEAR, Port.ARM)
-ADDED_KG = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,7 +25,8 @@ class Course:
     """Commands with what follows from them and the nominal robot alone; reused between calls."""
 
     commands: Commands
-    load: Load
+    load: Callable[[], Load]
+    """Gravity at the joints, worked out when an effect first asks for it."""
 
 
 class Chain:
@@ -44,7 +45,7 @@ class Chain:
 
     def course(self, commands: Commands) -> Course:
         """What is needed of the commands in every simulation: the load at the joints."""
-        return Course(commands, self._load(commands.angles_rad))
+        return Course(commands, cache(lambda: self._load(commands.angles_rad)))
 
     def simulate(
         self,
@@ -87,7 +88,7 @@ class Chain:
             fresh=commands.fresh,
             start_s=float(start_s),
             angles_rad=np.array(commands.angles_rad),
-            load=course.load,
+            load_of=course.load,
             rad_per_step=drive.rad_per_step if drive else 0.0,
         )
 
@@ -109,12 +110,11 @@ class Chain:
     def _load(self, angles_rad: FloatArray) -> Load:
         masses = self.robot.masses
         position_m = forward(self.linkage, angles_rad).position_m
-        falls = -jacobian(self.linkage, angles_rad, position_m)[..., 2, :]
-        per_kg = np.nan_to_num(STANDARD_GRAVITY_MPS2 * ADDED_KG * falls)
+        per_kg = torque_per_kg_nm(self.linkage, angles_rad, position_m)
         if masses is None:
-            return Load(np.zeros_like(per_kg), per_kg)
-        torque = gravity_torque_nm(self.linkage, masses, angles_rad, position_m)
-        return Load(np.nan_to_num(torque), per_kg)
+            return Load(np.zeros_like(per_kg), np.nan_to_num(per_kg))
+        torque = gravity_torque_nm(self.linkage, masses, angles_rad, position_m, per_kg_nm=per_kg)
+        return Load(np.nan_to_num(torque), np.nan_to_num(per_kg))
 
 
 def _activated(effects: Iterable[Active | EffectEntry]) -> list[Active]:

@@ -25,6 +25,7 @@ from models.effects.flow import Load
 from models.effects.lone_axis import Motion, effort_effects
 from models.effects.port import Port
 from models.effects.recursion import lagged
+from models.effects.second_difference import second_difference
 from models.robot import AxisGravity, EffectEntry, FloatArray
 
 SETTLED = 7.0
@@ -69,7 +70,7 @@ class EffortChain:
             fresh=driven.fresh,
             start_s=float(driven.t_s[0]),
             angles_rad=self.effort_gain * driven.effort,
-            load=Load(driven.load, np.zeros_like(driven.load)),
+            load_of=lambda: Load(driven.load, np.zeros_like(driven.load)),
             position=driven.position,
             velocity=driven.velocity,
             at_rest=driven.at_rest,
@@ -83,7 +84,9 @@ class EffortChain:
             for effect in at(active, port):
                 effect.act(flow)
         pushed = self.tau_s**2 * flow.angles_rad / flow.inertia
-        once = self._lag(driven.position, flow)
+        # `lagged` joins samples by straight lines; a motion is smooth: see effort_hold.
+        smooth = driven.position - second_difference(driven.position, driven.fresh) / 12.0
+        once = self._lag(smooth, flow)
         both = self._lag(np.hstack([once, self._lag(pushed, flow)]), flow)
         predicted: FloatArray = 2.0 * once[:, 0] - both[:, 0] + both[:, 1]
         return predicted

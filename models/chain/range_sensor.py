@@ -32,7 +32,7 @@ class SensorChain:
     ) -> FloatArray:
         """What the sensor reports, shape (n,)."""
         nothing = np.zeros((len(t_s), 1))
-        flow = Flow(t_s, fresh, float(t_s[0]), nothing, Load(nothing, nothing))
+        flow = Flow(t_s, fresh, float(t_s[0]), nothing, lambda: Load(nothing, nothing))
         flow.ranges_m = np.array(distance_m)[:, None]
         active = [*entries_of(self._believed, self.kinds), *effects]
         for effect in at(active, Port.SENSOR):

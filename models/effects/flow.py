@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -36,7 +37,7 @@ class Flow:
     start_s: float
     """Time at which the recording (not the block) began: warming up counts from here."""
     angles_rad: FloatArray
-    load: Load
+    load_of: Callable[[], Load]
     rad_per_step: float = 0.0
     previous_s: float | None = None
     """Time of the last sample of the block before, if this one goes on from it."""
@@ -47,6 +48,11 @@ class Flow:
     measured_rad: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
     sensor_axes: FloatArray = field(default_factory=lambda: np.eye(3))
     sensor_offsets_m: FloatArray = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def load(self) -> Load:
+        """Gravity at the joints; many chains never ask for it."""
+        return self.load_of()
 
     @cached_property
     def step_s(self) -> FloatArray:

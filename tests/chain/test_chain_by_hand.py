@@ -104,7 +104,7 @@ def test_friction_is_the_play_operator(robot: DeltaRobot) -> None:
 def test_compliance_yields_by_torque_over_stiffness(robot: DeltaRobot) -> None:
     chain = Chain(robot)
     commands = Commands.of_angles(np.arange(2.0), np.full((2, 3), 0.5))
-    torque = chain.course(commands).load.torque_nm
+    torque = chain.course(commands).load().torque_nm
     entry = EffectEntry(
         effect="joint_compliance", component="joints", parameters={"stiffness": 200.0}
     )
