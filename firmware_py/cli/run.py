@@ -44,7 +44,8 @@ def run_job(
         result = _in_this_process(path, record, realtime, json_out)
     _show(result, report, json_out)
     if result.outcome != "done":
-        raise MotionError(f"job '{result.name}' ended as {result.outcome}: {result.why}")
+        why = f": {result.why}" if result.why else ""
+        raise MotionError(f"job '{result.name}' ended as {result.outcome}{why}")
 
 
 def _say_where(simulate: bool, quiet: bool) -> None:
