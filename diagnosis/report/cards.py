@@ -102,7 +102,8 @@ def _alternatives(finding: Finding, diagnosis: Diagnosis) -> str:
             return _text("It matches nothing in the list of known effects.")
         return _text("No other known effect fits these readings as well.")
     rows = "".join(
-        f"<li>{html.escape(words.effect(one.effect, one.component))}{_worse(one.delta_chi2)}</li>"
+        f"<li>{html.escape(words.rival(finding.effect, one.effect, one.component))}"
+        f"{_worse(one.delta_chi2)}</li>"
         for one in finding.alternatives
     )
     apart = _told_apart(finding, diagnosis)

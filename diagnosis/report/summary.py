@@ -58,7 +58,7 @@ def headline(diagnosis: Diagnosis) -> str:
 def _either(finding: Finding) -> str:
     """A finding by name, with what it cannot be told from."""
     name = words.effect(finding.effect, finding.component)
-    others = [words.effect(one.effect, one.component) for one in finding.alternatives]
+    others = [words.rival(finding.effect, o.effect, o.component) for o in finding.alternatives]
     if not others:
         return name
     if len(others) == 1:
@@ -165,7 +165,7 @@ def _stretches(times_s: Sequence[tuple[float, float]], start_s: float, end_s: fl
 
 def alternatives_line(finding: Finding) -> str:
     """What this recording cannot tell from the finding."""
-    others = [words.effect(other.effect, other.component) for other in finding.alternatives]
+    others = [words.rival(finding.effect, o.effect, o.component) for o in finding.alternatives]
     if not others:
         if finding.effect == "unknown":
             return "No known effect matches it."

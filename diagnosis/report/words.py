@@ -35,6 +35,7 @@ EFFECTS: dict[str, str] = {
     "inertia": "a wrong inertia of {part}",
     "effort_offset": "a constant force or torque in {part} that is not in the model",
     "effort_gain": "a wrong scale between effort and force or torque of {part}",
+    "effort_hold": "an effort of {part} that is held between samples",
     "unknown": "an unknown error at {part}",
 }
 """The vocabulary of the contract as noun phrases."""
@@ -99,6 +100,13 @@ def effect(name: str, *components: str) -> str:
     if name in EFFECTS:
         return EFFECTS[name].format(part=where)
     return f"{name.replace('_', ' ')} at {where}"
+
+
+def rival(finding: str, other: str, component: str) -> str:
+    """An alternative to an effect, said as what it is when it looks like that effect."""
+    if (finding, other) == ("effort_offset", "joint_friction"):
+        return f"bearing friction in {part(component)} that is stronger one way"
+    return effect(other, component)
 
 
 def followed(driver: str) -> str:
