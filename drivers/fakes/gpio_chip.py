@@ -39,15 +39,17 @@ class GpioChip:
         self._listeners: dict[int, Callable[[bool], None]] = {}
 
     def connect(self, pin: int, on_level: Callable[[bool], None]) -> None:
-        """Call `on_level` when the program puts a level on this pin."""
+        """Call `on_level` when the level of this pin changes, whoever changes it."""
         self._listeners[pin] = on_level
 
     def drive(self, pin: int, level: bool | None) -> None:
         """A circuit puts a level on an input, or lets it go (None)."""
+        before = self.read(pin)
         if level is None:
             self._driven.pop(pin, None)
         else:
             self._driven[pin] = level
+        self._tell(pin, before)
 
     def read(self, pin: int) -> bool:
         """Level of a pin."""
@@ -57,7 +59,12 @@ class GpioChip:
 
     def write(self, pin: int, level: bool) -> None:
         """The program puts a level on a pin."""
-        before, self.outputs[pin] = self.outputs.get(pin), level
+        before = self.outputs.get(pin)
+        self.outputs[pin] = level
+        self._tell(pin, before)
+
+    def _tell(self, pin: int, before: bool | None) -> None:
+        level = self.read(pin)
         if before != level and pin in self._listeners:
             self._listeners[pin](level)
 
@@ -67,7 +74,9 @@ class GpioChip:
         self._flags.update(dict.fromkeys(pins, flags | _USED))
         if not flags & _OUTPUT:
             for pin in pins:
-                self.outputs.pop(pin, None)
+                before = self.outputs.pop(pin, None)
+                if before is not None:
+                    self._tell(pin, before)
             return
         for index in range(attributes):
             at = _ATTRIBUTES_AT - _CONFIG_AT + index * _ATTRIBUTE.size

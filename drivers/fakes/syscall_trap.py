@@ -2,7 +2,8 @@
 
 Real libraries (lgpio, gpiozero, smbus2) run unmodified in the child, on machines without the
 device. Uses seccomp user notification: Linux 5.14 or newer, no privileges, x86-64 or ARM64.
-Does not model: poll and read on a device, so no edge events.
+Does not model: poll and read on a device, so no edge events; a descriptor that the child has
+closed, until its number is given again.
 """
 
 from __future__ import annotations
@@ -17,9 +18,10 @@ import struct
 import sys
 import tempfile
 import threading
+import traceback
 from fcntl import ioctl
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 SOCKET_VARIABLE = "DELTACTL_SYSCALL_TRAP"
 ROOT = Path(__file__).resolve().parents[2]
@@ -56,6 +58,43 @@ class Device(Protocol):
         kernel would put into its last four bytes. Raises OSError with the errno to report."""
 
 
+class Memory(Protocol):
+    """The child's memory; OSError where there is none."""
+
+    def read(self, address: int, count: int) -> bytes:
+        """Bytes from an address on."""
+
+    def write(self, address: int, data: bytes) -> None:
+        """Put bytes at an address."""
+
+
+@runtime_checkable
+class PointingDevice(Protocol):
+    """A device whose ioctl arguments are numbers, or hold pointers (linux/i2c-dev.h)."""
+
+    def ioctl_at(self, request: int, argument: int, memory: Memory) -> None:
+        """Answer one ioctl. Raises OSError with the errno to report."""
+
+
+class _ChildMemory:
+    """/proc/PID/mem, for as long as a call of the child is being answered."""
+
+    def __init__(self, pid: int):
+        self._descriptor = os.open(f"/proc/{pid}/mem", os.O_RDWR | os.O_CLOEXEC)
+
+    def __enter__(self) -> _ChildMemory:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        os.close(self._descriptor)
+
+    def read(self, address: int, count: int) -> bytes:
+        return os.pread(self._descriptor, count, address)
+
+    def write(self, address: int, data: bytes) -> None:
+        os.pwrite(self._descriptor, data, address)
+
+
 def available() -> bool:
     """Whether this machine's kernel can do it."""
     release = tuple(int(part) for part in platform.release().split("-")[0].split(".")[:2])
@@ -71,7 +110,7 @@ class SyscallTrap:
 
     def __init__(
         self,
-        devices: dict[str, Device],
+        devices: dict[str, Device | PointingDevice],
         ioctl_types: tuple[int, ...],
         files: dict[str, bytes] | None = None,
     ):
@@ -116,10 +155,12 @@ class SyscallTrap:
 class _Supervisor:
     """Serves one child and its descendants."""
 
-    def __init__(self, listener: int, devices: dict[str, Device], files: dict[str, bytes]):
+    def __init__(
+        self, listener: int, devices: dict[str, Device | PointingDevice], files: dict[str, bytes]
+    ):
         self._listener, self._devices, self._files = listener, devices, files
         self._machine = _MACHINES[platform.machine()]
-        self._open: dict[tuple[int, int], Device] = {}
+        self._open: dict[tuple[int, int], Device | PointingDevice] = {}
         self._process_of: dict[int, int] = {}
 
     def run(self) -> None:
@@ -151,6 +192,9 @@ class _Supervisor:
                 self._ioctl(number, pid, *arguments[:3])
         except OSError as failure:
             error = -(failure.errno or errno.EIO)
+        except Exception:  # a fault of a model: the child must not wait for ever
+            traceback.print_exc()
+            error = -errno.EIO
         ioctl(self._listener, _SEND, bytearray(_REPLY.pack(number, value, error, flags)))
 
     def _process(self, thread: int) -> int:
@@ -164,16 +208,17 @@ class _Supervisor:
         device = self._open.get((pid, descriptor))
         if device is None:
             raise OSError(errno.ENOTTY, "not one of ours")
-        size = request >> 16 & 0x3FFF
-        with open(f"/proc/{pid}/mem", "r+b", buffering=0) as memory:
-            memory.seek(address)
-            answer, made = device.ioctl(request & 0xFFFFFFFF, memory.read(size))
+        with _ChildMemory(pid) as memory:
+            if isinstance(device, PointingDevice):
+                device.ioctl_at(request & 0xFFFFFFFF, address, memory)
+                return
+            size = request >> 16 & 0x3FFF
+            answer, made = device.ioctl(request & 0xFFFFFFFF, memory.read(address, size))
             if made is not None:
                 answer = answer[:-4] + struct.pack("=i", self._give(number, pid, made))
-            memory.seek(address)
-            memory.write(answer)
+            memory.write(address, answer)
 
-    def _give(self, number: int, pid: int, device: Device) -> int:
+    def _give(self, number: int, pid: int, device: Device | PointingDevice) -> int:
         """Open a descriptor in the child that stands for the device."""
         given = self._install(number, os.open(os.devnull, os.O_RDWR))
         self._open[pid, given] = device

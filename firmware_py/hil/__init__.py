@@ -1,0 +1,1 @@
+"""Hardware in the loop without the hardware: a modelled Pi below the real libraries."""
