@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from diagnosis.chance import log_sf
 from diagnosis.events import Jump, Stale, jumps
 from diagnosis.explain import Explained
 from diagnosis.fit import Fitter, Solution
@@ -144,9 +145,7 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
 
 
 def _log_p(gain: float, free: FreeShape) -> float:
-    from scipy.stats import chi2
-
-    return float(chi2.logsf(gain, free.basis.shape[1]))
+    return log_sf(gain, free.basis.shape[1])
 
 
 def _stale(outcome: Outcome, run: Stale) -> Finding:

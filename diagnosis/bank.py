@@ -61,7 +61,7 @@ class Bank:
         total = self.entries[-1].columns.stop
         self.white = np.empty((fitter.rows, total), dtype=np.float32)
         for entry, raw in zip(self.entries, self.raw, strict=True):
-            self.white[:, entry.columns] = fitter.whiten(raw)
+            self.white[:, entry.columns] = fitter.whiten(raw.astype(np.float64))
 
 
 def build(model: Model, extra: Sequence[Candidate] = ()) -> Bank:

@@ -145,6 +145,8 @@ TOLERANCES = {
     "motor_azimuth": 3e-3,
     "frame_tilt": 2e-3,
     "sensor_offset": 1.5e-3,
+    "sensor_scale": 2e-3,
+    "gear_ratio": 1e-3,
 }
 """How far a machine built with care may be off everywhere: standard deviations in SI units."""
 
@@ -158,6 +160,28 @@ def tolerances(candidates: list[Candidate]) -> list[Nuisance]:
         )
         for candidate in candidates
         if candidate.effect in TOLERANCES
+    ]
+
+
+ONCE_A_MOTOR_TURN_RAD = 1e-3
+"""Usual size of the periodic error of a gear whose input shaft runs a little out of true."""
+
+
+def runout(gear_ratio: float) -> list[Nuisance]:
+    """A periodic error once a turn of each motor, as a tolerance."""
+    kind = VOCABULARY["transmission_error"]
+    period = float(np.log(TURN_RAD / gear_ratio))
+    coordinates = (
+        Coordinate("amplitude", "sine", step=2e-4, low=-0.2, high=0.2),
+        Coordinate("amplitude", "cosine", step=2e-4, low=-0.2, high=0.2),
+    )
+    fixed = {"period": float(np.exp(period))}
+    return [
+        Nuisance(
+            Term(Candidate(kind, component, coordinates, (), fixed), np.zeros(2)),
+            (ONCE_A_MOTOR_TURN_RAD,) * 2,
+        )
+        for component in kind.components
     ]
 
 

@@ -119,8 +119,9 @@ class Fitter:
             if tangent.shape[1] == 0:
                 break
             jac = np.concatenate([tangent, linear], axis=1)
-            move = _damped(jac, residual, damping)[: tangent.shape[1]]
-            tried = _moved([*nuisances, *terms], move)
+            everything = [*nuisances, *terms]
+            move = _bounded_step(everything, jac, residual, damping)
+            tried = _moved(everything, move)
             trial_n, trial_t = tried[: len(nuisances)], tried[len(nuisances) :]
             trial_predicted = self.model.predict(tried)
             trial_residual = self._residual(trial_predicted, trial_n)
@@ -179,6 +180,30 @@ def _damped(jac: FloatArray, residual: FloatArray, damping: float) -> FloatArray
     gram = gram / np.outer(scale, scale) + damping * np.eye(len(gram))
     step: FloatArray = np.linalg.lstsq(gram, jac.T @ residual / scale, rcond=1e-10)[0] / scale
     return step
+
+
+def _bounded_step(
+    terms: Sequence[Term], jac: FloatArray, residual: FloatArray, damping: float
+) -> FloatArray:
+    """A damped step; coordinates that would leave their bounds stop there, the rest goes on."""
+    room = [
+        (term.candidate.coordinates[i].low - term.at[i],
+         term.candidate.coordinates[i].high - term.at[i])
+        for term in terms
+        for i in term.candidate.moved
+    ]  # fmt: skip
+    low, high = np.array(room).T
+    free = np.ones(jac.shape[1], dtype=bool)
+    step = np.zeros(jac.shape[1])
+    for _ in range(3):
+        step[free] = _damped(jac[:, free], residual - jac[:, ~free] @ step[~free], damping)
+        own = step[: len(low)]
+        out = free[: len(low)] & ((own < low) | (own > high))
+        if not out.any():
+            break
+        own[out] = np.clip(own[out], low[out], high[out])
+        free[: len(low)] &= ~out
+    return step[: len(low)]
 
 
 def _moved(terms: Sequence[Term], move: FloatArray) -> list[Term]:

@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import chi2
 
 from diagnosis.bank import Entry
 from diagnosis.candidate import Candidate, Term
+from diagnosis.chance import log_sf
 from diagnosis.events import Jump, jumps
 from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import FreeShape
@@ -19,7 +19,7 @@ from diagnosis.score import Calibration, Scores, calibrate, explained_by, orthon
 ALPHA = 0.005
 PRICE = 4.0
 """Chi-square each coordinate of a candidate has to earn beyond the others."""
-RELUCTANCE = {"viscous_friction": 7.0, "payload": 2.0, "gear_backlash": -6.0}
+RELUCTANCE = {"viscous_friction": 7.0, "payload": 2.0}
 EVENT_PRICE = 14.0
 FREE_PRICE = 26.0
 LEAST_SHARE = 0.012
@@ -63,6 +63,7 @@ class Search:
     calibration: Calibration = field(init=False)
     empty: Solution = field(init=False)
     scores_of_empty: Scores = field(init=False)
+    _fine: dict[Solution, list[tuple[FreeShape, float, float]]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.empty = self.fitter.solve(())
@@ -90,7 +91,7 @@ class Search:
 
     def first_p(self) -> float:
         """Calibrated p of 'nothing is missing'."""
-        scan = [chi2.logsf(j.gain, 1) for j in self._jumps(self.empty)]
+        scan = [log_sf(j.gain, 1) for j in self._jumps(self.empty)]
         fine = [log_p for _, _, log_p in self.fine_scores(self.empty)]
         return self.p(float(min([self.scores_of_empty.log_p.min(), *scan, *fine])))
 
@@ -99,6 +100,11 @@ class Search:
 
     def fine_scores(self, solution: Solution) -> list[tuple[FreeShape, float, float]]:
         """Finely resolved free shapes with their gain and log p, best first."""
+        if solution not in self._fine:
+            self._fine[solution] = self._score_fine(solution)
+        return self._fine[solution]
+
+    def _score_fine(self, solution: Solution) -> list[tuple[FreeShape, float, float]]:
         fitter = self.fitter
         basis = orthonormal(solution.tangent)[: fitter.rows]
         residual = solution.residual[: fitter.rows]
@@ -108,7 +114,7 @@ class Search:
             columns = fitter.whiten(free.columns(ports[free.port]))
             left = columns - basis @ (basis.T @ columns)
             gain, rank = explained_by(left, residual)
-            found.append((free, gain, float(chi2.logsf(gain, max(rank, 1)))))
+            found.append((free, gain, log_sf(gain, rank)))
         return sorted(found, key=lambda item: item[2])
 
     def trials(self, solution: Solution, without: Sequence[tuple[str, ...]] = ()) -> list[Trial]:
@@ -129,7 +135,7 @@ class Search:
         return [
             Trial(
                 Term(jump.candidate, np.array(jump.candidate.shapes[0].origin)),
-                jump.gain, float(chi2.logsf(jump.gain, 1)), price(jump.candidate),
+                jump.gain, log_sf(jump.gain, 1), price(jump.candidate),
             )
             for jump in self._jumps(solution)
             if jump.candidate.key not in taken
@@ -167,7 +173,7 @@ class Search:
         ]
         best = min(tried, key=self.worth)
         gain = solution.cost - best.cost
-        log_p = float(chi2.logsf(gain, len(best.terms[-1].candidate.moved)))
+        log_p = log_sf(gain, len(best.terms[-1].candidate.moved))
         if gain < self.least_gain(solution) or self.p(log_p) > ALPHA:
             return None
         return best
@@ -197,7 +203,7 @@ class Search:
                 _without(solution.terms, number), solution.frees, solution.nuisances
             )
             gain = bare.cost - solution.cost
-            log_p = float(chi2.logsf(max(gain, 0.0), len(term.candidate.moved)))
+            log_p = log_sf(gain, len(term.candidate.moved))
             if self.p(log_p) > ALPHA or gain < self.least_gain(bare):
                 return self._drop(bare)
         return solution

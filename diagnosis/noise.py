@@ -43,12 +43,17 @@ class Whitener:
         parts = []
         for column, noise in enumerate(self.channels):
             x = values[:, column]
+            if not x.any():
+                parts.append(np.zeros((len(noise.rows), *x.shape[1:]), dtype=x.dtype))
+                continue
             white = x[noise.rows[:, 0]]
             for lag, phi in enumerate(noise.phi, start=1):
-                white = white - phi * x[noise.rows[:, lag]]
-            parts.append(white / noise.sigma)
+                white -= float(phi) * x[noise.rows[:, lag]]
+            white /= noise.sigma
+            parts.append(white)
         joined = np.concatenate(parts)
-        return joined * (self.weight if joined.ndim == 1 else self.weight[:, None])
+        weight = self.weight.astype(joined.dtype, copy=False)
+        return joined * (weight if joined.ndim == 1 else weight[:, None])
 
     @property
     def rows(self) -> IntArray:
@@ -97,7 +102,8 @@ def estimate(readings: Readings, valid: Any, residual: FloatArray) -> Whitener:
         spread = max(spread, _rounding(readings.values[:, column]), 1e-12)
         table = np.clip(table, -4 * spread, 4 * spread)
         gram = table.T @ table / len(table)
-        phi = np.linalg.solve(gram[1:, 1:] + 1e-9 * gram[0, 0] * np.eye(ORDER), gram[1:, 0])
+        normal = gram[1:, 1:] + 1e-9 * gram[0, 0] * np.eye(ORDER)
+        phi: FloatArray = np.linalg.solve(normal, gram[1:, 0])
         phi = _stationary(phi)
         innovation = table[:, 0] - table[:, 1:] @ phi
         core = np.abs(innovation) < 4 * MAD_TO_SIGMA * np.median(np.abs(innovation)) + 1e-15

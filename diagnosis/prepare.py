@@ -19,7 +19,7 @@ from diagnosis.noise import IntArray, estimate
 from diagnosis.readings import BoolArray, FloatArray, without_outliers
 from diagnosis.score import BLOCK_S, Scorer
 
-RIDGE = 1e-6
+RIDGE = 1e-5
 
 
 @dataclass(frozen=True, slots=True, eq=False)

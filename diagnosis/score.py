@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from diagnosis.bank import Bank
+from diagnosis.chance import log_sf
 from diagnosis.readings import FloatArray
 
-DRAWS = 2000
+DRAWS = 1000
 SEED = 20260101
 BLOCK_S = 1.5
 COLLINEAR = 1e-6
@@ -55,7 +56,7 @@ class Scorer:
             infos.append(information)
             ranks.append(rank)
         degrees = np.array(ranks)
-        logs = np.where(degrees > 0, chi2.logsf(np.array(gains), np.maximum(degrees, 1)), 0.0)
+        logs = np.array([log_sf(g, int(d)) for g, d in zip(gains, degrees, strict=True)])
         return Scores(np.array(gains), logs, steps, infos)
 
 
@@ -109,7 +110,7 @@ def calibrate(scorer: Scorer, tangent: FloatArray) -> Calibration:
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     draws = root @ np.random.default_rng(SEED).standard_normal((len(values), DRAWS))
-    smallest = np.zeros(DRAWS)
+    smallest = np.ones(DRAWS)
     for entry in scorer.bank.entries:
         part = entry.columns
         block = (covariance / np.outer(scale, scale))[part, part]
@@ -118,6 +119,6 @@ def calibrate(scorer: Scorer, tangent: FloatArray) -> Calibration:
         if not usable.any():
             continue
         gain = np.sum((frame[:, usable].T @ draws[part]) ** 2 / own[usable, None], axis=0)
-        smallest = np.minimum(smallest, chi2.logsf(gain, int(usable.sum())))
-    tenth = float(np.exp(np.quantile(smallest, 0.1)))
+        smallest = np.minimum(smallest, chdtrc(int(usable.sum()), gain))
+    tenth = float(np.quantile(smallest, 0.1))
     return Calibration(float(np.log1p(-0.1) / np.log1p(-tenth)))

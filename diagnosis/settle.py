@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from scipy.stats import chi2
-
+from diagnosis.chance import log_sf
 from diagnosis.fit import Solution
 from diagnosis.name import Search
 from diagnosis.result import Alternative
@@ -30,7 +29,7 @@ def standing(search: Search, solution: Solution, number: int) -> Standing:
     rest = (*solution.terms[:number], *solution.terms[number + 1 :])
     bare = search.fitter.solve(rest, solution.frees, solution.nuisances, steps=4)
     gain = max(bare.cost - solution.cost, 0.0)
-    log_p = float(chi2.logsf(gain, max(len(own.moved), 1)))
+    log_p = log_sf(gain, len(own.moved))
     rivals: list[Alternative] = []
     trials = [t for t in search.trials(bare, [own.key]) if t.gain > min(0.75 * gain, gain - 60.0)]
     for trial in sorted(trials, key=lambda t: -t.gain)[:REFITTED]:

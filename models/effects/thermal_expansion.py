@@ -1,4 +1,7 @@
-"""The arms grow while they warm up, from the start of the recording."""
+"""The upper arms grow while they warm up, from the start of the recording.
+
+The motors' heat flows into the upper arms; the forearm rods hang behind two joints and stay cold.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +15,7 @@ from models.effects.port import Port
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     warm = -np.expm1(-flow.since_s / scalar(values, "time_constant"))
     growth = 1.0 + scalar(values, "strain") * warm[:, None]
-    for name in ("upper_arm_m", "forearm_m"):
-        flow.linkage[name] = flow.linkage[name] * growth
+    flow.linkage["upper_arm_m"] = flow.linkage["upper_arm_m"] * growth
 
 
 EFFECT = EffectKind(
@@ -26,7 +28,7 @@ EFFECT = EffectKind(
     ),
     operate=_operate,
     says=lambda component, v: (
-        f"the arms change their length by {100 * v['strain']:+.3f} % while warming up, "
+        f"the upper arms change their length by {100 * v['strain']:+.3f} % while warming up, "
         f"with a time constant of {v['time_constant']:.0f} s"
     ),
     order=1,
