@@ -13,7 +13,7 @@ from charts.page import HINT, columns, facts, folded, heading, page, paragraph, 
 from firmware_py.robot_file import RobotFile
 from firmware_py.run_report import curves
 from firmware_py.run_report.health import health_strip, sensor_health
-from firmware_py.run_report.tracking import RunTracking, Tracking, robot_of, track
+from firmware_py.run_report.tracking import RunTracking, Tracking, asked_path, robot_of, track
 from foundation.errors import RecordingError
 from models.robot import AXES
 from recording.reader import read_run
@@ -48,7 +48,7 @@ def report_html(run: Run, robot: RobotFile) -> str:
     parts = [
         *_warnings(run, tracking),
         columns([facts(_facts(run, robot, tracking)), _errors(tracking)]),
-        *_curves(run, robot, tracking),
+        *_curves(asked_path(run, robot), robot, tracking),
         *_sensors(run),
         *_events(run),
         *_files(run),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +14,9 @@ from models.linkage import Linkage, forward
 from models.robot import AXES, FloatArray
 from recording.columns import Int64Array
 from recording.rounds import gather
-from recording.run import Run
+from recording.run import Run, Targets
 
+JOINT_SHAPES = frozenset({"survey", "joints"})
 _NS = 1e-9
 
 
@@ -101,8 +102,25 @@ def path_windows(run: Run) -> tuple[tuple[int, int], ...]:
     return tuple(windows)
 
 
+def asked_path(run: Run, robot: RobotFile) -> Run:
+    """The run with a target wherever one is meant.
+
+    A path in joint space is straight in the arm angles, not in space, between targets that may
+    be far apart: there every commanded count is a target, through the robot file's linkage.
+    """
+    job = Document(Path(f"{run.path} (job file in it)"), run.configuration.job_text)
+    if job.data.get("path", {}).get("shape") not in JOINT_SHAPES or not len(run.commanded.t_ns):
+        return run
+    sent = run.commanded
+    position_m = positions_of_counts(robot, sent.steps)
+    dense = Targets(sent.t_ns, np.arange(len(sent.t_ns)), position_m, sent.steps)
+    return replace(run, targets=dense)
+
+
 def track(run: Run, robot: RobotFile) -> RunTracking:
     """Compare a run with what was asked of it, only while it followed its path."""
+    asked = asked_path(run, robot)
+    in_joint_space, run = asked is not run, asked
     windows_ns = path_windows(run)
     truth = measured = commanded = None
     if len(run.truth.t_ns):
@@ -111,7 +129,7 @@ def track(run: Run, robot: RobotFile) -> RunTracking:
         truth = _against(run, windows_ns, "simulated truth", t_s, error_m)
     if robot.sensors is not None and any(len(one.t_ns) for one in run.readings.values()):
         measured = _against(run, windows_ns, "measured", *measured_errors(run, robot))
-    if len(run.targets.t_ns):
+    if len(run.targets.t_ns) and not in_joint_space:
         meant_m = positions_of_counts(robot, run.targets.steps)
         error_m = meant_m - run.targets.position_m
         commanded = _against(run, windows_ns, "commanded", seconds(run.targets.t_ns), error_m)
