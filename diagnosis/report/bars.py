@@ -75,7 +75,9 @@ def pair_bars(title: str, pairs: Iterable[Pair], noise: float, unit: str, note: 
     pairs = list(pairs)
     values = [x for pair in pairs for x in (pair.before, pair.after)] + [noise]
     top = max([x for x in values if math.isfinite(x)], default=1.0) or 1.0
-    rows = "".join(_pair(pair, noise, top, unit) for pair in pairs)
+    least = min([x for x in values[:-1] if math.isfinite(x) and x > 0.0], default=top)
+    digits = max(0, significant(top, 3), significant(least, 2))
+    rows = "".join(_pair(pair, noise, top, unit, digits) for pair in pairs)
     key = '<span class="was">robot file as it stands</span><span class="became">with the findings'
     key += "</span>"
     key += '<span class="noise">noise floor</span>' if math.isfinite(noise) else ""
@@ -84,11 +86,10 @@ def pair_bars(title: str, pairs: Iterable[Pair], noise: float, unit: str, note: 
     return f'<figure class="pairs">{caption}<p class="key note">{key}</p>{rows}{foot}</figure>'
 
 
-def _pair(pair: Pair, noise: float, top: float, unit: str) -> str:
+def _pair(pair: Pair, noise: float, top: float, unit: str, digits: int) -> str:
     def width(value: float) -> float:
         return 100.0 * min(max(value, 0.0) / top, 1.0) if math.isfinite(value) else 0.0
 
-    digits = max(0, significant(top, 3))
     text = f"{number(pair.before, digits)} \u2192 {number(pair.after, digits)} {unit}"
     line = f'<b style="left:{width(noise):.2f}%"></b>' if math.isfinite(noise) else ""
     return (

@@ -113,12 +113,14 @@ def _alternatives(finding: Finding, diagnosis: Diagnosis) -> str:
 def _worse(delta_chi2: float) -> str:
     if not math.isfinite(delta_chi2):
         return ""
-    return f' <span class="note">(fits {_than(delta_chi2)} in chi-square)</span>'
+    return f' <span class="note">(fits {_than(delta_chi2)})</span>'
 
 
 def _than(delta_chi2: float) -> str:
+    if abs(delta_chi2) < 1.0:
+        return "as well"
     size = number(abs(delta_chi2), 1)
-    return f"{size} worse" if delta_chi2 >= 0.0 else f"{size} better"
+    return f"{size} worse in chi-square" if delta_chi2 >= 0.0 else f"{size} better in chi-square"
 
 
 def _told_apart(finding: Finding, diagnosis: Diagnosis) -> str:

@@ -24,7 +24,7 @@ from diagnosis.report.residuals import (
     rms,
     smoothed,
 )
-from diagnosis.report.sizes import quantity, scale_of
+from diagnosis.report.sizes import scale_of
 from diagnosis.report.summary import stretches
 from diagnosis.result import Diagnosis, Finding, FloatArray, Picture
 
@@ -60,7 +60,7 @@ def mismatch_sections(diagnosis: Diagnosis) -> list[str]:
         return [heading("The mismatch"), paragraph("There are no readings to draw.", "note")]
     return [
         *_by_time(picture, channels, diagnosis.findings),
-        *_by_place(picture, channels),
+        *_by_place(picture, channels, diagnosis.fit.unit),
         *_by_regime(diagnosis, picture, channels),
     ]
 
@@ -94,9 +94,7 @@ def _time_chart(
         Series("before, smoothed", curve.x, curve.before, Colour.SECOND),
         Series("after, smoothed", curve.x, curve.after, Colour.FIRST),
     ]  # fmt: skip
-    note = f"Single readings scatter by {quantity(one.noise, one.unit)} of noise."
-    if one.far_out:
-        note += f" {one.far_out} readings that lie far out are not drawn."
+    note = f"{one.far_out} readings that lie far out are not drawn." if one.far_out else ""
     return LineChart(
         f"{one.name.capitalize()}",
         "time [s]",
@@ -120,7 +118,7 @@ def _spans(picture: Picture, findings: Sequence[Finding], source: str) -> list[S
     ]
 
 
-def _by_place(picture: Picture, channels: Sequence[Mismatch]) -> list[str]:
+def _by_place(picture: Picture, channels: Sequence[Mismatch], unit: str) -> list[str]:
     usable = {
         name: values
         for name, values in picture.drivers.items()
@@ -129,16 +127,16 @@ def _by_place(picture: Picture, channels: Sequence[Mismatch]) -> list[str]:
     place = {n: v for n, v in usable.items() if _PLACE.fullmatch(words.bare(n))}
     other = {n: v for n, v in usable.items() if n not in place}
     return [
-        *_driver_section("The mismatch by place", place, channels),
-        *_driver_section("The mismatch by speed and load", other, channels),
+        *_driver_section("The mismatch by place", place, channels, unit),
+        *_driver_section("The mismatch by speed and load", other, channels, unit),
     ]
 
 
 def _driver_section(
-    title: str, drivers: dict[str, FloatArray], channels: Sequence[Mismatch]
+    title: str, drivers: dict[str, FloatArray], channels: Sequence[Mismatch], unit: str
 ) -> list[str]:
     """The clearest pairs of channel and driver; the rest behind a click."""
-    charts = [chart.html() for chart in _ranked(drivers, channels)]
+    charts = [chart.html() for chart in _ranked(drivers, channels, unit)]
     if not charts:
         return []
     about = (
@@ -151,21 +149,23 @@ def _driver_section(
     return parts
 
 
-def _ranked(drivers: dict[str, FloatArray], channels: Sequence[Mismatch]) -> list[LineChart]:
+def _ranked(
+    drivers: dict[str, FloatArray], channels: Sequence[Mismatch], unit: str
+) -> list[LineChart]:
     found = []
     for name, values in drivers.items():
-        scale = scale_of(_driver_unit(name))
+        scale = scale_of(_driver_unit(name, unit))
         for one in channels:
             curve = binned(values * scale.factor, one)
             if len(curve.x):
-                found.append((explained_by(curve), name, one, curve))
+                found.append((explained_by(curve), name, scale.unit, one, curve))
     found.sort(key=lambda item: -item[0])
-    return [_driver_chart(name, one, curve) for _, name, one, curve in found]
+    lone = len(channels) == 1
+    return [_driver_chart(name, unit, one, curve, lone) for _, name, unit, one, curve in found]
 
 
-def _driver_chart(name: str, one: Mismatch, curve: Curve) -> LineChart:
+def _driver_chart(name: str, unit: str, one: Mismatch, curve: Curve, lone: bool) -> LineChart:
     driver = words.followed(name)
-    unit = scale_of(_driver_unit(name)).unit
     wide = 2.0 * curve.spread
     series = [
         Series("noise alone", curve.x, np.zeros(len(curve.x)), Colour.QUIET, low=-wide, high=wide),
@@ -174,7 +174,7 @@ def _driver_chart(name: str, one: Mismatch, curve: Curve) -> LineChart:
     ]
     of = f" [{unit}]" if unit else ""
     return LineChart(
-        f"{one.name.capitalize()} against {driver}",
+        f"Against {driver}" if lone else f"{one.name.capitalize()} against {driver}",
         f"{driver.removeprefix('the ')}{of}",
         f"measured \u2212 predicted [{one.unit}]",
         series,
@@ -182,13 +182,16 @@ def _driver_chart(name: str, one: Mismatch, curve: Curve) -> LineChart:
     )
 
 
-def _driver_unit(name: str) -> str:
-    """The unit in the name's brackets, or what the contract says."""
+def _driver_unit(name: str, unit: str) -> str:
+    """The unit in the name's brackets, or what the contract says; `unit` is a lone axis' own."""
     if found := re.search(r"[\[(]([^\])]*)[\])]\s*$", name):
         return found[1]
-    for pattern, unit in _DRIVER_UNITS:
+    own = {"position": unit, "command": unit, "velocity": f"{unit}/s", "speed": f"{unit}/s"}
+    if name in own:
+        return own[name]
+    for pattern, known in _DRIVER_UNITS:
         if re.fullmatch(pattern, name):
-            return unit
+            return known
     return ""
 
 
@@ -200,7 +203,7 @@ def _by_regime(
     found = regimes(picture.t_s, drivers, list(chosen))
     if len(found) < 2:
         return []
-    noise = float(np.sqrt(np.mean([one.noise**2 for one in chosen])))
+    noise = diagnosis.fit.noise_floor_m * scale_of(chosen[0].source_unit).factor
     found[1:] = sorted(found[1:], key=lambda one: -one.before)
     pairs = [Pair(one.name, one.before, one.after) for one in found]
     note = "Root mean square of measured minus predicted while the robot did this."

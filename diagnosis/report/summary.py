@@ -221,7 +221,7 @@ def unexplained_line(diagnosis: Diagnosis) -> str:
         "partly_explained",
         "unexplained",
     )
-    told_share = more_than_noise and math.isfinite(share)
+    told_share = more_than_noise and math.isfinite(share) and "% of the mismatch" not in says
     head = f"Unexplained: {share:.0f} % of the mismatch." if told_share else ""
     follows = words.listed([words.followed(name) for name in rest.depends_on])
     more = words.sentence(f"it follows {follows}") if follows and not says else ""

@@ -30,10 +30,10 @@ EFFECTS: dict[str, str] = {
     "sensor_scale": "a wrong scale of {part}",
     "sensor_crosstalk": "an error of {part} that grows with the distance squared",
     "sensor_drift": "a drift of {part}",
-    "sensor_latency": "sensor readings that come late",
+    "sensor_latency": "readings that come late",
     "stale_reading": "old values repeated by {part}",
     "inertia": "a wrong inertia of {part}",
-    "effort_offset": "a constant force or torque in {part} that is not in the model",
+    "effort_offset": "a constant force or torque on {part}",
     "effort_gain": "a wrong scale between effort and force or torque of {part}",
     "effort_hold": "an effort of {part} that is held between samples",
     "unknown": "an unknown error at {part}",
@@ -131,9 +131,9 @@ def _driver_in_text(found: re.Match[str]) -> str:
 
 
 def channel(name: str) -> str:
-    """An observation column: 'range_y' -> 'distance y', 'theta_1' -> 'angle of arm 1'."""
+    """An observation column: 'range_y' -> 'distance y', 'theta_1' -> 'measured angle 1'."""
     stem, _, which = name.partition("_")
-    known = {"range": "distance", "pos": "position", "theta": "angle of arm"}
+    known = {"range": "distance", "pos": "position", "theta": "measured angle"}
     if stem in known and which:
         return f"{known[stem]} {which}"
     return name.replace("_", " ")
