@@ -10,6 +10,7 @@ import numpy as np
 from diagnosis.candidate import Candidate, Coordinate, Shape, Term
 from diagnosis.delta_candidates import EVENTS, candidates_of, contact, runout, tolerances
 from diagnosis.nuisance import Nuisance
+from diagnosis.own_times import OwnTimes
 from diagnosis.readings import FloatArray, gather
 from foundation.errors import RecordingError
 from models.chain import Chain, Commands
@@ -42,6 +43,7 @@ class DeltaModel:
             )
         self.readings = gather(recordings, seen, UNITS)
         self.commanded_rad = np.concatenate([self._commands(r) for r in recordings])
+        self._own_times = [OwnTimes(recording) for recording in recordings]
         self._courses = self._split()
         self.position_m = forward(self.chain.linkage, self.commanded_rad).position_m
         self._refuse_impossible()
@@ -108,12 +110,13 @@ class DeltaModel:
     def predict(self, terms: Sequence[Term]) -> FloatArray:
         """Channels (n, channels) with the terms at work."""
         parts = []
-        for course in self._courses:
+        for course, own_times in zip(self._courses, self._own_times, strict=True):
             out = self.chain.simulate(course, [term.active for term in terms])
             block = {RANGES[i]: out.ranges[:, i] for i in range(3)}
             block |= {POSITIONS[i]: out.position[:, i] for i in range(3)}
             block |= {ANGLES[i]: out.measured[:, i] for i in range(3)}
-            parts.append(np.stack([block[name] for name in self.readings.names], axis=1))
+            rows = np.stack([block[name] for name in self.readings.names], axis=1)
+            parts.append(own_times.shift(self.readings.names, rows))
         return np.nan_to_num(np.concatenate(parts))
 
     def _latency(self) -> Candidate:
