@@ -190,7 +190,7 @@ class JobFile(StrictModel):
     repeats: Annotated[int, Field(ge=1, le=100_000)] = 1
     """Each repeat begins and ends at rest; an open path is returned to its start between them."""
     record: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
-    """Where the recording goes; absent: `recordings/<name>-<date>.mcap`."""
+    """Name of the recording in the folder of recordings; absent: `<name>-<date>.mcap`."""
     on_step_loss: Literal["stop", "warn"] = "stop"
 
 

@@ -40,6 +40,8 @@ def run_job(
     if not simulate and daemon_answers(socket):
         result = _through_daemon(path, record, socket, json_out)
     else:
+        if socket is not None and not simulate:
+            raise ServiceError(f"no daemon answers at {socket}; start it, or leave --socket out")
         _say_where(simulate, json_out)
         result = _in_this_process(path, record, realtime, json_out)
     _show(result, report, json_out)

@@ -79,12 +79,13 @@ class Controller:
             self._sensing(True)
 
     def power_off(self) -> None:
-        """-> OFF; the arms may drop."""
+        """-> OFF; the arms may drop. A latched stop or fault stays latched, drives released."""
         with self._lock:
             require(Request.OFF, self.state, self.why)
             self._sensing(False)
             self.machine.output.disable()
-            self._enter(State.OFF)
+            if self.state not in (State.STOPPED, State.FAULT):
+                self._enter(State.OFF)
         if self.machine.world is not None:
             self.machine.world.put_to_stops(self.clock.now_ns())
 

@@ -48,7 +48,8 @@ def prepare(
             " change 'robot' in the job, or start the daemon with the other file"
         )
     plan = plan_of(job_file, robot)
-    chosen = record or (Path(job.record) if job.record else None)
+    # Not beside the working directory: a service has none worth the name.
+    chosen = record or (recordings / job.record if job.record else None)
     return QueuedJob(
         number,
         job.name,
