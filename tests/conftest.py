@@ -19,6 +19,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="also run the tests marked 'hardware', on a Raspberry Pi with the robot wired up",
     )
     group.addoption(
+        "--move",
+        action="store_true",
+        default=False,
+        help="let the hardware tests energise the drives and move the robot; put the arms"
+        " against their stops first, and keep a hand on the e-stop",
+    )
+    group.addoption(
         "--robot",
         default="zhao-2023.yaml",
         help="robot file whose pins and addresses the hardware tests use",

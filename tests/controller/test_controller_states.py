@@ -87,3 +87,18 @@ def test_progress_grows_in_every_resting_state(controller: Controller) -> None:
         before = controller.progress_count()
         sleep_s(controller.clock, 0.2)
         assert controller.progress_count() > before
+
+
+def test_switching_off_releases_the_drives_but_not_the_latch(homed: Controller) -> None:
+    bench = homed.machine.bench
+    assert bench is not None
+    bench.trip(3)
+    sleep_s(homed.clock, 0.05)
+    assert (homed.status().state, homed.status().why) == ("fault", "alarm motor3")
+    homed.power_off()
+    assert not homed.machine.output.status().energised
+    sleep_s(homed.clock, 0.05)
+    assert (homed.status().state, homed.status().why) == ("fault", "alarm motor3")
+    homed.acknowledge()
+    homed.home()
+    assert homed.status().state == "ready"
