@@ -14,6 +14,7 @@ from charts.thin import keep
 from diagnosis.report import words
 from diagnosis.report.bars import Pair, pair_bars
 from diagnosis.report.drawing.scene import hue
+from diagnosis.report.maps import place_maps
 from diagnosis.report.regimes import regimes
 from diagnosis.report.residuals import (
     Curve,
@@ -126,8 +127,12 @@ def _by_place(picture: Picture, channels: Sequence[Mismatch], unit: str) -> list
     }
     place = {n: v for n, v in usable.items() if _PLACE.fullmatch(words.bare(n))}
     other = {n: v for n, v in usable.items() if n not in place}
+    section = _driver_section("The mismatch by place", place, channels, unit)
+    metric = [one for one in channels if one.source_unit == "m"]
+    if section and metric:
+        section.insert(1, place_maps(place, metric))
     return [
-        *_driver_section("The mismatch by place", place, channels, unit),
+        *section,
         *_driver_section("The mismatch by speed and load", other, channels, unit),
     ]
 

@@ -46,7 +46,9 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "explained" and named:
         return words.sentence(f"the mismatch is explained by {what}")
     if diagnosis.verdict == "partly_explained" and named:
-        return words.sentence(f"part of the mismatch is explained by {what}")
+        more = len(named) < len(findings)
+        rest = "; another part is real and matches no known effect" if more else ""
+        return words.sentence(f"part of the mismatch is explained by {what}{rest}")
     if unknown := [finding for finding in findings if finding.effect == "unknown"]:
         return words.sentence(
             "something is missing from the model that matches no known effect; "

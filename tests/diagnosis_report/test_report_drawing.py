@@ -13,6 +13,7 @@ from diagnosis.report.drawing.culprits import lone_parts_of, parts_of
 from diagnosis.report.drawing.delta import DeltaDrawing
 from diagnosis.report.drawing.lone import axis_scene, sensor_scene
 from diagnosis.report.drawing.scene import hull
+from diagnosis.report.maps import CELLS, grid_of, place_maps
 from diagnosis.report.regimes import regimes
 from diagnosis.report.residuals import binned, explained_by, mismatches, smoothed
 from diagnosis.result import Alternative, Channel, Picture
@@ -189,3 +190,37 @@ def test_a_driver_that_stands_still_draws_nothing() -> None:
     mostly = np.zeros(4000)
     mostly[:100] = np.linspace(0, 1, 100)
     assert 1 <= len(binned(mostly, one).x) <= 24
+
+
+def workspace() -> tuple[Any, Any, Any]:
+    """Positions all over a square, a mismatch of 3 mm in its right half; noise 0.5 mm."""
+    random = np.random.default_rng(11)
+    x, y = random.uniform(-0.1, 0.1, (2, 30_000))
+    miss = np.where(x > 0.0, 0.003, 0.0)
+    observed = miss + 5e-4 * random.standard_normal(len(x))
+    picture = Picture(t_s=np.arange(len(x)) * 0.02, channels=[channel(observed, 0 * x, miss)])
+    return x, y, mismatches(picture)
+
+
+def test_a_map_shows_where_the_mismatch_is() -> None:
+    x, y, channels = workspace()
+    grid = grid_of(x, y, channels)
+    assert grid is not None
+    assert grid.before.shape == (CELLS, CELLS)
+    right, left = grid.before[:, CELLS // 2 + 1 :], grid.before[:, : CELLS // 2 - 1]
+    assert np.nanmean(right) == pytest.approx(3.0, abs=0.05)
+    assert np.nanmean(left) < 0.2
+    assert np.nanmean(grid.after) < 0.2
+
+
+def test_maps_need_positions_that_change() -> None:
+    x, y, channels = workspace()
+    drawn = place_maps({"range_x": x, "range_y": y}, channels)
+    assert drawn.count("<svg") == 2
+    assert (
+        place_maps({"range_x [m]": x, "range_y [m]": y, "range_z [m]": y}, channels).count("<svg")
+        == 4
+    )
+    assert place_maps({"theta_1": x}, channels) == ""
+    assert place_maps({"range_x": x, "range_y": np.zeros_like(x)}, channels) == ""
+    assert place_maps({"range_x": np.full_like(x, np.nan), "range_y": y}, channels) == ""

@@ -99,7 +99,8 @@ class DeltaDrawing:
             for arm in order
             for corner in (ends[arm] - half[arm], ends[arm] + half[arm])
         ]
-        self._add(name, [outline], middle_m, nearer=0.02 if name == "platform" else -0.1)
+        # The base is painted first: what hangs on it must not hide behind it.
+        self._add(name, [outline], middle_m, nearer=0.02 if name == "platform" else -5.0)
 
     def _motor(self, arm: int) -> None:
         """On the motor axis beside the arm: first the gearbox, behind it the motor."""
