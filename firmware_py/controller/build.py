@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from drivers.fakes.range_noise import RangeNoise
 from drivers.fakes.ranging_rig import build_rig
 from drivers.inputs import home_switches
 from drivers.steps.build import build_step_output, simulated_step_output
+from drivers.steps.contract import MOTORS
 from firmware_py.controller.controller import Controller
 from firmware_py.machine import Machine
 from firmware_py.robot_file import RobotFile, load_robot
@@ -46,6 +48,7 @@ def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:
         world=world,
         bench=steps.bench,
         rig=rig,
+        home_switches=tuple(partial(world.switch_pressed, motor) for motor in range(MOTORS)),
         closers=(steps.bench.close,),
     )
 

@@ -1,8 +1,8 @@
 """A robot made of the chain of models/chain, moved by simulated drives, seen by fake sensors.
 
 Does not model: dynamics between the chain's own effects, collisions, or cables. The arms
-start against their stops, at the home angles; releasing the drives puts them back there, as
-a careful operator would.
+start against their stops, at the home angles (with home switches: hanging below them);
+releasing the drives puts them back there, as a careful operator would.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ CountsAt = Callable[[int], tuple[int, int, int]]
 GRID_S = 0.002
 """Step of the chain: a tenth of the shortest timing budget, so that averages are smooth."""
 MEMORY_S = 5.0
+DROOP_RAD = 0.2
 AVERAGED = 8
 """Points over which the light of one sample is averaged."""
 
@@ -53,7 +54,8 @@ class SimulatedRobot:
         self._now_ns = now_ns
         start_ns = now_ns()
         self._counts_at = counts_at
-        self._home_steps = np.deg2rad(robot.homing.angle_deg) / robot.drive.rad_per_step
+        self._home_rad = np.deg2rad(robot.homing.angle_deg)
+        self._rest_steps = (self._home_rad + self._droop_rad(robot)) / robot.drive.rad_per_step
         self._lock = threading.Lock()
         self._start_ns = start_ns
         self._samples: deque[_Sample] = deque(maxlen=round(MEMORY_S / GRID_S))
@@ -67,7 +69,7 @@ class SimulatedRobot:
             self._put(np.asarray(self._counts_at(t_ns), dtype=np.float64))
 
     def _put(self, counts: FloatArray) -> None:
-        self._zero_steps = self._home_steps - counts
+        self._zero_steps = self._rest_steps - counts
         self._chain = OnlineChain(self._robot, self._robot.as_built.effects)
 
     def distance_m(self, axis: str, start_ns: int, end_ns: int) -> float:
@@ -80,6 +82,15 @@ class SimulatedRobot:
         ranges_m = np.array([sample.ranges_m[column] for sample in samples])
         at_ns = np.linspace(start_ns, end_ns, AVERAGED)
         return float(np.interp(at_ns, known_ns, ranges_m).mean())
+
+    def switch_pressed(self, motor: int) -> bool:
+        """Whether the home switch of an arm (0 to 2) is closed: it stands at home or above."""
+        return self.truth(self._now_ns()).angles_rad[motor] <= self._home_rad[motor]
+
+    @staticmethod
+    def _droop_rad(robot: RobotFile) -> float:
+        """How far below its home angle an arm rests: on its stop, or hanging under its switch."""
+        return DROOP_RAD if robot.homing.method == "switch" else 0.0
 
     def truth(self, t_ns: int) -> Truth:
         """Position and arm angles at a time not further back than the memory (5 s)."""

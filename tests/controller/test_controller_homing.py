@@ -1,0 +1,87 @@
+"""Homing by switches, and sensors that are missing or stop."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firmware_py.controller.build import build_controller
+from firmware_py.controller.controller import Controller
+from firmware_py.robot_file import CONFIG_FOLDER
+from foundation.clock import sleep_s
+from foundation.errors import BusDead, SensorFault
+
+
+@pytest.fixture
+def switched(tmp_path: Path):
+    text = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
+    assert "method: placed" in text
+    robot = tmp_path / "switched.yaml"
+    robot.write_text(text.replace("method: placed", "method: switch\n  switch_pins: [12, 16, 18]"))
+    made = build_controller(robot, simulated=True, realtime=False, recordings=tmp_path)
+    made.power_on()
+    yield made
+    made.close()
+
+
+def test_arms_find_their_switches(switched: Controller) -> None:
+    world = switched.machine.world
+    assert world is not None
+    hanging = np.rad2deg(world.truth(switched.clock.now_ns()).angles_rad)
+    assert np.all(hanging > 40.0)
+    switched.home()
+    status = switched.status()
+    assert status.state == "ready"
+    sleep_s(switched.clock, 0.1)
+    truth_rad = np.array(world.truth(switched.clock.now_ns()).angles_rad)
+    assert status.angles_rad is not None
+    # The slow approach overshoots by what one look of 20 ms moves, at a fifth of 0.1 rad/s.
+    np.testing.assert_allclose(truth_rad, status.angles_rad, atol=0.02 * 0.1 / 5 + 0.0004)
+
+
+def test_a_missing_sensor_is_named_when_switched_on(controller: Controller) -> None:
+    rig = controller.machine.rig
+    assert rig is not None
+    rig.chips["y"].faults.unpowered = True
+    with pytest.raises(SensorFault, match=r"sensor y"):
+        controller.power_on()
+    assert controller.status().state == "off"
+    rig.chips["y"].faults.unpowered = False
+    controller.power_on()
+    assert controller.status().state == "unhomed"
+
+
+def test_a_dead_bus_is_named_when_switched_on(controller: Controller) -> None:
+    rig = controller.machine.rig
+    assert rig is not None
+    rig.bus.stuck = True
+    with pytest.raises(BusDead, match=r"\bSDA\b|\bbus\b"):
+        controller.power_on()
+    assert controller.status().state == "off"
+
+
+def test_a_sensor_that_stumbles_is_restarted_while_the_job_goes_on(
+    homed: Controller, write_job, finish
+) -> None:
+    number = homed.submit(write_job())
+    sleep_s(homed.clock, 3.0)
+    rig = homed.machine.rig
+    assert rig is not None
+    rig.chips["z"].brown_out()
+    assert finish(homed, number).outcome == "done"
+    assert all(sensor.health == "ok" for sensor in homed.status().sensors)
+
+
+def test_a_sensor_that_is_gone_stops_the_robot_and_is_named(
+    homed: Controller, write_job, finish
+) -> None:
+    number = homed.submit(write_job())
+    sleep_s(homed.clock, 2.0)
+    rig = homed.machine.rig
+    assert rig is not None
+    rig.chips["z"].faults.unpowered = True
+    result = finish(homed, number)
+    assert result.outcome == "fault"
+    assert "sensor z" in result.why
