@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-from firmware_py.cli.output import errors
+from firmware_py.cli.output import errors, warn
 from firmware_py.controller.contract import JobResult, RobotController, Status
 
 Sleep = Callable[[float], None]
@@ -27,7 +27,7 @@ def follow(
         TimeElapsedColumn(),
         TextColumn("{task.fields[left]}"),
         console=errors,
-        disable=quiet,
+        disable=quiet or not errors.is_terminal,
         transient=True,
     ) as progress:
         bar = progress.add_task("starting", total=1.0, left="")
@@ -39,7 +39,7 @@ def follow(
                     drawn_s = time.monotonic()
                     _draw(progress, bar, controller.status())
             except KeyboardInterrupt:
-                errors.print("cancelling: the robot decelerates on the path")
+                warn("cancelling: the robot decelerates on the path")
                 controller.cancel()
     return result
 

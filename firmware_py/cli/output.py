@@ -10,8 +10,18 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-console = Console(highlight=False)
-errors = Console(stderr=True, highlight=False)
+console = Console(highlight=False, markup=False)
+errors = Console(stderr=True, highlight=False, markup=False)
+
+
+def say(text: str) -> None:
+    """One line as it is: not broken at the window's edge, so that a path can be copied."""
+    console.print(text, soft_wrap=True)
+
+
+def warn(text: str) -> None:
+    """One line beside the answer, on standard error."""
+    errors.print(text, soft_wrap=True)
 
 
 def print_json(value: object) -> None:

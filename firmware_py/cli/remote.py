@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from firmware_py.cli.output import console, duration, facts, millimetres, print_json
+from firmware_py.cli.output import console, duration, facts, millimetres, print_json, say
 from firmware_py.controller.contract import Status
 from firmware_py.daemon.client import Client
 
@@ -17,14 +17,14 @@ def do(name: str, socket: Path | None) -> None:
     with Client(socket) as client:
         method = {"on": client.power_on, "off": client.power_off}.get(name)
         (method or getattr(client, name))()
-        console.print(f"{name}: the robot is {client.status().state}")
+        say(f"{name}: the robot is {client.status().state}")
 
 
 def stop_robot(reason: str, socket: Path | None) -> None:
     """Emergency stop."""
     with Client(socket) as client:
         client.stop(reason)
-        console.print("stopped; clear the cause, then 'deltactl acknowledge' and 'deltactl home'")
+        say("stopped; clear the cause, then 'deltactl acknowledge' and 'deltactl home'")
 
 
 def show_status(watch: bool, json_out: bool, socket: Path | None) -> None:

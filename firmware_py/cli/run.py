@@ -11,7 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from firmware_py.cli.follow import follow
-from firmware_py.cli.output import console, errors, print_json
+from firmware_py.cli.output import print_json, say, warn
 from firmware_py.cli.show import show_tracking, write_report
 from firmware_py.controller.contract import JobResult
 from firmware_py.daemon.client import Client, daemon_answers
@@ -19,7 +19,7 @@ from firmware_py.job_file import load_job
 from firmware_py.machine import is_raspberry_pi
 from firmware_py.robot_file import find
 from foundation.clock import sleep_s
-from foundation.errors import MotionError, ServiceError
+from foundation.errors import ConfigError, MotionError, ServiceError
 
 POLL_S = 0.1
 VIRTUAL_POLL_S = 0.5
@@ -37,6 +37,11 @@ def run_job(
     """Run one job and show what came of it. Raises any DeltactlError."""
     path = find(str(job))
     load_job(path)
+    if record is not None and record.suffix != ".mcap":
+        raise ConfigError(
+            f"--record {record}: a recording's name ends in .mcap;"
+            " 'deltactl export' makes other files of it afterwards"
+        )
     if not simulate and daemon_answers(socket):
         result = _through_daemon(path, record, socket, json_out)
     else:
@@ -59,7 +64,7 @@ def _say_where(simulate: bool, quiet: bool) -> None:
             " or use --simulate to run the simulated robot"
         )
     if not quiet:
-        errors.print("No daemon, and this is not a Raspberry Pi: running the simulated robot.")
+        warn("No daemon, and this is not a Raspberry Pi: running the simulated robot.")
 
 
 def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet: bool) -> JobResult:
@@ -107,8 +112,8 @@ def _show(result: JobResult, report: Path | None, json_out: bool) -> None:
         print_json(asdict(result) | {"tracking": tracking, "report": report})
         return
     if recording:
-        console.print(f"recording: {recording}")
+        say(f"recording: {recording}")
     if report:
-        console.print(f"report:    {report}")
+        say(f"report:    {report}")
     if result.recording_error:
-        errors.print(f"not all was recorded: {result.recording_error}")
+        warn(f"not all was recorded: {result.recording_error}")

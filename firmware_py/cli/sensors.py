@@ -12,7 +12,7 @@ from rich.live import Live
 from rich.table import Table
 
 from drivers.ranging.calibration import calibrate_offset
-from firmware_py.cli.output import console, errors, millimetres, print_json
+from firmware_py.cli.output import console, millimetres, print_json, say, warn
 from firmware_py.controller.contract import SensorStatus
 from firmware_py.controller.ranging_loop import RangingLoop
 from firmware_py.daemon.client import Client, daemon_answers
@@ -38,7 +38,7 @@ def show_sensors(
             _show(lambda: client.sensors(), time.sleep, watch, json_out)
         return
     settings = load_robot(find(robot or "zhao-2023.yaml"))
-    with _machine(settings, watch) as machine:
+    with open_machine(settings, watch) as machine:
         loop = RangingLoop(
             machine.sensors, machine.clock, settings.ranging.rate_hz, lambda reading: None
         )
@@ -80,14 +80,15 @@ def _table(sensors: tuple[SensorStatus, ...]) -> Table:
 
 
 @contextmanager
-def _machine(robot: RobotFile, realtime: bool) -> Iterator[Machine]:
+def open_machine(robot: RobotFile, realtime: bool) -> Iterator[Machine]:
+    """The robot on a Raspberry Pi, the simulated one elsewhere; closed afterwards."""
     from firmware_py.controller.build import real_machine, simulated_machine
 
     if is_raspberry_pi():
-        machine = real_machine(robot)
+        machine = realopen_machine(robot)
     else:
-        errors.print("This is not a Raspberry Pi: these are simulated sensors.")
-        machine = simulated_machine(robot, realtime)
+        warn("This is not a Raspberry Pi: these are simulated sensors.")
+        machine = simulatedopen_machine(robot, realtime)
     try:
         yield machine
     finally:
@@ -98,7 +99,7 @@ def _calibrate(text: str, robot: str, json_out: bool) -> None:
     axis, true_distance_m = _parse(text)
     settings = load_robot(find(robot))
     before_mm = settings.ranging.offsets_mm[AXES.index(axis)]
-    with _machine(settings, realtime=False) as machine:
+    with open_machine(settings, realtime=False) as machine:
         machine.sensors.start()
         found = calibrate_offset(
             machine.sensors,
@@ -111,13 +112,13 @@ def _calibrate(text: str, robot: str, json_out: bool) -> None:
     if json_out:
         print_json({name: getattr(found, name) for name in found.__slots__})
         return
-    console.print(found.says())
+    say(found.says())
     if found.warning:
-        console.print(f"not to be used: {found.warning}")
+        say(f"not to be used: {found.warning}")
         return
     place = AXES.index(axis) + 1
     value = f"{found.offset_after_mm:.2f}"
-    console.print(f"enter {value} as number {place} of ranging.offsets_mm in {robot}")
+    say(f"enter {value} as number {place} of ranging.offsets_mm in {robot}")
 
 
 def _parse(text: str) -> tuple[str, float]:

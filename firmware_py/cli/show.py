@@ -8,7 +8,7 @@ from typing import Any
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from firmware_py.cli.output import console, errors, print_json
+from firmware_py.cli.output import console, print_json, say, warn
 from firmware_py.run_report.report import write_report
 from firmware_py.run_report.tracking import RunTracking, robot_of, track
 from models.robot import AXES
@@ -24,7 +24,7 @@ def show_tracking(recording: Path, quiet: bool) -> dict[str, Any]:
     if not quiet:
         console.print(tracking_table(run.configuration.job_name, tracking))
         for text in run.damage:
-            errors.print(f"the recording is {text}")
+            warn(f"the recording is {text}")
     return {one.name: one.as_json() for one in tracking.all()}
 
 
@@ -51,7 +51,7 @@ def show_recording(recording: Path, out: Path, json_out: bool) -> None:
     if json_out:
         print_json({"recording": recording, "tracking": tracking, "report": out})
     else:
-        console.print(f"report: {out}")
+        say(f"report: {out}")
 
 
 def export_recording(recording: Path, out: Path, truth: bool) -> None:
@@ -61,4 +61,4 @@ def export_recording(recording: Path, out: Path, truth: bool) -> None:
 
     table = flatten(read_run(recording), with_truth=truth)
     write_flat(table, out)
-    console.print(f"{out}: {len(table)} rows")
+    say(f"{out}: {len(table)} rows")
