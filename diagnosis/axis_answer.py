@@ -56,6 +56,8 @@ def covariance(search: AxisSearch, solution: Solution) -> FloatArray:
     Never narrower than what independent noise of the size that is left would give.
     """
     fitter, rows = search.fitter, search.fitter.rows
+    if not solution.tangent.shape[1]:
+        return np.zeros((0, 0))
     tangent, residual = solution.tangent, solution.residual
     scale = np.maximum(np.linalg.norm(tangent, axis=0), 1e-30)
     scaled = tangent / scale
@@ -76,6 +78,8 @@ def covariance(search: AxisSearch, solution: Solution) -> FloatArray:
 def findings(outcome: AxisOutcome) -> list[Finding]:
     """All findings, the one that explains most first."""
     solution = outcome.solution
+    if not solution.terms and not solution.frees:
+        return []
     cov = covariance(outcome.search, solution)
     found = [_named(outcome, number, cov) for number in range(len(solution.terms))]
     found += [_free(outcome, number) for number in range(len(solution.frees))]

@@ -7,15 +7,16 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from diagnosis.axis_answer import AxisOutcome, findings, picture, unexplained
-from diagnosis.axis_holdout import other_run
+from diagnosis.axis_holdout import held_blocks, other_run
 from diagnosis.axis_model import AxisModel
 from diagnosis.axis_prepare import prepare_again, prepare_axis
 from diagnosis.axis_search import AxisSearch
 from diagnosis.axis_words import summary
+from diagnosis.candidate import Term
 from diagnosis.effort_axis_model import EffortAxisModel
 from diagnosis.fit import Solution
-from diagnosis.holdout import on_blocks
 from diagnosis.limits import limits
+from diagnosis.model import Model
 from diagnosis.prepare import Prepared, prepare
 from diagnosis.range_sensor_model import RangeSensorModel
 from diagnosis.result import Diagnosis, Finding, Fit, NotTestable, Verdict
@@ -29,6 +30,11 @@ LoneRobot = StepperAxis | ServoAxis | RangeSensor
 LoneModel = AxisModel | EffortAxisModel | RangeSensorModel
 MISSING = 0.01
 REST_SHARE = 0.05
+FOLLOWING_SHARE = 1e-4
+FORCED_SHARE = 2e-3
+"""Least share of the mismatch for a finding; friction at a measured speed is less exact."""
+FORCED_BLUR = 0.015
+"""Chi-square per reading that sampling may make: nobody knows what an effort did in between."""
 NOT_SEEN = {"joint_compliance": "the load on the axis is not known (no gravity, no load column)"}
 LIKELIER = {
     "stepper_axis": (("joint_friction", 4.0),),
@@ -65,9 +71,13 @@ def diagnose_axis(
     prepared = prepare_(model, model.readings.valid)
     rad_per_step = model.rad_per_step if isinstance(model, AxisModel) else 0.0
     progress("searching for what is missing")
-    search = AxisSearch(prepared, rad_per_step, progress, unlikely=LIKELIER[robot.kind])
+    search = AxisSearch(
+        prepared, rad_per_step, progress,
+        unlikely=LIKELIER[robot.kind], least_share=FORCED_SHARE if forced else FOLLOWING_SHARE,
+        blur=FORCED_BLUR if forced else 0.0,
+    )  # fmt: skip
     solution = search.run()
-    first_p = search.p(float(search.scores_of_empty.log_p.min(initial=0.0)))
+    first_p = search.first_p_of_all(solution)
     hidden, smallest = limits(search)
     outcome = _settled(search, solution, model, forced)
     progress("what else it could be")
@@ -96,7 +106,7 @@ def _settled(
     left = search.fitter.observed - solution.predicted
     last = AxisSearch(
         prepare_again(search.prepared, left, forced), search.rad_per_step, search.progress,
-        unlikely=search.unlikely,
+        unlikely=search.unlikely, least_share=search.least_share, blur=search.blur,
     )  # fmt: skip
     final = last.fitter.solve(solution.terms, solution.frees, solution.nuisances)
     return AxisOutcome(last, final, last.empty.cost, model.unit)
@@ -119,14 +129,15 @@ def _fit(outcome: AxisOutcome, others: Sequence[LoneModel], free_zero: bool) -> 
     def rms(values: np.ndarray) -> float:
         return float(np.sqrt(np.mean(np.square(values[valid, 0])))) if valid.any() else 0.0
 
+    believed = prepared.model.predict(_starts(prepared.model))
     if others:
-        pairs = [other_run(m, search.empty.nuisances, solution, free_zero) for m in others]
+        pairs = [other_run(m, _starts(m), solution, free_zero) for m in others]
         before, after = (float(np.sqrt(np.mean(np.square(x)))) for x in zip(*pairs, strict=True))
     else:
-        before, after = on_blocks(search.fitter, solution, prepared.valid, [0])
+        before, after = held_blocks(search.fitter, solution, believed, prepared.valid)
     last = rms(observed - solution.predicted)
     return Fit(
-        rms_before_m=rms(observed - search.empty.predicted),
+        rms_before_m=rms(observed - believed),
         rms_after_m=last,
         noise_floor_m=min(rms(prepared.floor), last),
         holdout_rms_before_m=before,
@@ -134,6 +145,11 @@ def _fit(outcome: AxisOutcome, others: Sequence[LoneModel], free_zero: bool) -> 
         unit=outcome.unit,
         holdout="run" if others else "blocks",
     )
+
+
+def _starts(model: Model) -> list[Term]:
+    """What the robot file as it stands says of everything that is always fitted."""
+    return [nuisance.term for nuisance in model.nuisances]
 
 
 def _left(fit: Fit) -> float:

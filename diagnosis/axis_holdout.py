@@ -7,11 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.candidate import Term
-from diagnosis.fit import Solution
+from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import spline_basis
 from diagnosis.model import Model
-from diagnosis.readings import FloatArray
+from diagnosis.noise import Whitener
+from diagnosis.readings import BoolArray, FloatArray
 
+BLOCKS = 20
+EVERY = 4
 SIDES = (-1.0, -0.5, 0.0, 0.5, 1.0)
 """Where in the play the axis may have stood when the other recording began."""
 
@@ -30,6 +33,25 @@ def other_run(
     ]
     after = min(tried, key=lambda x: _rms(x[valid], free_zero))
     return _rms(before[valid], free_zero), _rms(after[valid], free_zero)
+
+
+def held_blocks(
+    fitter: Fitter, solution: Solution, believed: FloatArray, valid: BoolArray
+) -> tuple[float, float]:
+    """RMS before and after on whole blocks of time that a refit has not seen."""
+    t_s = fitter.model.readings.t_s
+    block = np.minimum(((t_s - t_s[0]) / np.ptp(t_s) * BLOCKS).astype(int), BLOCKS - 1)
+    held = block % EVERY == EVERY // 2
+    white = fitter.whiten
+    weight = np.where(held[white.rows], 0.0, white.weight)
+    partial = Fitter(fitter.model, Whitener(white.channels, weight), fitter.nuisances)
+    refit = partial.solve(solution.terms, solution.frees, solution.nuisances, steps=3)
+    seen = held & valid[:, 0]
+    observed = fitter.observed[seen, 0]
+    return (
+        _rms(observed - believed[seen, 0], False),
+        _rms(observed - refit.predicted[seen, 0], False),
+    )
 
 
 def _rms(values: FloatArray, free_zero: bool) -> float:

@@ -14,7 +14,9 @@ from diagnosis.result import Alternative
 LIMIT = 9.0
 """Scaled chi-square within which two explanations count as tied."""
 STEADY = 2.5
-REFITTED = 8
+ROUGH = 1.3
+"""From so much more than noise on, chi-squares alone do not tell explanations apart."""
+REFITTED = 5
 TWINS = {
     "gear_backlash": "joint_friction",
     "joint_friction": "gear_backlash",
@@ -52,6 +54,8 @@ def _ties(
 ) -> bool:
     if worse < LIMIT:
         return True
+    if search.excess(solution) < ROUGH:
+        return False
     gain = (bare.cost - solution.cost) / search.excess(solution)
     return worse < 0.05 * gain and search.steadiness(other, solution) < STEADY
 
@@ -70,8 +74,9 @@ def _starts(
             starts.append(Term(candidate, own.at.copy()))
         if own.candidate.effect == "following_lag" and candidate.effect == "sensor_latency":
             starts.append(Term(candidate, np.array([float(own.at.sum())])))
-    trials = [t for t in search.trials(bare, [own.candidate.key]) if t.gain > 0.0]
-    starts += [t.start for t in trials[:REFITTED]]
+    trials = search.trials(bare, [own.candidate.key])
+    twins = {start.candidate.key for start in starts}
+    starts += [t.start for t in trials[:REFITTED] if t.start.candidate.key not in twins]
     return starts
 
 
@@ -85,7 +90,8 @@ def _same_by_construction(
     if own.effect == "effort_offset" and "joint_friction" in effects:
         return ["joint_friction"]  # its asymmetry: more friction one way than the other
     if own.effect == "following_lag" and "effort_gain" not in offered:
-        return [] if "viscous_friction" in offered else ["viscous_friction"]
+        lags = any(coordinate.parameter == "time" for coordinate in own.coordinates)
+        return ["viscous_friction"] if lags and "viscous_friction" not in offered else []
     if own.effect == "home_offset" and "joint_compliance" not in offered:
         return [] if search.rad_per_step else ["joint_compliance"]  # a constant load that is unknown
     return []

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import chi2, norm
 
 from diagnosis.axis_jumps import scan
 from diagnosis.axis_tidy import tidied
@@ -22,11 +22,13 @@ from diagnosis.free_shapes import FreeShape
 from diagnosis.name import ALPHA, Search, Trial, price
 
 MOST_TERMS = 6
-TRIED = 7
-WORTH_TRYING = 0.3
+TRIED = 6
+WORTH_TRYING = 0.4
 FREE_PRICE = 20.0
 FREE_ADVANTAGE = 10.0
 """Scaled chi-square by which an explanation with a free shape must fit better."""
+FREE_LEAST_A_READING = 0.03
+"""Chi-square per reading that a free shape must gain."""
 FREE_LEAST = 0.04
 """Share of the whole mismatch by which it must fit better: slight shapes are nobody's news."""
 LEAST_OF_REST = 0.06
@@ -38,7 +40,7 @@ BLOCKS = 40
 SHORTEST_BLOCK_S = 1.0
 LEAST_Z = 4.0
 RELUCTANCE = {
-    "sensor_latency": 10.0, "resonance": 6.0, "encoder_error": 3.0, "transmission_error": 6.0,
+    "sensor_latency": 10.0, "resonance": 6.0, "encoder_error": 12.0, "transmission_error": 8.0,
     "viscous_friction": 1.0, "stribeck_friction": 4.0, "effort_gain": 2.0,
 }  # fmt: skip
 """Chi-square by which the likelier of two that fit alike is preferred."""
@@ -49,6 +51,10 @@ class AxisSearch(Search):
     """Finds the set of effects on one axis. `unlikely`: further reluctance, by effect."""
 
     unlikely: tuple[tuple[str, float], ...] = ()
+    least_share: float = 1e-4
+    """Share of the whole mismatch that an effect must explain: operators are approximations."""
+    blur: float = 0.0
+    """Chi-square per reading that the model's own approximations may make."""
 
     @property
     def event_tests(self) -> float:
@@ -61,6 +67,21 @@ class AxisSearch(Search):
         return (
             price(term.candidate) + RELUCTANCE.get(effect, 0.0) + dict(self.unlikely).get(effect, 0)
         )
+
+    def first_p_of_all(self, found: Solution) -> float:
+        """Calibrated p of 'nothing is missing' before any finding.
+
+        Where nothing could be proven, the p is no smaller than the strongest candidate's gain
+        block by block allows: an encoder's steps are no white noise.
+        """
+        scores = self.scores_of_empty
+        gain = np.maximum(scores.gain - self.blur * self.fitter.rows, 0.0)
+        df = [entry.df for entry in self.prepared.bank.entries]
+        p = self.p(float(chi2.logsf(gain, df).min(initial=0.0)))
+        if found.terms or found.frees or p > ALPHA:
+            return p
+        steady = max((self.steadiness(self.empty, s) for s in self._tried(self.empty)), default=0.0)
+        return max(p, self.p(float(norm.logsf(steady) + np.log(2.0))))
 
     def excess(self, solution: Solution) -> float:
         """How much more is left than noise would leave, at least 1."""
@@ -104,9 +125,17 @@ class AxisSearch(Search):
         scale = self.excess(min(tried, key=lambda s: s.cost))
         for grown in sorted(tried, key=lambda s: self.value(s, scale)):
             df = self._numbers(grown) - self._numbers(solution)
-            if self.proven(solution, grown, max(df, 1)):
+            if self.proven(solution, grown, max(df, 1)) and self._no_plainer(grown, tried):
                 return grown
         return None
+
+    def _no_plainer(self, grown: Solution, tried: Sequence[Solution]) -> bool:
+        """An event must beat what lasts in many blocks of time; anything may happen in one."""
+        if not grown.terms[-1].candidate.kind.event:
+            return True
+        lasting = [s for s in tried if not s.terms[-1].candidate.kind.event]
+        best = min(lasting, key=lambda s: s.cost, default=None)
+        return best is None or self.steadiness(best, grown) > LEAST_Z
 
     def _tried(self, solution: Solution) -> list[Solution]:
         trials = self.trials(solution)[:TRIED]
@@ -155,8 +184,13 @@ class AxisSearch(Search):
         gain = bare.cost - full.cost
         if gain <= 0.0:
             return False
+        if len(full.frees) > len(bare.frees) and gain < FREE_LEAST_A_READING * self.fitter.rows:
+            return False
         scale = self.excess(full)
+        gain = max(gain - self.blur * self.fitter.rows, 0.0)
         if self.p(float(chi2.logsf(gain / scale, df))) > ALPHA:
+            return False
+        if gain < self.least_share * (self.empty.cost - self.fitter.rows):
             return False
         rest = bare.cost - self.fitter.rows
         if scale > 1.3 and gain < LEAST_OF_REST * rest:

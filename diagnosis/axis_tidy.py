@@ -9,7 +9,7 @@ from diagnosis.candidate import Candidate, Term
 from diagnosis.fit import Fitter, Solution
 
 PARTS = ("time", "dead_time")
-ALIKE = 4.0
+ALIKE = 8.0
 """Scaled chi-square by which a plainer form may fit worse."""
 
 

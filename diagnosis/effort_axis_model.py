@@ -19,9 +19,12 @@ from models.robot import ServoAxis
 from recording.flat import FlatRecording
 
 TAU_S = 0.15
+GAIN_SPREAD = 2e-3
 FEWEST_PER_TAU = 12.0
-SMOOTHING_S = 0.04
-"""Length of the polynomial by which positions are turned into velocities."""
+SMOOTHING_S = 0.06
+"""Longest polynomial by which positions are turned into velocities."""
+STEADY_VELOCITY = 0.004
+"""Noise of the velocity, as a share of the highest one, that calls for no longer polynomial."""
 AT_REST = 4.0
 """Standard deviations of the velocity below which the axis stands."""
 SPEEDS = (0.01, 0.03, 0.1, 0.3)
@@ -53,7 +56,7 @@ class EffortAxisModel:
         settled = np.concatenate([self.chain.settled(d) for d in self._driven])
         self.readings.valid[~settled] = False
         self._refuse_other_units(recordings[0].source)
-        self.nuisances = [self._timing()]
+        self.nuisances = [self._timing(), self._holding(), self._calibrated()]
         self.tolerances: list[Nuisance] = []
         self.candidates = self._candidates()
 
@@ -92,6 +95,19 @@ class EffortAxisModel:
             (Shape((half,)),), {"time": 0.0},
         )  # fmt: skip
         return Nuisance(Term(candidate, np.array([half])), (0.5 * half,))
+
+    def _holding(self) -> Nuisance:
+        """Held between samples or smooth."""
+        candidate = Candidate(
+            self.chain.kinds["effort_hold"], COMPONENT,
+            (Coordinate("share", step=0.1, low=-3.0, high=5.0),), (Shape((1.0,)),), {},
+        )  # fmt: skip
+        return Nuisance(Term(candidate, np.array([1.0])), (0.5,))
+
+    def _calibrated(self) -> Nuisance:
+        """No robot file gives the effort more exactly than to 0.2 %."""
+        candidate = moves.simple(self.chain.kinds["effort_gain"], 1e-3)
+        return Nuisance(Term(candidate, np.array([1.0])), (GAIN_SPREAD,))
 
     def _candidates(self) -> list[Candidate]:
         kinds, robot = self.chain.kinds, self.robot
@@ -136,7 +152,12 @@ class EffortAxisModel:
 def _velocity(t_s: FloatArray, position: FloatArray, fresh: FloatArray) -> tuple[FloatArray, float]:
     """Smoothed derivative stretch by stretch, (n,), and the standard deviation of its noise."""
     step_s = float(np.median(np.diff(t_s)))
-    half = max(int(round(0.5 * SMOOTHING_S / step_s)), 3)
+    third = np.diff(position, 3)
+    noise = 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20.0)
+    top = float(np.quantile(np.abs(np.gradient(position, t_s)), 0.98))
+    half = 2
+    while _spread(half, step_s, noise) > STEADY_VELOCITY * top and half * step_s < SMOOTHING_S / 2:
+        half += 1
     size = 2 * half + 1
     velocity = np.zeros_like(position)
     starts = [*np.flatnonzero(fresh).tolist(), len(position)]
@@ -146,7 +167,9 @@ def _velocity(t_s: FloatArray, position: FloatArray, fresh: FloatArray) -> tuple
             velocity[first:last] = savgol_filter(part, size, 2, deriv=1, delta=step_s)
         elif len(part) > 1:
             velocity[first:last] = np.gradient(part, t_s[first:last])
-    third = np.diff(position, 3)
-    noise = 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20.0)
-    gain = np.sqrt(3.0 / (half * (half + 1) * size)) / step_s
-    return velocity, noise * float(gain)
+    return velocity, _spread(half, step_s, noise)
+
+
+def _spread(half: int, step_s: float, noise: float) -> float:
+    """Standard deviation of the slope of a polynomial over 2 half + 1 noisy samples."""
+    return noise * float(np.sqrt(3.0 / (half * (half + 1) * (2 * half + 1)))) / step_s
