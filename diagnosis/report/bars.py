@@ -15,7 +15,7 @@ NEAR = 16.0
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two bars of one thing: before and after the findings."""
+    """Two bars of one thing: before and after the findings (NaN: there are none)."""
 
     name: str
     before: float
@@ -78,8 +78,9 @@ def pair_bars(title: str, pairs: Iterable[Pair], noise: float, unit: str, note: 
     least = min([x for x in values[:-1] if math.isfinite(x) and x > 0.0], default=top)
     digits = max(0, significant(top, 3), significant(least, 2))
     rows = "".join(_pair(pair, noise, top, unit, digits) for pair in pairs)
-    key = '<span class="was">robot file as it stands</span><span class="became">with the findings'
-    key += "</span>"
+    key = '<span class="was">robot file as it stands</span>'
+    if any(math.isfinite(pair.after) for pair in pairs):
+        key += '<span class="became">with the findings</span>'
     key += '<span class="noise">noise floor</span>' if math.isfinite(noise) else ""
     caption = f"<figcaption>{html.escape(title)}</figcaption>" if title else ""
     foot = f'<p class="note">{html.escape(note)}</p>' if note else ""
@@ -90,7 +91,8 @@ def _pair(pair: Pair, noise: float, top: float, unit: str, digits: int) -> str:
     def width(value: float) -> float:
         return 100.0 * min(max(value, 0.0) / top, 1.0) if math.isfinite(value) else 0.0
 
-    text = f"{number(pair.before, digits)} \u2192 {number(pair.after, digits)} {unit}"
+    after = f" \u2192 {number(pair.after, digits)}" if math.isfinite(pair.after) else ""
+    text = f"{number(pair.before, digits)}{after} {unit}"
     line = f'<b style="left:{width(noise):.2f}%"></b>' if math.isfinite(noise) else ""
     return (
         f'<div class="pair"><span>{html.escape(pair.name)}</span><div>'

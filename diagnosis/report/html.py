@@ -24,6 +24,7 @@ from diagnosis.report.sizes import scale_of
 from diagnosis.report.summary import (
     experiment_line,
     fit_lines,
+    fit_title,
     headline,
     remarks,
     smallest_text,
@@ -77,18 +78,20 @@ def _improvement(diagnosis: Diagnosis) -> str:
     scale = scale_of(fit.unit)
     held = "another run" if fit.holdout == "run" else "held-out parts"
     pairs = [
-        Pair(name, scale(before), scale(after))
+        Pair(name, scale(before), scale(after) if diagnosis.findings else math.nan)
         for name, before, after in (
             ("this recording", fit.rms_before_m, fit.rms_after_m),
             (held, fit.holdout_rms_before_m, fit.holdout_rms_after_m),
         )
     ]
-    bars = pair_bars("Does it help?", pairs, scale(fit.noise_floor_m), scale.unit)
+    bars = pair_bars(fit_title(diagnosis), pairs, scale(fit.noise_floor_m), scale.unit)
     about = (
         "Root mean square of measured minus predicted. No model can be better than the noise "
         "floor; held-out data took no part in the fit."
+        if diagnosis.findings
+        else "Root mean square of measured minus predicted."
     )
-    lines = "".join(paragraph(line) for line in fit_lines(fit))
+    lines = "".join(paragraph(line) for line in fit_lines(diagnosis))
     return f"{bars}{lines}{paragraph(about, 'note')}"
 
 

@@ -20,6 +20,8 @@ FEWEST = 4
 LEVELS = 6
 TOP_SHARE = 0.98
 """The darkest colour starts at this quantile of the cells before; one wild cell does not rule."""
+QUIET_SIGMAS = 2.0
+"""The darkest colour stands for at least so many standard deviations of a reading."""
 SIDE_PX = 220.0
 LEFT_PX, BOTTOM_PX = 46.0, 34.0
 
@@ -38,6 +40,10 @@ def place_maps(drivers: Mapping[str, FloatArray], channels: Sequence[Mismatch]) 
     """From above and from the side, as HTML; empty where the positions are not known."""
     bare = {words.bare(name): values for name, values in drivers.items()}
     place = {axis: bare.get(f"range_{axis}", bare.get(f"pos_{axis}")) for axis in "xyz"}
+    unchanged = all(one.unchanged for one in channels)
+    # What is much smaller than the noise shall not look loud.
+    loudest = max([one.noise for one in channels if np.isfinite(one.noise)], default=0.0)
+    least = QUIET_SIGMAS * loudest or 1e-3
     parts = []
     for title, across, up in (("from above", "x", "y"), ("from the side", "x", "z")):
         first, second = place[across], place[up]
@@ -46,21 +52,22 @@ def place_maps(drivers: Mapping[str, FloatArray], channels: Sequence[Mismatch]) 
         grid = grid_of(first * 1e3, second * 1e3, channels)
         if grid is None:
             continue
-        top = float(np.nanquantile(grid.before, TOP_SHARE)) or 1.0
-        for when, values in (("before", grid.before), ("after", grid.after)):
-            caption = f"{title.capitalize()}, {when}"
+        top = max(float(np.nanquantile(grid.before, TOP_SHARE)), least)
+        maps = ((", before", grid.before), (", after", grid.after))
+        for when, values in (("", grid.before),) if unchanged else maps:
+            caption = f"{title.capitalize()}{when}"
             parts.append(_map(caption, grid, values, top, f"{across} [mm]", f"{up} [mm]"))
     if not parts:
         return ""
     about = (
-        "How far measured and predicted are apart on average at each place; noise cancels "
-        "where the robot came often. The darker, the further apart."
+        "How far measured and predicted are apart on average at each place, beyond what noise "
+        "does to an average of so few readings. The redder, the further apart."
     )
     return paragraph(about) + f'<div class="maps">{columns(parts)}</div>'
 
 
 def grid_of(across: FloatArray, up: FloatArray, channels: Sequence[Mismatch]) -> Grid | None:
-    """Root of the sum over channels of the squared mean in each cell; None without readings."""
+    """Size of the mean mismatch (over channels) in each cell; None without readings."""
     known = np.isfinite(across) & np.isfinite(up)
     if known.sum() < FEWEST or np.ptp(across[known]) <= 0.0 or np.ptp(up[known]) <= 0.0:
         return None
@@ -73,25 +80,28 @@ def grid_of(across: FloatArray, up: FloatArray, channels: Sequence[Mismatch]) ->
         for e, v, m in zip(edges, (across, up), middle, strict=True)
     ]
     flat = which[1] * CELLS + which[0]
-    squares = [_squares(flat, known, [getattr(one, when) for one in channels])
-               for when in ("before", "after")]  # fmt: skip
+    squares = [_squares(flat, known, channels, when) for when in ("before", "after")]
     if not np.isfinite(squares[0]).any():
         return None
     before, after = (np.sqrt(square).reshape(CELLS, CELLS) for square in squares)
     return Grid(edges[0], edges[1], before, after)
 
 
-def _squares(flat: Any, known: BoolArray, channels: Sequence[FloatArray]) -> FloatArray:
+def _squares(
+    flat: Any, known: BoolArray, channels: Sequence[Mismatch], when: str
+) -> FloatArray:  # fmt: skip
+    """Sum over channels of the squared mean of each cell, less what noise adds to it."""
     total = np.zeros(CELLS * CELLS)
     seen = np.zeros(CELLS * CELLS, dtype=np.bool_)
-    for values in channels:
+    for one in channels:
+        values: FloatArray = getattr(one, when)
         good = known & np.isfinite(values)
         numbers = np.bincount(flat[good], minlength=CELLS * CELLS)
         sums = np.bincount(flat[good], weights=values[good], minlength=CELLS * CELLS)
         enough = numbers >= FEWEST
-        total[enough] += (sums[enough] / numbers[enough]) ** 2
+        total[enough] += (sums[enough] / numbers[enough]) ** 2 - one.spread**2 / numbers[enough]
         seen |= enough
-    squares: FloatArray = np.where(seen, total, np.nan)
+    squares: FloatArray = np.where(seen, np.maximum(total, 0.0), np.nan)
     return squares
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -56,7 +58,7 @@ _DRIVER_UNITS: tuple[tuple[str, str], ...] = (
 def mismatch_sections(diagnosis: Diagnosis) -> list[str]:
     """Sections by time, place and regime; one sentence where there is nothing to draw."""
     picture = diagnosis.picture
-    channels = mismatches(picture) if picture is not None else []
+    channels = mismatches(picture, not diagnosis.findings) if picture is not None else []
     if picture is None or not channels:
         return [heading("The mismatch"), paragraph("There are no readings to draw.", "note")]
     return [
@@ -95,6 +97,8 @@ def _time_chart(
         Series("before, smoothed", curve.x, curve.before, Colour.SECOND),
         Series("after, smoothed", curve.x, curve.after, Colour.FIRST),
     ]  # fmt: skip
+    if one.unchanged:
+        series = [replace(series[0], name="single readings"), replace(series[1], name="smoothed")]
     note = f"{one.far_out} readings that lie far out are not drawn." if one.far_out else ""
     return LineChart(
         f"{one.name.capitalize()}",
@@ -177,6 +181,8 @@ def _driver_chart(name: str, unit: str, one: Mismatch, curve: Curve, lone: bool)
         Series("before", curve.x, curve.before, Colour.SECOND),
         Series("after", curve.x, curve.after, Colour.FIRST),
     ]
+    if one.unchanged:
+        series = [series[0], replace(series[1], name="mismatch")]
     of = f" [{unit}]" if unit else ""
     return LineChart(
         f"Against {driver}" if lone else f"{one.name.capitalize()} against {driver}",
@@ -210,7 +216,8 @@ def _by_regime(
         return []
     noise = diagnosis.fit.noise_floor_m * scale_of(chosen[0].source_unit).factor
     found[1:] = sorted(found[1:], key=lambda one: -one.before)
-    pairs = [Pair(one.name, one.before, one.after) for one in found]
+    nothing = all(one.unchanged for one in chosen)
+    pairs = [Pair(one.name, one.before, math.nan if nothing else one.after) for one in found]
     note = "Root mean square of measured minus predicted while the robot did this."
     parts = [
         heading("The mismatch by what the robot was doing"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -42,6 +42,17 @@ class Mismatch:
     noise: float
     far_out: int
 
+    @property
+    def unchanged(self) -> bool:
+        """Nothing was found that changes the prediction."""
+        return bool(np.array_equal(self.before, self.after, equal_nan=True))
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of what is left, widened so that means of n scatter by it / sqrt n."""
+        left = self.after[np.isfinite(self.after)]
+        return float(np.std(left)) * inflation(left) if len(left) else 0.0
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curve:
@@ -53,9 +64,11 @@ class Curve:
     spread: FloatArray
 
 
-def mismatches(picture: Picture) -> list[Mismatch]:
-    """All channels with at least one valid reading."""
+def mismatches(picture: Picture, found_nothing: bool = False) -> list[Mismatch]:
+    """All channels with at least one valid reading; after is before where nothing was found."""
     found = (_mismatch(channel) for channel in picture.channels)
+    if found_nothing:
+        found = (replace(one, after=one.before) for one in found)
     return [one for one in found if np.isfinite(one.before).any()]
 
 
@@ -131,9 +144,8 @@ def binned(driver: FloatArray, one: Mismatch) -> Curve:
         means: FloatArray = sums[filled] / numbers[filled]
         return means
 
-    left = one.after[good]
-    spread = float(np.std(left)) * _inflation(left) / np.sqrt(numbers[filled])
-    return Curve(mean(values), mean(one.before[good]), mean(left), spread)
+    spread = one.spread / np.sqrt(numbers[filled])
+    return Curve(mean(values), mean(one.before[good]), mean(one.after[good]), spread)
 
 
 def _apart(edges: FloatArray) -> FloatArray:
@@ -146,7 +158,7 @@ def _apart(edges: FloatArray) -> FloatArray:
     return np.array([*kept, float(edges[-1])])
 
 
-def _inflation(values: FloatArray) -> float:
+def inflation(values: FloatArray) -> float:
     """How much more the mean of correlated readings scatters (first-order correlation)."""
     steps = values - values.mean()
     power = float(steps @ steps)

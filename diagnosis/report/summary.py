@@ -82,8 +82,8 @@ def _summary(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
         yield "head", f"{number}. {title}"
         yield from (("", f"   {line}") for line in finding_lines(finding, span_s(diagnosis)))
     yield from (("", line) for line in remarks(diagnosis))
-    yield "head", "Does it help?"
-    yield from (("", line) for line in fit_lines(diagnosis.fit))
+    yield "head", fit_title(diagnosis)
+    yield from (("", line) for line in fit_lines(diagnosis))
     if left := unexplained_line(diagnosis):
         yield "", left
     if untested := untested_line(diagnosis):
@@ -181,12 +181,20 @@ def _memory(finding: Finding) -> str:
     return "; what came before counts too" if finding.has_memory else "; only the present counts"
 
 
-def fit_lines(fit: Fit) -> list[str]:
+def fit_title(diagnosis: Diagnosis) -> str:
+    """Heading of the figures of the fit."""
+    return "Does it help?" if diagnosis.findings else "How well the robot file fits"
+
+
+def fit_lines(diagnosis: Diagnosis) -> list[str]:
     """Before and after against the noise floor, on this recording and on held-out data."""
+    fit = diagnosis.fit
     before, after, floor = (
         quantity(value, fit.unit, digits=3)
         for value in (fit.rms_before_m, fit.rms_after_m, fit.noise_floor_m)
     )
+    if not diagnosis.findings:
+        return [f"Mismatch {before}; the noise alone is {floor}."]
     lines = [f"Mismatch before {before}, after {after}; the noise alone is {floor}."]
     held = (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
     if all(math.isfinite(value) for value in held):
@@ -205,8 +213,6 @@ def _held_out_gain(fit: Fit) -> str:
         for value in (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
     ]
     if not math.isfinite(sum(above)) or above[0] <= 0.02 * fit.noise_floor_m**2:
-        return ""
-    if fit.rms_after_m == fit.rms_before_m:
         return ""
     gain = 100.0 * (1.0 - above[1] / above[0])
     if gain <= 0.0:

@@ -77,7 +77,10 @@ def test_every_verdict_gives_a_whole_page(make: Any, parts: Any, verdict: str) -
     assert f'class="verdict {verdict}"' in page
     assert found.tags.count("section") == 1 + len(make(verdict).findings)
     assert "http" not in page.replace("http-equiv", "")
-    for title in ("Does it help?", "The mismatch over time", "The mismatch by place"):
+    assert ("Does it help?" in page) == bool(make(verdict).findings)
+    series = re.findall(r'"series":\[\{"name":"([^"]*)"', page)
+    assert ("single readings" in series) == (not make(verdict).findings)
+    for title in ("The mismatch over time", "The mismatch by place"):
         assert title in page
 
 
