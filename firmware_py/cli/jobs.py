@@ -17,6 +17,7 @@ def register(app: typer.Typer) -> None:
     app.command()(run)
     app.command()(check)
     app.command()(report)
+    app.command()(record)
     app.command()(export)
 
 
@@ -75,6 +76,25 @@ def report(
     from firmware_py.cli.show import show_recording
 
     show_recording(recording, out or recording.with_suffix(".html"), json_out)
+
+
+def record(
+    out: Annotated[Path, typer.Argument(help="File to write (.mcap).")],
+    seconds: Annotated[float, typer.Option(help="For how long.")] = 10.0,
+    robot: Annotated[str, typer.Option(help="Robot file with the sensors.")] = "zhao-2023.yaml",
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="Simulated sensors in real time.")
+    ] = False,
+) -> None:
+    """Record the sensors alone, while somebody moves the platform. Runs record themselves.
+
+    ```
+    deltactl record by-hand.mcap --seconds 30
+    ```
+    """
+    from firmware_py.cli.record import record_sensors
+
+    record_sensors(out, seconds, robot, realtime)
 
 
 def export(

@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from firmware_py.cli import jobs, service, things
+from firmware_py.cli import jobs, prove, service, things
 
 app = typer.Typer(
     name="deltactl",
@@ -29,6 +29,7 @@ deltactl report recordings/X.mcap  look at what happened
 jobs.register(app)
 service.register(app)
 things.register(app)
+prove.register(app)
 
 
 def main() -> None:

@@ -85,10 +85,10 @@ def open_machine(robot: RobotFile, realtime: bool) -> Iterator[Machine]:
     from firmware_py.controller.build import real_machine, simulated_machine
 
     if is_raspberry_pi():
-        machine = realopen_machine(robot)
+        machine = real_machine(robot)
     else:
         warn("This is not a Raspberry Pi: these are simulated sensors.")
-        machine = simulatedopen_machine(robot, realtime)
+        machine = simulated_machine(robot, realtime)
     try:
         yield machine
     finally:

@@ -56,6 +56,14 @@ def test_report_draws_a_recording(deltactl, tmp_path: Path) -> None:
     assert (tmp_path / "c.html").stat().st_size > 10_000
 
 
+def test_the_sensors_alone_are_recorded(deltactl, tmp_path: Path) -> None:
+    deltactl("record", "still.mcap", "--seconds", "4")
+    deltactl("export", "still.mcap", "still.csv")
+    table = read_flat(tmp_path / "still.csv")
+    assert 190 <= len(table) <= 205
+    assert abs(np.nanmean(table.column("range_x")) - 0.6) < 0.001
+
+
 def test_help_is_quick(deltactl) -> None:
     """0.3 s on an idle machine; here the processor time, for other tests run beside this one."""
     deltactl("--help")  # warm the file cache and the byte code
