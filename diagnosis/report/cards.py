@@ -11,7 +11,7 @@ from diagnosis.report.bars import interval_bar
 from diagnosis.report.drawing.machine import badge
 from diagnosis.report.drawing.scene import hue
 from diagnosis.report.sizes import Size, number, scale_of, sizes, told
-from diagnosis.report.summary import explanation, finding_title, where_line
+from diagnosis.report.summary import finding_title, where_line
 from diagnosis.result import Diagnosis, Finding, ParameterResult
 
 NOT_FROM_ZERO = frozenset(
@@ -128,7 +128,8 @@ def _told_apart(finding: Finding, diagnosis: Diagnosis) -> str:
     plan = diagnosis.next_experiment
     mine = {words.effect(finding.effect, finding.component)}
     mine |= {words.effect(one.effect, one.component) for one in finding.alternatives}
-    if plan is not None and mine & {explanation(name) for name in plan.tells_apart}:
+    apart = [words.spelled(name) for name in plan.tells_apart] if plan is not None else []
+    if any(name in text for name in mine for text in apart):
         return "The run proposed below would tell them apart."
     return _hint(finding)
 

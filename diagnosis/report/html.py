@@ -98,7 +98,9 @@ def _improvement(diagnosis: Diagnosis) -> str:
 def _findings(diagnosis: Diagnosis) -> list[str]:
     cards = finding_cards(diagnosis, span_s(diagnosis))
     if not cards:
-        return [heading("What is wrong"), paragraph("Nothing was found that could be named.")]
+        nothing = diagnosis.verdict == "nothing_missing"
+        text = "that this recording can show" if nothing else "that could be named"
+        return [heading("What is wrong"), paragraph(f"Nothing {text}.")]
     return [heading("What is wrong"), *cards]
 
 

@@ -111,7 +111,9 @@ def span_s(diagnosis: Diagnosis) -> tuple[float, float]:
 
 def remarks(diagnosis: Diagnosis) -> list[str]:
     """What the engine says of the machine as a whole, beside its findings."""
-    return [words.sentence(line) for line in diagnosis.says if line.startswith("Besides")]
+    return [
+        words.sentence(words.spelled(line)) for line in diagnosis.says if line.startswith("Besides")
+    ]
 
 
 def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> list[str]:
@@ -277,16 +279,8 @@ def experiment_line(diagnosis: Diagnosis) -> str:
     plan = diagnosis.next_experiment
     if plan is None:
         return ""
-    apart = words.listed([explanation(name) for name in plan.tells_apart])
+    apart = words.listed([words.spelled(name) for name in plan.tells_apart])
     minutes = f"{plan.minutes:.1f} minutes" if math.isfinite(plan.minutes) else "some minutes"
     gain = plan.expected_delta_chi2
     expected = f" (expected difference {gain:.0f} in chi-square)" if math.isfinite(gain) else ""
     return words.sentence(f"a run of {minutes} would tell apart {apart or 'them'}{expected}")
-
-
-def explanation(name: str) -> str:
-    """'gear_backlash motor2', 'gear_backlash@motor2' or plain words, as words."""
-    pieces = name.replace("@", " ").replace("/", " ").replace(":", " ").split()
-    if len(pieces) == 2 and pieces[0] in words.EFFECTS:
-        return words.effect(pieces[0], pieces[1])
-    return name

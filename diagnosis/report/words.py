@@ -51,6 +51,11 @@ PARTS: dict[str, str] = {
 }
 """Components that carry no number; the others are made by `part`."""
 
+_NAMED_EFFECT = re.compile(
+    rf"\b({'|'.join(EFFECTS)})\b\s*(?:@|:|/|\bat\b|\bof\b|\()?\s*"
+    rf"\b((?:motor|arm)[123]|range_[xyz]|{'|'.join(PARTS)})\b\)?"
+)
+"""'gear_backlash motor2', 'gear_backlash at motor2', 'gear_backlash@motor2'."""
 _FOLLOWED: tuple[tuple[str, str], ...] = (
     (r"theta_([123])", "the angle of arm {0}"),
     (r"(?:speed|velocity)_([123])", "the speed of motor {0}"),
@@ -112,14 +117,20 @@ def rival(finding: str, other: str, component: str) -> str:
 def followed(driver: str) -> str:
     """A quantity that a mismatch follows: 'theta_2' -> 'the angle of arm 2'."""
     name = bare(driver)
-    for pattern, text in _FOLLOWED:
+    for pattern, text in _NAMED_EFFECT = re.compile(
+    rf"\b({'|'.join(EFFECTS)})\b\s*(?:@|:|/|\bat\b|\bof\b|\()?\s*"
+    rf"\b((?:motor|arm)[123]|range_[xyz]|{'|'.join(PARTS)})\b\)?"
+)
+"""'gear_backlash motor2', 'gear_backlash at motor2', 'gear_backlash@motor2'."""
+_FOLLOWED:
         if found := re.fullmatch(pattern, name):
             return text.format(*found.groups())
     return name.replace("_", " ")
 
 
 def spelled(text: str) -> str:
-    """A sentence with its component names as people write them: 'motor2' -> 'motor 2'."""
+    """A sentence with effects and components as people write them: 'motor2' -> 'motor 2'."""
+    text = _NAMED_EFFECT.sub(lambda found: effect(found[1], found[2]), text)
     text = re.sub(r"(?<=\bfollows )\w+|(?<=\bwith )\w+", _driver_in_text, text)
     text = re.sub(r"\b(motor|arm)([123])\b", r"\1 \2", text)
     return re.sub(r"\b(?:the )?range_([xyz])\b", r"the \1 sensor", text)

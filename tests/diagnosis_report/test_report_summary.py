@@ -222,6 +222,11 @@ def test_words_for_places_and_drivers() -> None:
     assert spelled("it follows range_x at motor1") == (
         "it follows where the platform is along x at motor 1"
     )
+    for text in ("lost_steps motor1", "lost_steps@motor1", "lost_steps at motor1"):
+        assert spelled(text) == "steps lost by motor 1"
+    assert spelled("gear_backlash motor2 / joint_friction motor2") == (
+        "free play in the gearbox of motor 2 / bearing friction in motor 2"
+    )
     assert listed(["a", "b", "c"], "or") == "a, b or c"
     assert listed([]) == ""
 
