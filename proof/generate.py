@@ -2,7 +2,8 @@
 
 KIND is an effect of the vocabulary, an oddity beyond it, several with a comma between, `nothing`,
 or `tolerance` (build tolerances everywhere, with `--culprit KIND`). Writes recording.csv.gz,
-holdout.csv.gz, robot.yaml and answers.json.
+holdout.csv.gz, robot.yaml and answers.json. With `--number N` instead of `--kind` it writes case
+N of `deltactl prove --seed S`.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from foundation.errors import ConfigError, DeltactlError
-from proof.cases import assemble
+from proof.cases import Case, assemble, draw
 from proof.hidden.build_in import VOCABULARY
 from proof.hidden.oddities import ODDITIES
 from proof.motion.curves import SHAPES
@@ -23,7 +24,9 @@ from proof.write_case import write_answers, write_blind
 def main() -> None:
     """Parse, draw, simulate, write."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--kind", required=True)
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--kind")
+    what.add_argument("--number", type=int)
     parser.add_argument("--culprit", default=None)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--out", type=Path, required=True)
@@ -32,17 +35,21 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=None)
     chosen = parser.parse_args()
     try:
-        kinds = _kinds(chosen.culprit if chosen.kind == "tolerance" else chosen.kind)
-        group = "tolerance" if chosen.kind == "tolerance" else "generated"
-        rng = np.random.default_rng([chosen.seed, 7])
-        case = assemble(
-            0, group, kinds, rng, chosen.motion, chosen.seconds, strength=chosen.strength
-        )
+        case = _case(chosen)
         write_blind(case, chosen.out, chosen.seed)
         write_answers(case, chosen.out / "answers.json")
     except DeltactlError as error:
         parser.exit(2, f"{parser.prog}: {error}\n")
     print(f"{chosen.out}: {', '.join(part.effect for part in case.answers) or 'nothing'}")
+
+
+def _case(chosen: argparse.Namespace) -> Case:
+    if chosen.number is not None:
+        return draw(chosen.seed, chosen.number)
+    kinds = _kinds(chosen.culprit if chosen.kind == "tolerance" else chosen.kind)
+    group = "tolerance" if chosen.kind == "tolerance" else "generated"
+    rng = np.random.default_rng([chosen.seed, 7])
+    return assemble(0, group, kinds, rng, chosen.motion, chosen.seconds, chosen.strength)
 
 
 def _kinds(text: str | None) -> list[str]:

@@ -1,0 +1,93 @@
+"""The Cramer-Rao bound of a case with one cause: how well its size could be known at all.
+
+From this robot's own noiseless answer to a small change of each size, whitened by the noise that
+was really put in (first-order correlated, rounded to millimetres, some readings missing).
+"""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+
+from proof.cases import Case
+from proof.hidden.build_in import Planned, construct
+from proof.hidden.hidden import Parameters, number
+from proof.recorded import Machine, sample_times
+from proof.robot.as_built import FloatArray
+from proof.robot.run import run
+from proof.sensors.noise import Noise
+from proof.sensors.ranging import ideal_ranges
+
+ROUNDING_M = 1e-3
+CHANGE = 0.04
+NOT_FREE = ("time", "duration", "friction", "drag", "depth", "torque")
+"""Moments of events, and what no finding reports."""
+
+
+def bound(case: Case) -> dict[str, list[float]] | None:
+    """Standard deviation of each size, its others free; None where it is not defined.
+
+    Not for events (a moment is found on a grid), and only for cases with one cause.
+    """
+    if len(case.planned) != 1 or case.answers[0].effect == "unknown":
+        return None
+    part = case.planned[0]
+    if part.kind.event or case.group == "tolerance":
+        return None
+    free = _free(part)
+    still = clean(case, part.parameters)
+    slopes = []
+    for name, place, step in free:
+        moved = copy.deepcopy(part.parameters)
+        value = moved[name]
+        if isinstance(value, list):
+            value[place] += step
+        else:
+            moved[name] = value + step
+        slopes.append((clean(case, moved) - still) / step)
+    spread = np.sqrt(np.diag(np.linalg.pinv(information(slopes, case.machine.noise))))
+    deviations: dict[str, list[float]] = {}
+    for (name, _, _), deviation in zip(free, spread, strict=True):
+        deviations.setdefault(name, []).append(float(deviation))
+    return deviations
+
+
+def information(slopes: list[FloatArray], noise: Noise) -> FloatArray:
+    """Fisher information (k, k) of slopes (n, 3) each."""
+    sigma = np.sqrt(noise.sigma_m**2 + ROUNDING_M**2 / 12.0)
+    innovation = sigma * np.sqrt(1.0 - noise.rho**2)
+    white = [(s[1:] - noise.rho * s[:-1]).ravel() / innovation for s in slopes]
+    kept = 1.0 - noise.dropouts - noise.outliers
+    gathered: FloatArray = kept * (np.array(white) @ np.array(white).T)
+    return gathered
+
+
+def clean(case: Case, parameters: Parameters) -> FloatArray:
+    """Noiseless readings of the case's motion with other sizes, (n, 3) [m]."""
+    part = case.planned[0]
+    machine = Machine(noise=case.machine.noise)
+    construct(machine, [Planned(part.kind, part.index, dict(parameters))], with_events=True)
+    truth = run(machine.robot, case.train)
+    return ideal_ranges(machine.sensors, truth, sample_times(case.train))
+
+
+def _free(part: Planned) -> list[tuple[str, int, float]]:
+    """Name, place in a vector, and step of every size that is not known."""
+    free: list[tuple[str, int, float]] = []
+    for name, value in part.parameters.items():
+        lag = part.kind.effect in ("following_lag", "sensor_latency") and name == "time"
+        if name in NOT_FREE and not lag:
+            continue
+        if isinstance(value, list):
+            free += [(name, place, 1e-3) for place in range(len(value))]
+        elif number(value) != 0.0:
+            free.append((name, 0, _step(part, name, value)))
+    return free
+
+
+def _step(part: Planned, name: str, value: float) -> float:
+    if name == "phase":
+        return 0.05
+    away = value - 1.0 if name == "scale" else value
+    return CHANGE * away

@@ -1,0 +1,53 @@
+"""The function that runs for each case, on this machine or any other."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from foundation.errors import DeltactlError
+from proof.cases import draw
+from proof.prove.bound import bound
+from proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
+
+WITH_BOUND = ("single", "faint")
+
+
+def run_case(seed: int, number: int) -> dict[str, Any]:
+    """Draw, simulate, diagnose blind; returns the truth, the answer and what it took as JSON."""
+    begun = time.monotonic()
+    case = draw(seed, number)
+    with tempfile.TemporaryDirectory(prefix="prove-") as folder:
+        write_blind(case, Path(folder), seed)
+        simulated = time.monotonic()
+        answer, failure = diagnose_blind(Path(folder))
+        diagnosed = time.monotonic()
+    return {
+        "seed": seed,
+        "truth": case.truth(),
+        "diagnosis": answer,
+        "failure": failure,
+        "bound": bound(case) if case.group in WITH_BOUND else None,
+        "simulated_s": simulated - begun,
+        "diagnosed_s": diagnosed - simulated,
+    }
+
+
+def diagnose_blind(folder: Path) -> tuple[dict[str, Any] | None, str | None]:
+    """Diagnose a folder that holds two recordings and a robot file and nothing else.
+
+    Returns the contract's JSON, or what went wrong: a failure counts as a wrong answer.
+    """
+    from diagnosis.command import diagnose
+
+    try:
+        answer = diagnose(
+            [folder / RECORDING], robot=folder / ROBOT_FILE, holdout=[folder / HOLDOUT]
+        )
+    except DeltactlError as error:
+        return None, str(error)
+    except Exception as error:  # a crash of the engine is a result, not the end of the proof
+        return None, f"{type(error).__name__}: {error}"
+    return answer.to_json(), None

@@ -1,0 +1,70 @@
+"""Where cases are run: in this process, on a local cluster, or on a Dask scheduler's machines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, cast
+
+from foundation.errors import ConfigError
+from proof.prove.one_case import run_case
+
+Result = tuple[int, dict[str, Any]]
+Run = Callable[[int, Sequence[int]], Iterator[Result]]
+NO_DASK = "Dask is not installed (pip install 'deltactl[proof]'): one case after another, here"
+
+
+def here(seed: int, numbers: Sequence[int]) -> Iterator[Result]:
+    """One case after another in this process."""
+    for number in numbers:
+        yield number, run_case(seed, number)
+
+
+@contextmanager
+def workers(count: int, scheduler: str | None, say: Callable[[str], None]) -> Iterator[Run]:
+    """A function that runs cases; 0 workers is this process, an address is a Dask scheduler.
+
+    Raises ConfigError when the scheduler is named but cannot be had.
+    """
+    if scheduler is None and count == 0:
+        yield here
+        return
+    try:
+        from distributed import Client, LocalCluster, as_completed
+    except ImportError as error:
+        if scheduler is not None:
+            raise ConfigError(f"--scheduler {scheduler}: {NO_DASK.split(':')[0]}") from error
+        say(NO_DASK)
+        yield here
+        return
+    finished = cast(Callable[[Any], Iterator[Any]], as_completed)
+    with _client(Client, LocalCluster, count, scheduler) as client:
+
+        def spread(seed: int, numbers: Sequence[int]) -> Iterator[Result]:
+            waiting = {client.submit(run_case, seed, n, pure=False): n for n in numbers}
+            for future in finished(list(waiting)):
+                number = waiting[future]
+                yield number, future.result()
+                future.release()
+
+        yield spread
+
+
+@contextmanager
+def _client(client: Any, cluster: Any, count: int, scheduler: str | None) -> Iterator[Any]:
+    if scheduler is not None:
+        try:
+            connected = client(scheduler, timeout="10s")
+        except (OSError, ValueError) as error:
+            raise ConfigError(
+                f"--scheduler {scheduler}: nobody answers there; start `dask scheduler` and give "
+                "the address it prints"
+            ) from error
+        with connected:
+            yield connected
+        return
+    with (
+        cluster(n_workers=count, threads_per_worker=1, dashboard_address=None) as local,
+        client(local) as connected,
+    ):
+        yield connected
