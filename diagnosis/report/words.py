@@ -117,12 +117,7 @@ def rival(finding: str, other: str, component: str) -> str:
 def followed(driver: str) -> str:
     """A quantity that a mismatch follows: 'theta_2' -> 'the angle of arm 2'."""
     name = bare(driver)
-    for pattern, text in _NAMED_EFFECT = re.compile(
-    rf"\b({'|'.join(EFFECTS)})\b\s*(?:@|:|/|\bat\b|\bof\b|\()?\s*"
-    rf"\b((?:motor|arm)[123]|range_[xyz]|{'|'.join(PARTS)})\b\)?"
-)
-"""'gear_backlash motor2', 'gear_backlash at motor2', 'gear_backlash@motor2'."""
-_FOLLOWED:
+    for pattern, text in _FOLLOWED:
         if found := re.fullmatch(pattern, name):
             return text.format(*found.groups())
     return name.replace("_", " ")
