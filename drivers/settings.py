@@ -13,6 +13,12 @@ PinPerMotor = tuple[Pin, Pin, Pin]
 Address = Annotated[int, Field(ge=0x08, le=0x77)]
 
 
+SHORTEST_PERIOD_S = {
+    "pulse": 50e-6,  # what a Python process of its own keeps up with on a Pi
+    "gpiozero": 2e-3,  # below this, pulses of a thread among others are late more often than not
+}
+
+
 class StepSettings(StrictModel):
     """How steps get out: backend, pins, the drive's timing (CL57T: pulse >= 1 us, DIR set-up)."""
 
@@ -30,6 +36,11 @@ class StepSettings(StrictModel):
     """No two steps closer than this part of the planned distance, whatever happened before."""
     heartbeat_s: Annotated[float, Field(ge=0.01, le=5.0)] = 0.25
     chip: Annotated[int, Field(ge=0, le=9)] = 0
+
+    @property
+    def shortest_period_s(self) -> float:
+        """Shortest time between two ticks, whatever motors step at them."""
+        return SHORTEST_PERIOD_S[self.backend]
 
 
 class InputSettings(StrictModel):

@@ -8,7 +8,7 @@ from typing import Any
 
 from drivers.fakes.bench import FakeBench, fake_bench
 from drivers.pin_factory import lgpio_pin_factory
-from drivers.settings import InputSettings, StepSettings
+from drivers.settings import SHORTEST_PERIOD_S, InputSettings, StepSettings
 from drivers.steps.contract import StepOutput
 from drivers.steps.gpiozero_lines import GpiozeroLines
 from drivers.steps.lgpio_lines import LgpioPins
@@ -20,10 +20,6 @@ from drivers.steps.timing import PlayerSettings
 from foundation.clock import NS_PER_S, Clock, VirtualClock, ns
 from foundation.errors import ConfigError
 
-PULSE_MINIMUM_NS = 50_000
-"""The shortest step period that a Python process keeps up with on a Pi."""
-GPIOZERO_MINIMUM_NS = 2_000_000
-"""Below this, pulses of a thread among others are late more often than not."""
 POLL_NS = 1_000_000
 CHECK_AHEAD_NS = 60_000
 """In the pulse process: longer than one look takes, far shorter than a hand."""
@@ -136,9 +132,9 @@ def simulated_step_output(
 
 def minimum_period_ns(settings: StepSettings, clock: Clock) -> int:
     """Shortest distance of two ticks: what backend and clock can keep, and what a pulse needs."""
-    least_ns = PULSE_MINIMUM_NS
-    if settings.backend == "gpiozero" and not isinstance(clock, VirtualClock):
-        least_ns = GPIOZERO_MINIMUM_NS
+    least_ns = ns(SHORTEST_PERIOD_S["pulse"])
+    if not isinstance(clock, VirtualClock):
+        least_ns = ns(settings.shortest_period_s)
     pulse_ns = (2 * settings.pulse_width_us + settings.direction_setup_us) * NS_PER_S // 1_000_000
     return max(least_ns, round(pulse_ns))
 

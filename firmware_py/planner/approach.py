@@ -18,24 +18,35 @@ import numpy as np
 from firmware_py.paths import reach
 from firmware_py.planner.limits import ROUNDING_M
 from firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
+from firmware_py.planner.timing_together import TogetherSchedule
 from firmware_py.robot_file import RobotFile
 from foundation.errors import UnreachablePoint
 from models.linkage import Linkage
 from models.robot import ARMS, FloatArray
 
 
-def approach(robot: RobotFile, start_rad: FloatArray, goal_rad: FloatArray) -> MoveSchedule:
+def approach(
+    robot: RobotFile, start_rad: FloatArray, goal_rad: FloatArray
+) -> MoveSchedule | TogetherSchedule:
     """Moves from one pose to another at `limits.approach_speed_radps`; angles (3,), commanded.
+
+    Where the backend cannot step motors one shortly after the other, all step together.
 
     Raises UnreachablePoint when no way is found.
     """
-    limits = robot.limits
+    limits, step_rad = robot.limits, robot.drive.rad_per_step
     way_rad = find_way(robot, start_rad, goal_rad)
+    if robot.steps.backend == "gpiozero":
+        speed_radps = min(limits.approach_speed_radps, limits.joint_speed_radps)
+        slowest = max(robot.steps.shortest_period_s, 1.0 / limits.step_rate_hz)
+        counts = np.rint(way_rad / step_rad).astype(np.int64)
+        period_s = max(slowest, step_rad / speed_radps)
+        return TogetherSchedule(counts, np.zeros(len(way_rad)), period_s)
     motors = MotorLimits(
         speed_radps=min(limits.approach_speed_radps, limits.joint_speed_radps),
         acceleration_radps2=limits.joint_acceleration_radps2,
         step_rate_hz=limits.step_rate_hz,
-        rad_per_step=robot.drive.rad_per_step,
+        rad_per_step=step_rad,
     )
     return MoveSchedule(way_rad, np.zeros(len(way_rad)), motors)
 

@@ -146,6 +146,7 @@ class PathLimits:
     def check_timing(self) -> None:
         """Raises LimitExceeded when the job asks for more than the robot's speed limits."""
         timing, limits = self._job.timing, self._limits
+        self._check_backend()
         if isinstance(timing, Together):
             rate_hz = 1.0 / timing.t_pwm_s
             speed_radps = rate_hz * self._robot.drive.rad_per_step
@@ -164,6 +165,22 @@ class PathLimits:
             asked = getattr(timing, name)
             if asked is not None:
                 self._at_most(asked, getattr(limits, name), f"timing.{name}", name, unit)
+
+    def _check_backend(self) -> None:
+        timing, steps = self._job.timing, self._robot.steps
+        if isinstance(timing, Together):
+            if timing.t_pwm_s < steps.shortest_period_s * (1.0 - 1e-9):
+                raise LimitExceeded(
+                    f"{self._job.name}: t_pwm_s {timing.t_pwm_s:g} is shorter than the"
+                    f" {steps.shortest_period_s:g} s that steps.backend {steps.backend} takes;"
+                    " use a longer one, or the pulse backend in the robot file"
+                )
+        elif steps.backend == "gpiozero":
+            raise LimitExceeded(
+                f"{self._job.name}: accelerated timing steps motors one shortly after the other,"
+                " which steps.backend gpiozero cannot; use timing mode together, or the pulse"
+                " backend in the robot file"
+            )
 
     def _at_most(self, value: float, limit: float, what: str, name: str, unit: str) -> None:
         if value > limit * (1.0 + 1e-9):

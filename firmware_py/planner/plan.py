@@ -60,7 +60,7 @@ class Plan:
             assert self.again is not None
             yield repeat, self.again
 
-    def approach(self, from_counts: Counts) -> MoveSchedule:
+    def approach(self, from_counts: Counts) -> MoveSchedule | TogetherSchedule:
         """The moves from where the arms are to the first target. Raises UnreachablePoint."""
         start_rad = np.array(from_counts) * self.robot.drive.rad_per_step
         return approach(self.robot, start_rad, self.first.lap.angles_rad[0])

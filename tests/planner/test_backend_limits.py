@@ -1,0 +1,45 @@
+"""What a step backend cannot keep up with is refused by the dry run, not by the first pulse."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from firmware_py.planner.check import home_counts, make_plan
+from firmware_py.planner.stream import MotionStream
+from foundation.errors import LimitExceeded
+from models.inverse_kinematics import GeometricInverse
+
+SHORTEST_NS = 2_000_000
+
+
+@pytest.fixture
+def on_gpiozero(zhao):
+    return zhao.model_copy(update={"steps": zhao.steps.model_copy(update={"backend": "gpiozero"})})
+
+
+@pytest.mark.parametrize("t_pwm_s", [0.002, 0.006])
+def test_no_two_ticks_of_a_job_are_nearer_than_gpiozero_takes(on_gpiozero, job_of, t_pwm_s):
+    job = job_of(timing={"mode": "together", "t_pwm_s": t_pwm_s}, repeats=2)
+    plan = make_plan(job, on_gpiozero, GeometricInverse(on_gpiozero.geometry))
+    stream = MotionStream(plan, home_counts(on_gpiozero))
+    ticks = [chunk.ticks for chunk in stream]
+    due_ns = np.concatenate([one.due_ns for one in ticks])
+    assert np.diff(due_ns).min() >= SHORTEST_NS
+    assert (due_ns < stream.path_start_ns).sum() > 100  # the approach is among them
+    made = np.concatenate([one.steps for one in ticks]).sum(axis=0, dtype=np.int64)
+    assert (home_counts(on_gpiozero) + made).tolist() == list(plan.last_counts)
+
+
+@pytest.mark.parametrize(
+    ("timing", "says"),
+    [
+        ({"mode": "together", "t_pwm_s": 0.0005}, "t_pwm_s 0.0005 is shorter than the 0.002 s"),
+        ({"mode": "accelerated", "speed_mps": 0.01}, "accelerated timing"),
+    ],
+)
+def test_what_gpiozero_cannot_is_refused_before(on_gpiozero, zhao, job_of, timing, says):
+    job = job_of(timing=timing)
+    with pytest.raises(LimitExceeded, match=says):
+        make_plan(job, on_gpiozero, GeometricInverse(on_gpiozero.geometry))
+    make_plan(job, zhao, GeometricInverse(zhao.geometry))
