@@ -17,7 +17,7 @@ OUTLIER_SIGMAS = 7.0
 MAD_TO_SIGMA = 1.4826
 BUCKETS = 1200
 SMOOTHED_OVER = 5
-"""Buckets a smoothed curve averages over."""
+"""Buckets a smoothed curve averages over at most."""
 FEWEST_IN_BUCKET = 3
 BINS = 24
 FEWEST_IN_BIN = 12
@@ -105,20 +105,30 @@ def smoothed(t_s: FloatArray, one: Mismatch) -> Curve:
     if not known.any():
         return Curve(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
     start, end = float(t_s[known].min()), float(t_s[known].max())
-    count = int(np.clip(known.sum() // FEWEST_IN_BUCKET, 1, BUCKETS))
+    wanted = _readings_to_average(one)
+    count = int(np.clip(known.sum() // min(wanted, FEWEST_IN_BUCKET), 1, BUCKETS))
+    window = int(np.clip(np.ceil(wanted * count / known.sum()), 1, min(SMOOTHED_OVER, count)))
     edges = np.linspace(start, end, count + 1)
     middles = (edges[1:] + edges[:-1]) / 2.0
     after_edge = np.searchsorted(edges, np.where(known, t_s, start), side="right")
     where = np.clip(after_edge - 1, 0, count - 1)
-    before, after = (_rolling(where, values, count) for values in (one.before, one.after))
+    before, after = (_rolling(where, values, count, window) for values in (one.before, one.after))
     return Curve(middles, before, after, np.full(count, np.nan))
 
 
-def _rolling(where: Any, values: FloatArray, count: int) -> FloatArray:
+def _readings_to_average(one: Mismatch) -> int:
+    """How many it takes for the noise to be a tenth of the mismatch's own spread."""
+    spread = float(np.nanstd(one.before))
+    if not (one.noise > 0.0 and spread > 0.0):
+        return 1
+    return int(np.clip((one.noise / (0.1 * spread)) ** 2, 1.0, 1000.0))
+
+
+def _rolling(where: Any, values: FloatArray, count: int, buckets: int) -> FloatArray:
     good = np.isfinite(values)
     sums = np.bincount(where[good], weights=values[good], minlength=count)
     numbers = np.bincount(where[good], minlength=count).astype(np.float64)
-    window = np.ones(min(SMOOTHED_OVER, count))
+    window = np.ones(buckets)
     total = np.convolve(sums, window, mode="same")
     weight = np.convolve(numbers, window, mode="same")
     mean: FloatArray = np.where(numbers > 0, total / np.maximum(weight, 1.0), np.nan)

@@ -232,7 +232,8 @@ def unexplained_line(diagnosis: Diagnosis) -> str:
         "unexplained",
     )
     told_share = more_than_noise and math.isfinite(share) and "% of the mismatch" not in says
-    head = f"Unexplained: {share:.0f} % of the mismatch." if told_share else ""
+    shown = f"{share:.0f} %" if share >= 1.0 or share == 0.0 else "under 1 %"
+    head = f"Unexplained: {shown} of the mismatch." if told_share else ""
     follows = words.listed([words.followed(name) for name in rest.depends_on])
     more = words.sentence(f"it follows {follows}") if follows and not says else ""
     return " ".join(text for text in (head, says, more) if text)

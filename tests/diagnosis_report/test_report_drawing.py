@@ -167,6 +167,26 @@ def test_smoothing_keeps_gaps_and_means() -> None:
     assert curve.before[np.isfinite(curve.before)] == pytest.approx(3.0)
 
 
+def test_smoothing_takes_noise_off_and_leaves_clear_curves_alone() -> None:
+    n = 6000
+    t_s = np.arange(n) * 0.02
+    wave = 0.002 * np.sign(np.sin(2 * np.pi * t_s / 7.0))
+    noise = np.random.default_rng(2).standard_normal(n)
+
+    def drawn(sigma: float) -> Any:
+        one = Channel(
+            name="range_x", unit="m", observed=wave + sigma * noise, before=0 * wave, after=wave,
+            noise=sigma,
+        )  # fmt: skip
+        return smoothed(t_s, mismatches(Picture(t_s=t_s, channels=[one]))[0])
+
+    assert float(np.std(drawn(0.004).after)) < 0.3 * 4.0
+    # A step falls into one cell, so that it takes two strides at most; smoothed it takes six.
+    strides = np.abs(np.diff(drawn(1e-6).before))
+    jumps = int(2 * 120.0 / 7.0)
+    assert jumps <= np.count_nonzero(strides > 0.1) <= 2 * jumps
+
+
 def test_a_dependence_stands_out_of_the_noise_band_and_chance_does_not() -> None:
     random = np.random.default_rng(5)
     driver = random.uniform(-1.0, 1.0, 6000)

@@ -54,8 +54,9 @@ class DeltaDrawing:
         self.along = np.stack([-self.out[:, 1], self.out[:, 0], np.zeros(3)], axis=1)
         self.angle_rad, self.centre_m = _pose(robot)
         reach = float(max(self.base_m.max() + self.upper_m.max(), -self.centre_m[2]))
-        self.px_per_m = SIZE_PX / (1.6 * reach)
-        self.unit_m = reach / 20.0
+        wide = 1.9 * float((self.base_m + self.upper_m * cos(self.angle_rad)).max())
+        self.px_per_m = SIZE_PX / max(wide, -1.1 * float(self.centre_m[2]))
+        self.unit_m = min(reach / 20.0, float(self.base_m.min()) / 6.0)
         self.scene = Scene(f"The robot {robot.name}, seen from the front")
 
     def build(self) -> Scene:

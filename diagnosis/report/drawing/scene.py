@@ -12,6 +12,7 @@ Point = tuple[float, float]
 BADGE_RADIUS = 10.0
 MOST_BADGES = 3
 MARGIN = 14.0
+LEAST_WIDTH = 320.0
 LABEL_HEIGHT = 14.0
 LETTER_WIDTH = 7.4
 
@@ -80,8 +81,10 @@ class Scene:
             start = x - width * {"start": 0.0, "middle": 0.5, "end": 1.0}[label.anchor]
             xs += [start, start + width]
             ys += [y - LABEL_HEIGHT, y + 4.0]
-        left, top = min(xs) - MARGIN, min(ys) - MARGIN
-        return left, top, max(xs) - left + MARGIN, max(ys) - top + MARGIN
+        # A narrow machine is not blown up: letters would grow with it.
+        short = max(0.0, LEAST_WIDTH - (max(xs) - min(xs))) / 2.0
+        left, top = min(xs) - MARGIN - short, min(ys) - MARGIN
+        return left, top, max(xs) - left + MARGIN + short, max(ys) - top + MARGIN
 
 
 def polygon(points: Iterable[Point]) -> str:
