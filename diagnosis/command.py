@@ -6,10 +6,11 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from diagnosis.axis_diagnose import diagnose_axis
 from diagnosis.delta_model import DeltaModel
 from diagnosis.diagnose import diagnose_model
 from diagnosis.result import Diagnosis
-from foundation.errors import ConfigError
+from foundation.errors import RecordingError
 from models.robot import DeltaRobot, RobotModel, load_robot_model
 from recording.flat import FlatRecording
 from recording.flat_files import read_flat
@@ -49,8 +50,10 @@ def diagnose_recordings(
     progress: Progress = lambda _: None,
 ) -> Diagnosis:
     """The same for recordings in memory."""
+    if not recordings:
+        raise RecordingError("no recording was given")
     if not isinstance(belief, DeltaRobot):
-        raise ConfigError(f"diagnosing a {belief.kind} is not possible yet; only kind: delta is")
+        return diagnose_axis(belief, recordings, holdout, progress)
     model = DeltaModel(belief, recordings)
     held_out = [DeltaModel(belief, [recording]) for recording in holdout]
     rad_per_step = belief.drive.rad_per_step if belief.drive else 0.0

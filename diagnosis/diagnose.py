@@ -19,7 +19,7 @@ from diagnosis.result import Diagnosis, Finding, Fit, Verdict
 from diagnosis.sanity import check_fit, check_input
 from diagnosis.words import summary
 
-MISSING = 0.01
+MISSING = 0.005
 REST_SHARE = 0.05
 """More than this share left unexplained is said to be only partly explained."""
 

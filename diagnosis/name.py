@@ -16,7 +16,7 @@ from diagnosis.free_shapes import FreeShape
 from diagnosis.prepare import Prepared
 from diagnosis.score import Calibration, Scores, calibrate, explained_by, orthonormal
 
-ALPHA = 0.005
+ALPHA = 0.003
 PRICE = 4.0
 """Chi-square each coordinate of a candidate has to earn beyond the others."""
 RELUCTANCE = {"viscous_friction": 7.0, "payload": 2.0}

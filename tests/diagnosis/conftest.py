@@ -1,0 +1,75 @@
+"""A robot and short synthetic recordings of it for the tests of the diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from models.chain import Chain, Commands
+from models.robot import DeltaRobot, EffectEntry
+from recording.flat import FlatRecording
+
+Record = Callable[..., FlatRecording]
+
+
+@pytest.fixture(scope="session")
+def delta() -> DeltaRobot:
+    return DeltaRobot.model_validate(
+        {
+            "kind": "delta",
+            "name": "test",
+            "geometry": {
+                "base_radius_m": 0.325,
+                "platform_radius_m": 0.075,
+                "upper_arm_m": 0.25,
+                "forearm_m": 0.5,
+            },
+            "masses": {"upper_arm_kg": 0.205, "forearm_kg": 0.153, "platform_kg": 0.653},
+            "drive": {"microsteps_per_rev": 1600, "gear_ratio": 10},
+            "sensors": {
+                "x": {"offset_m": 0.6, "axis": (1, 0, 0)},
+                "y": {"offset_m": 0.6, "axis": (0, 1, 0)},
+                "z": {"offset_m": 0.9, "axis": (0, 0, 1)},
+            },
+        }
+    )
+
+
+def _survey(rng: np.random.Generator, samples: int) -> np.ndarray:
+    """Counts of motors that run at full rate from one random target to the next, (n, 3)."""
+    counts, at = np.empty((samples, 3)), rng.integers(0, 3300, 3).astype(float)
+    goal, rate = at.copy(), 3.0
+    for k in range(samples):
+        if (at == goal).all():
+            goal = rng.integers(0, 3300, 3).astype(float)
+        at = at + np.clip(goal - at, -rate, rate)
+        counts[k] = at
+    return counts
+
+
+@pytest.fixture(scope="session")
+def record(delta: DeltaRobot) -> Record:
+    """Make a recording: true chain at 200 Hz, sensors averaging 20 ms, AR(1) noise, 1 mm steps."""
+
+    def make(
+        *effects: EffectEntry, seed: int = 1, seconds: float = 60.0, rho: float = 0.4
+    ) -> FlatRecording:
+        rng = np.random.default_rng(seed)
+        t_s = 0.005 * np.arange(round(seconds / 0.005))
+        counts = _survey(rng, len(t_s))
+        assert delta.drive is not None
+        ranges = Chain(delta).simulate(Commands.of_counts(t_s, counts, delta.drive), effects).ranges
+        mean = np.stack([np.convolve(r, np.full(4, 0.25))[: len(t_s)] for r in ranges.T], axis=1)
+        t_s, counts, seen = t_s[8::4], counts[8::4], mean[8::4].copy()
+        noise = np.zeros(3)
+        for k in range(len(seen)):
+            noise = rho * noise + 0.002 * np.sqrt(1 - rho**2) * rng.standard_normal(3)
+            seen[k] += noise
+        seen[rng.random(seen.shape) < 0.002] += 0.08
+        columns = {f"steps_{j + 1}": counts[:, j] for j in range(3)}
+        columns |= {f"range_{a}": np.round(seen[:, i], 3) for i, a in enumerate("xyz")}
+        return FlatRecording(t_s, columns, {}, "synthetic")
+
+    return make

@@ -1,0 +1,107 @@
+"""Recordings from which nothing can be told give one clear line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from diagnosis.command import diagnose, diagnose_recordings
+from foundation.errors import DeltactlError, RecordingError
+from models.robot import DeltaRobot
+from recording.flat import FlatRecording
+
+Record = Callable[..., FlatRecording]
+Change = Callable[[dict[str, np.ndarray]], None]
+
+
+def _all_invalid(columns: dict[str, np.ndarray]) -> None:
+    for axis in "xyz":
+        columns[f"status_{axis}"] = np.full(len(columns["steps_1"]), 4.0)
+
+
+def _constant(columns: dict[str, np.ndarray]) -> None:
+    columns["range_y"][:] = 0.6
+
+
+def _millimetres(columns: dict[str, np.ndarray]) -> None:
+    for axis in "xyz":
+        columns[f"range_{axis}"] *= 1000.0
+
+
+def _still(columns: dict[str, np.ndarray]) -> None:
+    for motor in (1, 2, 3):
+        columns[f"steps_{motor}"][:] = 1000.0
+
+
+def _no_commands(columns: dict[str, np.ndarray]) -> None:
+    for motor in (1, 2, 3):
+        del columns[f"steps_{motor}"]
+
+
+def _nothing_seen(columns: dict[str, np.ndarray]) -> None:
+    for axis in "xyz":
+        del columns[f"range_{axis}"]
+
+
+def _radians_as_steps(columns: dict[str, np.ndarray]) -> None:
+    for motor in (1, 2, 3):
+        columns[f"steps_{motor}"] *= 1000.0
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (_all_invalid, "valid readings"),
+        (_constant, "never changes"),
+        (_millimetres, "must be in m"),
+        (_still, "nothing moves"),
+        (_no_commands, "steps_1..3"),
+        (_nothing_seen, "nothing observed"),
+        (_radians_as_steps, "cannot be assembled"),
+    ],
+)
+def test_one_clear_line(delta: DeltaRobot, record: Record, change: Change, words: str) -> None:
+    recording = record(seconds=20.0)
+    change(recording.columns)
+    with pytest.raises(RecordingError, match=words) as caught:
+        diagnose_recordings(delta, [recording])
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("rows", [1, 10])
+def test_too_short(delta: DeltaRobot, record: Record, rows: int) -> None:
+    whole = record(seconds=20.0)
+    short = FlatRecording(
+        whole.t_s[:rows], {name: x[:rows] for name, x in whole.columns.items()}, {}, "short"
+    )
+    with pytest.raises(RecordingError, match="at least"):
+        diagnose_recordings(delta, [short])
+
+
+def test_time_in_milliseconds(delta: DeltaRobot, record: Record) -> None:
+    whole = record(seconds=20.0)
+    slow = FlatRecording(whole.t_s * 1000.0, whole.columns, {}, "slow")
+    with pytest.raises(RecordingError, match="seconds"):
+        diagnose_recordings(delta, [slow])
+
+
+def test_another_robots_file(delta: DeltaRobot, record: Record) -> None:
+    geometry = delta.geometry.model_copy(update={"upper_arm_m": 0.2, "forearm_m": 0.7})
+    other = delta.model_copy(update={"geometry": geometry})
+    with pytest.raises(RecordingError, match="do not belong together") as caught:
+        diagnose_recordings(other, [record(seconds=20.0)])
+    assert "\n" not in str(caught.value)
+
+
+def test_empty_and_missing_files(tmp_path: Path) -> None:
+    robot = tmp_path / "robot.yaml"
+    robot.write_text("kind: range_sensor\nname: s\n")
+    empty = tmp_path / "empty.csv"
+    empty.write_text("")
+    for path in (empty, tmp_path / "absent.csv"):
+        with pytest.raises(DeltactlError) as caught:
+            diagnose([path], robot)
+        assert "\n" not in str(caught.value)

@@ -1,0 +1,86 @@
+"""Concealed effects come out with their component and size; nothing is claimed where nothing is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from diagnosis.command import diagnose_recordings
+from models.robot import DeltaRobot, EffectEntry
+from recording.flat import FlatRecording
+
+Record = Callable[..., FlatRecording]
+
+
+def _entry(effect: str, component: str, **parameters: float) -> EffectEntry:
+    return EffectEntry(effect=effect, component=component, parameters=dict(parameters))
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_nothing_concealed_nothing_claimed(delta: DeltaRobot, record: Record, seed: int) -> None:
+    answer = diagnose_recordings(delta, [record(seed=seed)])
+    assert answer.verdict == "nothing_missing"
+    assert answer.findings == []
+    assert answer.false_alarm_p > 0.005
+
+
+CASES = [
+    (_entry("home_offset", "motor2", angle=0.013), "angle"),
+    (_entry("sensor_scale", "range_z", scale=1.015), "scale"),
+    (_entry("transmission_error", "motor1", amplitude=0.006, period=2 * np.pi / 10), "amplitude"),
+    (_entry("following_lag", "motor3", time=0.1), "time"),
+    (_entry("gear_backlash", "motor1", width=0.012), "width"),
+    (_entry("lost_steps", "motor3", steps=64.0, time=31.0), "steps"),
+]
+
+
+@pytest.mark.parametrize(("entry", "parameter"), CASES, ids=[e.effect for e, _ in CASES])
+def test_a_concealed_effect_is_named_with_its_size(
+    delta: DeltaRobot, record: Record, entry: EffectEntry, parameter: str
+) -> None:
+    answer = diagnose_recordings(delta, [record(entry)])
+    assert [(f.effect, f.component) for f in answer.findings] == [(entry.effect, entry.component)]
+    size = answer.findings[0].parameters[parameter]
+    truth = entry.parameters[parameter]
+    assert isinstance(truth, float)
+    low, high = np.ravel(size.ci95)
+    spread = (high - low) / 3.92
+    assert low - 1.5 * spread <= truth <= high + 1.5 * spread
+    assert answer.fit.holdout_rms_after_m < answer.fit.holdout_rms_before_m
+    assert answer.fit.holdout_rms_after_m < 1.15 * answer.fit.noise_floor_m
+
+
+def test_the_moment_of_a_loss_is_found(delta: DeltaRobot, record: Record) -> None:
+    answer = diagnose_recordings(
+        delta, [record(_entry("lost_steps", "motor2", steps=64.0, time=22.0))]
+    )
+    time = answer.findings[0].parameters["time"]
+    assert time.value == pytest.approx(22.0, abs=0.3)
+
+
+def test_a_stuck_sensor_is_seen(delta: DeltaRobot, record: Record) -> None:
+    recording = record()
+    recording.columns["range_y"][1000:1150] = recording.columns["range_y"][1000]
+    answer = diagnose_recordings(delta, [recording])
+    assert [(f.effect, f.component) for f in answer.findings] == [("stale_reading", "range_y")]
+    begin, end = answer.findings[0].where.times_s[0]
+    assert begin == pytest.approx(recording.t_s[1000], abs=0.1)
+    assert end == pytest.approx(recording.t_s[1149], abs=0.1)
+
+
+def test_a_ripple_in_no_vocabulary_is_unknown(delta: DeltaRobot, record: Record) -> None:
+    recording = record()
+    driver = recording.columns["range_z"]
+    recording.columns["range_x"] += 0.004 * np.sin(2 * np.pi * driver / 0.06)
+    answer = diagnose_recordings(delta, [recording])
+    assert [(f.effect, f.component) for f in answer.findings] == [("unknown", "range_x")]
+    assert answer.findings[0].depends_on == ["range_z"]
+    assert answer.verdict == "unexplained"
+
+
+def test_the_same_recording_gives_the_same_answer(delta: DeltaRobot, record: Record) -> None:
+    recording = record(_entry("home_offset", "motor1", angle=0.01), seconds=30.0)
+    first, second = (diagnose_recordings(delta, [recording]).to_json() for _ in range(2))
+    assert first == second
