@@ -75,10 +75,10 @@ class ActiveJob:
             return
         self._feeder.feed(now_ns)
         self._journal.commanded(now_ns, self._machine.output.status().counts)
-        on_path = self._feeder.motion_ns(now_ns) >= self._stream.path_start_ns
-        if self.phase is Phase.APPROACH and on_path:
+        past_ns = self._feeder.motion_ns(now_ns) - self._stream.path_start_ns
+        if self.phase is Phase.APPROACH and past_ns >= 0:
             self.phase = Phase.PATH
-            self._journal.event(now_ns, "path_start", self.name)
+            self._journal.event(now_ns - past_ns, "path_start", self.name)  # seen a little late
         if self._feeder.finished:
             self._journal.event(now_ns, "path_end", "cancelled" if self.cancelled else "done")
             self.phase = Phase.SETTLE
