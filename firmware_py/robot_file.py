@@ -154,6 +154,10 @@ CONFIG_FOLDER = Path(__file__).resolve().parent.parent / "config"
 TRAINED_FOLDER = CONFIG_FOLDER.parent / "models" / "trained"
 
 
+SHOWN = 10
+"""So many names of files are listed in a message."""
+
+
 def find(name: str, beside: Path | None = None) -> Path:
     """Where a named file is: as given, beside the file that names it, or in the project.
 
@@ -169,7 +173,7 @@ def find(name: str, beside: Path | None = None) -> Path:
     pattern = f"*{given.suffix or '.yaml'}"
     there = sorted({path.name for folder in folders for path in folder.glob(pattern)})
     close = difflib.get_close_matches(given.name, there, n=1, cutoff=0.75)
-    nearest = f"did you mean '{close[0]}'? " if close else ""
-    hint = f"{nearest}there are {', '.join(there) or 'none'}"
+    few = ", ".join(there[:SHOWN]) + (" and more" if len(there) > SHOWN else "")
+    hint = f"did you mean '{close[0]}'?" if close else f"there are {few or 'none'}"
     place = "here" if beside is None else f"beside {beside}"
     raise MissingFile(f"{name}: no such file {place} or in {project}; {hint}")

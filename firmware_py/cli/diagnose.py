@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from firmware_py.cli.output import console, errors, print_json
+from firmware_py.cli.output import console, errors, print_json, say
 from firmware_py.robot_file import find
 from models.robot import load_robot_model
 
@@ -45,7 +45,7 @@ def diagnose_recordings(
         print_json(answer.to_json())
         return
     for line in summary_lines(answer):
-        console.print(line)
+        console.print(line, markup=True)
     for name, path in (("report", report), ("answer", json_file), ("robot file", save_robot)):
         if path is not None:
-            console.print(f"{name}: {path}")
+            say(f"{name}: {path}")

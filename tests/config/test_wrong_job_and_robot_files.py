@@ -124,13 +124,11 @@ def test_a_file_that_is_not_there_lists_those_that_are(tmp_path):
     with pytest.raises(MissingFile) as error:
         find("zhao-2032.yaml", beside=tmp_path / "job.yaml")
     said = str(error.value)
-    assert "or in config; did you mean 'zhao-2023.yaml'? there are circle.yaml, heart.yaml" in said
+    assert "or in config; did you mean 'zhao-2023.yaml'?" in said
     with pytest.raises(MissingFile, match=r"there are circle\.yaml, heart\.yaml, micro"):
         find("q.yaml")
     (tmp_path / "mine.tflite").write_bytes(b"")
-    with pytest.raises(
-        MissingFile, match=r"or in models/trained; did you mean 'mine.tflite'\? there"
-    ):
+    with pytest.raises(MissingFile, match=r"or in models/trained; did you mean 'mine.tflite'\?$"):
         find("mien.tflite", beside=tmp_path / "job.yaml")
 
 
