@@ -1,0 +1,95 @@
+"""The corrected robot file is a robot file: the old one, and what was found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from diagnosis.corrected import corrected_text, save_corrected
+from diagnosis.result import Diagnosis, Evidence, Finding, Fit, ParameterResult, Unexplained, Where
+from foundation.errors import RecordingError
+from models.chain import Chain, Commands
+from models.robot import DeltaRobot, load_delta
+
+ROBOT = """# a comment worth keeping
+kind: delta
+name: little
+geometry: {base_radius_m: 0.3, platform_radius_m: 0.1, upper_arm_m: 0.25, forearm_m: 0.5}
+"""
+
+
+def finding(effect: str, component: str, **values: float | list[float]) -> Finding:
+    parameters = {
+        name: ParameterResult(value=value, ci95=[0.0, 1.0], unit="")
+        for name, value in values.items()
+    }
+    return Finding(
+        effect=effect,
+        component=component,
+        says="",
+        parameters=parameters,
+        where=Where(axes=[], times_s=[], regime=""),
+        evidence=Evidence(delta_chi2=1.0, p=0.0),
+        share_of_mismatch=1.0,
+    )
+
+
+def answer(*findings: Finding) -> Diagnosis:
+    fit = Fit(
+        rms_before_m=1.0,
+        rms_after_m=1.0,
+        noise_floor_m=1.0,
+        holdout_rms_before_m=1.0,
+        holdout_rms_after_m=1.0,
+    )
+    nothing = Unexplained(share_of_mismatch=0.0, depends_on=[], says="")
+    return Diagnosis(
+        verdict="explained",
+        false_alarm_p=0.0,
+        fit=fit,
+        findings=list(findings),
+        unexplained=nothing,
+    )
+
+
+@pytest.fixture
+def robot_file(tmp_path: Path) -> Path:
+    path = tmp_path / "little.yaml"
+    path.write_text(ROBOT)
+    return path
+
+
+def test_what_lasts_is_kept_and_acts(robot_file: Path, tmp_path: Path) -> None:
+    found = answer(
+        finding("home_offset", "motor2", angle=0.02),
+        finding("lost_steps", "motor1", steps=40.0, time=3.0),
+        finding("unknown", "range_x"),
+        finding("frame_tilt", "frame", rotation=[0.0, 0.0, 0.01]),
+    )
+    out = tmp_path / "found.yaml"
+    save_corrected(robot_file, found, out)
+    assert out.read_text().startswith("# a comment worth keeping")
+    robot = load_delta(out)
+    assert [entry.effect for entry in robot.effects] == ["home_offset", "frame_tilt"]
+    angles = np.full((3, 3), 0.5)
+    commands = Commands.of_angles(np.arange(3.0), angles)
+    theta = Chain(robot).simulate(commands).theta
+    np.testing.assert_allclose(theta[:, 1] - theta[:, 0], 0.02)
+
+
+def test_a_second_diagnosis_adds_to_the_first(robot_file: Path, tmp_path: Path) -> None:
+    once = tmp_path / "once.yaml"
+    save_corrected(robot_file, answer(finding("home_offset", "motor2", angle=0.02)), once)
+    twice = tmp_path / "twice.yaml"
+    save_corrected(once, answer(finding("sensor_offset", "range_x", offset=0.01)), twice)
+    robot: DeltaRobot = load_delta(twice)
+    assert [entry.component for entry in robot.effects] == ["motor2", "range_x"]
+
+
+def test_nothing_found_changes_nothing_and_no_file_is_written_over(robot_file: Path) -> None:
+    assert corrected_text(robot_file, answer()) == ROBOT
+    with pytest.raises(RecordingError, match="exists already"):
+        save_corrected(robot_file, answer(), robot_file)
+    assert robot_file.read_text() == ROBOT
