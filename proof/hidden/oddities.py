@@ -169,7 +169,7 @@ def play_with_angle(machine: Machine, rng: np.random.Generator, strength: float)
     """Play that is wide at some angles and gone at others, in a bearing that sticks."""
     d = _draw(rng, 0.012, 0.018, strength)
     joints = machine.robot.joints
-    joints.friction_nm[d.index] = 4.0
+    joints.friction_nm[d.index] = 2.5
 
     def width(q: FloatArray, t_s: FloatArray) -> FloatArray:
         played = np.zeros_like(q)

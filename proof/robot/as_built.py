@@ -12,8 +12,8 @@ FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 Bend = Callable[[FloatArray, FloatArray], FloatArray]
 """Angles (n, 3) [rad] and times (n,) [s] -> angles (n, 3): an error of the gears of any shape."""
 
-STIFF_NM_PER_RAD = 30_000.0
-"""Joints of a robot without compliance: gravity (about 1 N m) bends them by 0.03 mrad."""
+STIFF_NM_PER_RAD = 20_000.0
+"""Joints of a robot without compliance: gravity (1 to 2 N m) bends them by 0.08 mrad."""
 
 
 def three(value: float) -> FloatArray:
@@ -69,7 +69,7 @@ class Joints:
     stiffness_nm_per_rad: FloatArray = field(default_factory=lambda: three(STIFF_NM_PER_RAD))
     friction_nm: FloatArray = field(default_factory=lambda: three(0.02))
     drag_nms_per_rad: FloatArray = field(default_factory=lambda: three(0.3))
-    hub_kgm2: float = 0.03
+    hub_kgm2: float = 0.02
     """Inertia of a gear's output stage, hub and arm clamp, which moves with the arm."""
     limit_nm: float = 80.0
     """Beyond this torque the closed-loop drive yields and comes back (no steps are lost)."""

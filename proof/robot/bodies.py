@@ -16,7 +16,7 @@ from proof.robot.as_built import Body, Joints
 
 ARMS = (1, 2, 3)
 SIDES = ("a", "b")
-CONSTRAINT = 'solref="{time:.6f} 1" solimp="0.9999 0.99999 0.0001"'
+CONSTRAINT = 'solref="{time:.6f} 1" solimp="0.9999 0.9999 0.0001"'
 """Stiff closed loops: a time constant of two steps, and 1e-4 of the force for softness."""
 ROD_DRAG_NMS_PER_RAD = 1e-4
 PAD_M = 0.01
@@ -38,7 +38,7 @@ def build(body: Body, joints: Joints, timestep_s: float) -> mujoco.MjModel:
     solver="Newton" iterations="20" tolerance="1e-12" cone="pyramidal" jacobian="dense">
     <flag eulerdamp="disable" {"" if body.table_height_m is not None else 'contact="disable"'}/>
   </option>
-  <worldbody>{arms}{_platform(body)}{_table(body, loops)}</worldbody>
+  <worldbody>{arms}{_platform(body, loops)}{_table(body, loops)}</worldbody>
   <equality>{equalities}</equality>
   <actuator>{actuators}</actuator>
 </mujoco>"""
@@ -58,7 +58,7 @@ def _arm(number: int, body: Body, joints: Joints, loops: str) -> str:
     <body name="arm_{number}" pos="{x:.12g} {y:.12g} 0" euler="0 0 {azimuth:.12g}">
       <joint name="arm_{number}" type="hinge" axis="0 1 0" armature="{joints.hub_kgm2}"
         damping="{joints.drag_nms_per_rad[i]:.9g}" frictionloss="{joints.friction_nm[i]:.9g}"
-        solreffriction="0.004 1" solimpfriction="0.999 0.999 0.001"/>
+        solreffriction="0.002 1" solimpfriction="0.9999 0.9999 0.001"/>
       {_bar(body.upper_arm_kg, length, "x")}{rods}
     </body>"""
 
@@ -82,7 +82,7 @@ def _bar(mass_kg: float, length_m: float, along: str) -> str:
     return f'<inertial pos="{middle}" mass="{mass_kg:.9g}" diaginertia="{diagonal}"/>'
 
 
-def _platform(body: Body) -> str:
+def _platform(body: Body, loops: str) -> str:
     half, mass = 0.5 * body.rod_distance_m, body.platform_kg + body.payload_kg
     sites = ""
     for number in ARMS:
@@ -93,7 +93,7 @@ def _platform(body: Body) -> str:
             x, y = radius * out + shift * along
             sites += f'<site name="anchor_{number}{side}" pos="{x:.12g} {y:.12g} 0"/>'
     across = 0.5 * mass * 0.075**2
-    pad = f'<geom type="sphere" size="{PAD_M}" contype="1" conaffinity="1" mass="0"/>'
+    pad = f'<geom type="sphere" size="{PAD_M}" mass="0" {loops}/>'
     return f"""
     <body name="platform" pos="0 0 -0.45">
       <freejoint name="platform"/>
