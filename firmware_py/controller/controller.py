@@ -63,6 +63,7 @@ class Controller:
         self._numbers = itertools.count(1)
         self._lock = threading.RLock()
         self._loops = 0
+        self._beat_ns = self.clock.now_ns()
         self._progress = Progress()
         self._homer = Homer(robot, machine, self.ranging)
         self._ranging_task: TaskHandle | None = None
@@ -164,7 +165,8 @@ class Controller:
         """A snapshot."""
         with self._lock:
             queued = tuple(waiting.name for waiting in self.queue)
-            running = Running(self.state, self.why, self.job, queued, self.ranging.status())
+            sensors, failed = self.ranging.status(), self.journal.failed
+            running = Running(self.state, self.why, self.job, queued, sensors, failed)
             return snapshot(self.robot, self.machine, running)
 
     def result(self, job_id: int) -> JobResult | None:
@@ -221,6 +223,10 @@ class Controller:
 
     def _control(self, now_ns: int) -> None:
         output = self.machine.output
+        silent_ns, self._beat_ns = now_ns - self._beat_ns, now_ns
+        if self.job is not None and silent_ns > ns(self.robot.steps.heartbeat_s):
+            # The pulses ran dry in mid-motion before the player missed us: do not just go on.
+            output.stop(f"no heartbeat: the controller hung for {silent_ns / NS_PER_S:.1f} s")
         output.beat()
         self.journal.sent(output.take_sent())
         seen = output.status()

@@ -29,6 +29,8 @@ class Running:
     job: ActiveJob | None
     queued: tuple[str, ...]
     sensors: tuple[SensorStatus, ...]
+    recording_error: str = ""
+    """Why nothing more is written of the job that runs."""
 
 
 def snapshot(robot: RobotFile, machine: Machine, running: Running) -> Status:
@@ -52,7 +54,7 @@ def snapshot(robot: RobotFile, machine: Machine, running: Running) -> Status:
         seconds_left=job.seconds_left(now_ns) if job else None,
         queued=running.queued,
         recording=job.recording if job else None,
-        recording_error=job.recording_error if job else "",
+        recording_error=running.recording_error,
         late_ns=output.slip_ns,
         sensors=running.sensors,
     )

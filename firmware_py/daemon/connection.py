@@ -67,6 +67,7 @@ class Connection:
         self._pending = 0
         """Commands of this client that the desk has not answered."""
         self._count = threading.Lock()
+        self._cut = threading.Event()
         self._heard_s = time.monotonic()
         self._watch: Watch | None = None
         self._reader = threading.Thread(target=self._read, name="client-read", daemon=True)
@@ -80,6 +81,7 @@ class Connection:
 
     def close(self) -> None:
         """Cut the connection; both threads end."""
+        self._cut.set()
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
 
@@ -176,6 +178,8 @@ class Connection:
 
     def _put(self, item: Request | Message | None, patience_s: float | None = None) -> None:
         """Hand to the writer; a client that sends on without reading answers waits here."""
+        if self._cut.is_set():  # nobody is left to answer; a stop among the rest still counts
+            return
         wait_s = self._limits.send_s if patience_s is None else patience_s
         try:
             self._outbox.put(item, block=wait_s > 0.0, timeout=wait_s)
@@ -188,7 +192,7 @@ class Connection:
     def _write(self) -> None:
         with self._logged():
             ended = False
-            while not (ended and (self._is_gone() or self._is_done())):
+            while not (self._cut.is_set() or (ended and (self._is_gone() or self._is_done()))):
                 with contextlib.suppress(queue.Empty):
                     item = self._outbox.get(timeout=self._patience_s())
                     ended = ended or item is None

@@ -126,6 +126,23 @@ def test_a_client_that_does_not_read_is_cut_off(serve, wait_until):
         assert client.status().state == "off"
 
 
+def test_a_flooder_that_leaves_without_reading_does_not_keep_its_place(serve, wait_until):
+    """Its many requests were not answered one time-out after the other, but a stop was heard."""
+    daemon = serve(Limits(clients=1, stop_only_clients=0, waiting_answers=2, send_s=0.2))
+    flood = daemon.raw()
+    with contextlib.suppress(OSError):
+        flood.send(b'{"id": 1, "do": "status"}\n' * 150 + b'{"id": 2, "do": "stop"}\n')
+    flood.close()
+
+    def has_place() -> bool:
+        with contextlib.suppress(ServiceError), daemon.client() as client:
+            return client.progress_count() > 0
+        return False
+
+    wait_until(has_place)
+    assert daemon.controller.calls[-1] == "stop"
+
+
 def test_half_a_line_is_waited_for_and_then_not(serve):
     raw = serve(Limits(half_line_s=0.3)).raw()
     raw.send(b'{"id": 1, "do"')

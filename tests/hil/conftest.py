@@ -103,10 +103,10 @@ def site(
     robot_file = find(request.config.getoption("--robot"))
     pi = None if hardware else ModelledPi(load_robot(robot_file))
     executable = sys.executable if pi is None else pi.executable
+    places = ["--recordings", str(folder / "recordings"), "--socket", str(folder / "d.sock")]
     with (folder / "log").open("wb") as log:
         process = subprocess.Popen(
-            [executable, "-m", "firmware_py.cli.main", "daemon", str(robot_file)]
-            + ["--recordings", str(folder / "recordings"), "--socket", str(folder / "d.sock")],
+            [executable, "-m", "firmware_py.cli.main", "daemon", str(robot_file), *places],
             cwd=folder,
             env=os.environ | {"STATE_DIRECTORY": str(folder / "state")},
             stderr=log,

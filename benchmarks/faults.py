@@ -1,0 +1,41 @@
+"""Fault campaign on the simulated robot in real time: python benchmarks/faults.py [-n 500].
+
+Daemon parts, pulse process, sensors, drives, disk and clients are made to fail at random moments
+of a run; prints the worst figures of each kind of fault, and whatever was not as specified.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from firmware_py.faults.campaign import KINDS, campaign, table
+from firmware_py.faults.judge import Verdict
+
+
+def main() -> int:
+    """Exit status 1 when a fault was not handled as specified."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("-n", "--faults", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--kind", action="append", help="only kinds whose name holds this")
+    options = parser.parse_args()
+    wanted = options.kind or [""]
+    kinds = [kind for kind in KINDS if any(part in kind.name for part in wanted)]
+    verdicts: list[Verdict] = []
+    start_s = time.monotonic()
+    for verdict in campaign(options.faults, options.seed, kinds):
+        verdicts.append(verdict)
+        for problem in verdict.problems:
+            print(f"{len(verdicts):4d} {verdict.kind}: {problem}", flush=True)
+    print(f"{len(verdicts)} faults of {len(kinds)} kinds in {time.monotonic() - start_s:.0f} s")
+    print("\n".join(table(verdicts)))
+    return int(any(verdict.problems for verdict in verdicts))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

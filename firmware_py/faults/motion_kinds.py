@@ -1,0 +1,88 @@
+"""Faults of drives, buttons, pulse process and interpreter: what must end the pulses."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+from random import Random
+
+from firmware_py.faults.kind import Kind, Undo, nothing
+from firmware_py.faults.stand import Stand
+
+STALL_S = 2.0
+HEARTBEAT_S = 0.25
+"""steps.heartbeat_s of the robot file."""
+EDGE_S = 0.005
+
+
+def press_estop(stand: Stand, chance: Random) -> Undo:
+    """The button, or its wire."""
+    stand.bench.press_estop()
+    return stand.bench.release_estop
+
+
+def trip_drive(stand: Stand, chance: Random) -> Undo:
+    """A drive reports its alarm."""
+    stand.bench.trip(chance.randint(1, 3))
+    return stand.controller.power_off  # which clears the alarm
+
+
+def command_stop(stand: Stand, chance: Random) -> Undo:
+    """Somebody asks for an emergency stop."""
+    stand.controller.stop("a hand in the way")
+    return nothing
+
+
+def kill_pulses(stand: Stand, chance: Random) -> Undo:
+    """kill -9 of the pulse process."""
+    os.kill(stand.pulse_pid, signal.SIGKILL)
+    return nothing
+
+
+def freeze_pulses(stand: Stand, chance: Random) -> Undo:
+    """SIGSTOP of the pulse process; it wakes up again later."""
+    pid = stand.pulse_pid
+    os.kill(pid, signal.SIGSTOP)
+    return lambda: os.kill(pid, signal.SIGCONT)
+
+
+def stall_interpreter(stand: Stand, chance: Random) -> Undo:
+    """Nobody else in this process gets the interpreter for two seconds."""
+    ctypes.PyDLL(None).usleep(round(STALL_S * 1e6))  # PyDLL keeps the interpreter's lock
+    return nothing
+
+
+MOTION_KINDS = (
+    Kind("e-stop pressed", press_estop, "stopped", EDGE_S, 0.2, "^e-stop$", "release the button"),
+    Kind("drive alarm", trip_drive, "fault", EDGE_S, 0.2, "^alarm motor[123]$", "motor[123]"),
+    Kind("stop command", command_stop, "stopped", 0.01, 0.2, "a hand in the way"),
+    Kind(
+        "pulse process kill -9",
+        kill_pulses,
+        "fault",
+        EDGE_S,
+        0.3,
+        "pulse process ended .signal 9",
+        "pulse process ended",
+        restart=True,
+    ),
+    Kind(
+        "pulse process SIGSTOP",
+        freeze_pulses,
+        "fault",
+        EDGE_S,
+        2.5,
+        "pulse process hangs",
+        "pulse process hangs",
+        restart=True,
+    ),
+    Kind(
+        "interpreter stalls 2 s",
+        stall_interpreter,
+        "fault",
+        HEARTBEAT_S + 0.02,
+        STALL_S + 0.5,
+        "no heartbeat",
+    ),
+)
