@@ -9,9 +9,18 @@ from scipy.stats import chi2, t
 
 from diagnosis.axis_rivals import rivals
 from diagnosis.axis_search import AxisSearch
-from diagnosis.fit import Solution
+from diagnosis.effort_axis_model import EffortAxisModel
+from diagnosis.fit import Fitter, Solution
 from diagnosis.readings import FloatArray
-from diagnosis.result import Channel, Evidence, Finding, ParameterResult, Picture, Unexplained, Where
+from diagnosis.result import (
+    Channel,
+    Evidence,
+    Finding,
+    ParameterResult,
+    Picture,
+    Unexplained,
+    Where,
+)
 from diagnosis.sizes import NORMAL_95, parameters
 from models.effects.lone_axis import said
 
@@ -37,6 +46,8 @@ REGIMES = {
     "sensor_drift": "growing since the start of the recording",
 }
 FAINT_P = 0.01
+SHIFTS = 1.3
+"""Standard deviations that a change of smoothing stands for."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +83,20 @@ def covariance(search: AxisSearch, solution: Solution) -> FloatArray:
     widest = np.sqrt(np.maximum(sandwich, plain) / np.maximum(np.diag(bread), 1e-300))
     widest *= float(t.ppf(0.975, max(count - 1, 2))) / NORMAL_95
     cov: FloatArray = bread * np.outer(widest, widest) / np.outer(scale, scale)
-    return cov
+    return cov + np.diag((SHIFTS * _shift(search, solution)) ** 2)
+
+
+def _shift(search: AxisSearch, solution: Solution) -> FloatArray:
+    """How far the numbers move when friction is taken at velocities that are smoothed longer."""
+    moved = np.zeros(solution.tangent.shape[1])
+    model = search.prepared.model
+    if not isinstance(model, EffortAxisModel) or not solution.terms:
+        return moved
+    fitter = Fitter(model.blurrier(), search.fitter.whiten, search.fitter.nuisances)
+    other = fitter.solve(solution.terms, solution.frees, solution.nuisances)
+    for number, (term, again) in enumerate(zip(solution.terms, other.terms, strict=True)):
+        moved[solution.columns_of(number)] = (again.at - term.at)[term.candidate.moved]
+    return moved
 
 
 def findings(outcome: AxisOutcome) -> list[Finding]:
@@ -135,7 +159,10 @@ def _moment(outcome: AxisOutcome, bare: Solution, time_s: float) -> ParameterRes
     near = times[gain > gain.max() - 3.84 * search.excess(outcome.solution)]
     half = readings.period_s
     own = readings.own_time_s
-    ends = [own(float(near.min(initial=time_s))) - half, own(float(near.max(initial=time_s))) + half]
+    ends = [
+        own(float(near.min(initial=time_s))) - half,
+        own(float(near.max(initial=time_s))) + half,
+    ]
     return ParameterResult(value=own(time_s), ci95=ends, unit="s")
 
 

@@ -19,6 +19,7 @@ from diagnosis.limits import limits
 from diagnosis.model import Model
 from diagnosis.prepare import Prepared, prepare
 from diagnosis.range_sensor_model import RangeSensorModel
+from diagnosis.readings import FloatArray
 from diagnosis.result import Diagnosis, Finding, Fit, NotTestable, Verdict
 from foundation.errors import RecordingError
 from models.effects.lone_axis import COMPONENT
@@ -50,9 +51,9 @@ def model_of(robot: LoneRobot, recordings: Sequence[FlatRecording]) -> LoneModel
         raise RecordingError("no recording was given")
     if isinstance(robot, RangeSensor):
         return RangeSensorModel(robot, recordings)
-    if isinstance(robot, ServoAxis) and robot.inertia is not None:
-        if all(r.has("effort") and np.isfinite(r.columns["effort"]).any() for r in recordings):
-            return EffortAxisModel(robot, recordings)
+    forced = all(r.has("effort") and np.isfinite(r.columns["effort"]).any() for r in recordings)
+    if forced and isinstance(robot, ServoAxis) and robot.inertia is not None:
+        return EffortAxisModel(robot, recordings)
     return AxisModel(robot, recordings)
 
 
@@ -99,16 +100,14 @@ def diagnose_axis(
     )
 
 
-def _settled(
-    search: AxisSearch, solution: Solution, model: LoneModel, forced: bool
-) -> AxisOutcome:
+def _settled(search: AxisSearch, solution: Solution, model: LoneModel, forced: bool) -> AxisOutcome:
     """Fit once more under the noise that the explanation itself leaves."""
     left = search.fitter.observed - solution.predicted
     last = AxisSearch(
         prepare_again(search.prepared, left, forced), search.rad_per_step, search.progress,
         unlikely=search.unlikely, least_share=search.least_share, blur=search.blur,
     )  # fmt: skip
-    final = last.fitter.solve(solution.terms, solution.frees, solution.nuisances)
+    final = last.lasting(last.fitter.solve(solution.terms, solution.frees, solution.nuisances))
     return AxisOutcome(last, final, last.empty.cost, model.unit)
 
 
@@ -126,7 +125,7 @@ def _fit(outcome: AxisOutcome, others: Sequence[LoneModel], free_zero: bool) -> 
     prepared: Prepared = search.prepared
     observed, valid = search.fitter.observed, prepared.valid[:, 0]
 
-    def rms(values: np.ndarray) -> float:
+    def rms(values: FloatArray) -> float:
         return float(np.sqrt(np.mean(np.square(values[valid, 0])))) if valid.any() else 0.0
 
     believed = prepared.model.predict(_starts(prepared.model))

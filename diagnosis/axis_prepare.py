@@ -115,7 +115,25 @@ def axis_noise(model: Model, valid: BoolArray, residual: FloatArray) -> Whitener
     innovation = table[:, 0] - table[:, 1:] @ phi
     sigma = max(_robust_sigma(innovation), least)
     noise = ChannelNoise(rows, phi, sigma, spread)
-    return Whitener((noise,), np.ones(len(rows))).weighed(residual)
+    whitener = Whitener((noise,), np.ones(len(rows))).weighed(residual)
+    return Whitener(whitener.channels, whitener.weight * resting_weight(model)[rows[:, 0]])
+
+
+def resting_weight(model: Model) -> FloatArray:
+    """Square root of the weight of each reading, (n,): a rest counts once, however long it is.
+
+    While nothing moves an encoder repeats one number with one rounding error.
+    """
+    values = model.readings.values[:, 0]
+    driver = next(iter(model.drivers().values()))
+    least = 1e-4 * float(np.ptp(driver)) + 1e-300
+    still = np.zeros(len(values), dtype=bool)
+    still[1:] = (np.diff(values) == 0.0) & (np.abs(np.diff(driver)) < least)
+    still[model.readings.fresh] = False
+    run = np.cumsum(~still)
+    length = np.bincount(run)[run]
+    weight: FloatArray = 1.0 / np.sqrt(length)
+    return weight
 
 
 def _robust_sigma(values: FloatArray) -> float:

@@ -60,9 +60,7 @@ def _ties(
     return worse < 0.05 * gain and search.steadiness(other, solution) < STEADY
 
 
-def _starts(
-    search: AxisSearch, solution: Solution, own: Term, bare: Solution
-) -> list[Term]:
+def _starts(search: AxisSearch, solution: Solution, own: Term, bare: Solution) -> list[Term]:
     taken = {term.candidate.key for term in solution.terms}
     starts = []
     for candidate in search.prepared.model.candidates:
@@ -80,9 +78,7 @@ def _starts(
     return starts
 
 
-def _same_by_construction(
-    search: AxisSearch, solution: Solution, own: Candidate
-) -> Sequence[str]:
+def _same_by_construction(search: AxisSearch, solution: Solution, own: Candidate) -> Sequence[str]:
     """Explanations that no recording of these columns could tell apart."""
     model = search.prepared.model
     effects = {term.candidate.effect for term in solution.terms}
@@ -93,5 +89,7 @@ def _same_by_construction(
         lags = any(coordinate.parameter == "time" for coordinate in own.coordinates)
         return ["viscous_friction"] if lags and "viscous_friction" not in offered else []
     if own.effect == "home_offset" and "joint_compliance" not in offered:
-        return [] if search.rad_per_step else ["joint_compliance"]  # a constant load that is unknown
+        return (
+            [] if search.rad_per_step else ["joint_compliance"]
+        )  # a constant load that is unknown
     return []

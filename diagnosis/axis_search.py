@@ -15,11 +15,12 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from diagnosis.axis_jumps import scan
-from diagnosis.axis_tidy import tidied
+from diagnosis.axis_tidy import ALIKE, tidied
 from diagnosis.candidate import Term
 from diagnosis.fit import Solution
 from diagnosis.free_shapes import FreeShape
 from diagnosis.name import ALPHA, Search, Trial, price
+from diagnosis.noise import IntArray
 
 MOST_TERMS = 6
 TRIED = 6
@@ -107,7 +108,20 @@ class AxisSearch(Search):
                 continue
             if self.value(rival, scale) < self.value(best, scale):
                 best = rival
-        return tidied(self.fitter, best, self.excess(best))
+        return tidied(self.fitter, self.lasting(best), self.excess(best))
+
+    def lasting(self, solution: Solution) -> Solution:
+        """An event gives way to whatever lasts and fits alike."""
+        for number, term in enumerate(solution.terms):
+            if not term.candidate.kind.event:
+                continue
+            rest = (*solution.terms[:number], *solution.terms[number + 1 :])
+            bare = self.fitter.solve(rest, solution.frees, solution.nuisances)
+            others = [s for s in self._tried(bare) if not s.terms[-1].candidate.kind.event]
+            best = min(others, key=lambda s: s.cost, default=None)
+            if best is not None and best.cost < solution.cost + ALIKE * self.excess(solution):
+                return best
+        return solution
 
     def _extended(self, solution: Solution) -> Solution:
         """Effect after effect until none is proven."""
@@ -143,12 +157,11 @@ class AxisSearch(Search):
             return []
         strongest = max(trial.gain for trial in trials)
         self.progress(f"trying {len(trials)} explanations")
-        grown = [
+        return [
             self.fitter.solve((*solution.terms, t.start), solution.frees, solution.nuisances)
             for t in trials
             if t.gain > WORTH_TRYING * strongest
         ]
-        return grown
 
     def _freed(self, solution: Solution, most: int = 1) -> list[Solution]:
         """The solution with a free shape that explains much of the rest."""
@@ -205,7 +218,7 @@ class AxisSearch(Search):
         spread = float(np.sqrt(np.sum(sums**2)))
         return 2.0 * float(sums.sum()) / spread if spread > 0.0 else 0.0
 
-    def blocks(self) -> np.ndarray:
+    def blocks(self) -> IntArray:
         """Blocks of equal time and travel: what happens happens in motion."""
         model = self.prepared.model
         driver = next(iter(model.drivers().values()))
@@ -213,7 +226,7 @@ class AxisSearch(Search):
         t_s = model.readings.t_s - model.readings.t_s[0]
         share = 0.5 * t_s / t_s[-1] + 0.5 * travel / max(float(travel[-1]), 1e-300)
         count = min(BLOCKS, int(model.readings.span_s / SHORTEST_BLOCK_S), len(t_s) // 20)
-        blocks: np.ndarray = (share * 0.999999 * max(count, 4)).astype(np.intp)
+        blocks: IntArray = (share * 0.999999 * max(count, 4)).astype(np.intp)
         return blocks[self.fitter.whiten.rows]
 
     @staticmethod
@@ -228,12 +241,12 @@ class AxisSearch(Search):
         found = Search.trials(self, solution, without)
         self.rad_per_step = rad_per_step
         scale = self.excess(solution)
-        if self.rad_per_step and not any(t.candidate.effect == "lost_steps" for t in solution.terms):
+        if self.rad_per_step and not any(
+            t.candidate.effect == "lost_steps" for t in solution.terms
+        ):
             found = [*found, *scan(self.fitter, solution, self.prepared.model, self.rad_per_step)]
         found = [t for t in found if t.gain > 0.0 and not _same_wave(t.start, solution.terms)]
         return sorted(found, key=lambda t: self.toll(t.start) - t.gain / scale)
-
-
 
 
 def _same_wave(start: Term, terms: Sequence[Term]) -> bool:

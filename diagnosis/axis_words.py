@@ -11,9 +11,7 @@ MISSING = 0.01
 ASYMMETRY = "joint_friction that is stronger one way"
 
 
-def summary(
-    findings: Sequence[Finding], fit: Fit, rest: Unexplained, p: float
-) -> list[str]:
+def summary(findings: Sequence[Finding], fit: Fit, rest: Unexplained, p: float) -> list[str]:
     """Most important first."""
     if not findings and p > MISSING:
         lines = [f"Nothing is missing in the model (p = {p:.2g})."]
@@ -27,7 +25,8 @@ def summary(
     lines.append(
         f"Mismatch {said(fit.rms_before_m, unit)} before, {said(fit.rms_after_m, unit)} after, "
         f"noise floor {said(fit.noise_floor_m, unit)}; {data} "
-        f"{said(fit.holdout_rms_before_m, unit)} before, {said(fit.holdout_rms_after_m, unit)} after."
+        f"{said(fit.holdout_rms_before_m, unit)} before and "
+        f"{said(fit.holdout_rms_after_m, unit)} after."
     )
     if findings and rest.depends_on:
         lines.append(rest.says)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from scipy.signal import savgol_filter
@@ -11,7 +12,7 @@ from diagnosis import axis_candidates as moves
 from diagnosis.axis_columns import filled, first_of, needed, refuse_still
 from diagnosis.candidate import Candidate, Coordinate, Shape, Term
 from diagnosis.nuisance import Nuisance
-from diagnosis.readings import FloatArray, Readings, gather
+from diagnosis.readings import BoolArray, FloatArray, Readings, gather
 from foundation.errors import RecordingError
 from models.chain.effort_axis import Driven, EffortChain
 from models.effects.lone_axis import COMPONENT
@@ -19,7 +20,8 @@ from models.robot import ServoAxis
 from recording.flat import FlatRecording
 
 TAU_S = 0.15
-GAIN_SPREAD = 2e-3
+GAIN_SPREAD = 5e-4
+BLURRED = 1.6
 FEWEST_PER_TAU = 12.0
 SMOOTHING_S = 0.06
 """Longest polynomial by which positions are turned into velocities."""
@@ -34,7 +36,9 @@ SPEEDS = (0.01, 0.03, 0.1, 0.3)
 class EffortAxisModel:
     """Predictions of the position from effort over a short horizon."""
 
-    def __init__(self, robot: ServoAxis, recordings: Sequence[FlatRecording]):
+    def __init__(self, robot: ServoAxis, recordings: Sequence[FlatRecording], blurred: float = 1.0):
+        """blurred: the polynomial that gives velocities is so many times as long as it need be."""
+        self._recordings, self._blurred = tuple(recordings), blurred
         if robot.inertia is None:
             raise RecordingError(
                 f"{recordings[0].source}: effort in needs `inertia` in the robot file"
@@ -66,13 +70,15 @@ class EffortAxisModel:
         name = needed(recording, ("position", "theta_1"), "position")
         position = filled(recording, name)
         effort = filled(recording, needed(recording, ("effort",), "effort"))
-        velocity, noise = _velocity(t_s, position, fresh)
+        velocity, noise = _velocity(t_s, position, fresh, self._blurred)
         slow = np.abs(velocity) < AT_REST * noise + 1e-4 * np.abs(velocity).max()
         load = np.zeros(len(t_s))
         if first_of(recording, ["load"]):
             load = filled(recording, "load")
-        columns = [x[:, None] for x in (effort, position, velocity, slow, load)]
-        return Driven(t_s, fresh, *columns)
+        return Driven(
+            t_s, fresh, effort[:, None], position[:, None], velocity[:, None], slow[:, None],
+            load[:, None],
+        )  # fmt: skip
 
     def _refuse_other_units(self, source: str) -> None:
         """Force and the acceleration it should make must be of one order of magnitude."""
@@ -90,10 +96,8 @@ class EffortAxisModel:
         """Effort is held between samples: it acts half a period late, give or take."""
         half = 0.5 * self.readings.period_s
         kind = self.chain.kinds["following_lag"]
-        candidate = Candidate(
-            kind, COMPONENT, (Coordinate("dead_time", step=0.2 * half, low=-4 * half, high=4 * half),),
-            (Shape((half,)),), {"time": 0.0},
-        )  # fmt: skip
+        late = Coordinate("dead_time", step=0.2 * half, low=-4 * half, high=4 * half)
+        candidate = Candidate(kind, COMPONENT, (late,), (Shape((half,)),), {"time": 0.0})
         return Nuisance(Term(candidate, np.array([half])), (0.5 * half,))
 
     def _holding(self) -> Nuisance:
@@ -105,7 +109,7 @@ class EffortAxisModel:
         return Nuisance(Term(candidate, np.array([1.0])), (0.5,))
 
     def _calibrated(self) -> Nuisance:
-        """No robot file gives the effort more exactly than to 0.2 %."""
+        """No robot file gives the effort more exactly than to 0.05 %."""
         candidate = moves.simple(self.chain.kinds["effort_gain"], 1e-3)
         return Nuisance(Term(candidate, np.array([1.0])), (GAIN_SPREAD,))
 
@@ -134,6 +138,10 @@ class EffortAxisModel:
         active = [term.active for term in terms]
         return np.concatenate([self.chain.simulate(d, active) for d in self._driven])[:, None]
 
+    def blurrier(self) -> EffortAxisModel:
+        """The same with velocities from a longer polynomial: what differs is no knowledge."""
+        return EffortAxisModel(self.robot, self._recordings, BLURRED)
+
     def drivers(self) -> dict[str, FloatArray]:
         """Position, velocity, force and time."""
         position = np.concatenate([d.position[:, 0] for d in self._driven])
@@ -149,7 +157,9 @@ class EffortAxisModel:
         return {COMPONENT: np.ones((len(self.readings.t_s), 1))}
 
 
-def _velocity(t_s: FloatArray, position: FloatArray, fresh: FloatArray) -> tuple[FloatArray, float]:
+def _velocity(
+    t_s: FloatArray, position: FloatArray, fresh: BoolArray, blurred: float
+) -> tuple[FloatArray, float]:
     """Smoothed derivative stretch by stretch, (n,), and the standard deviation of its noise."""
     step_s = float(np.median(np.diff(t_s)))
     third = np.diff(position, 3)
@@ -158,10 +168,11 @@ def _velocity(t_s: FloatArray, position: FloatArray, fresh: FloatArray) -> tuple
     half = 2
     while _spread(half, step_s, noise) > STEADY_VELOCITY * top and half * step_s < SMOOTHING_S / 2:
         half += 1
+    half = int(np.ceil(half * blurred))
     size = 2 * half + 1
     velocity = np.zeros_like(position)
     starts = [*np.flatnonzero(fresh).tolist(), len(position)]
-    for first, last in zip(starts[:-1], starts[1:], strict=True):
+    for first, last in pairwise(starts):
         part = position[first:last]
         if len(part) > size:
             velocity[first:last] = savgol_filter(part, size, 2, deriv=1, delta=step_s)
