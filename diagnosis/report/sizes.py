@@ -18,6 +18,9 @@ NO_LIMIT = 1e250
 HIDDEN = frozenset({"phase", "start", "drag", "friction", "stiffness"})
 """Second parameters that tell a mechanic nothing; they stand in the table of all numbers."""
 
+FINEST_S = 2
+"""Decimals of a moment or of a long time; a sample is hardly ever shorter than 10 ms."""
+
 VECTOR_PARTS = ("x", "y", "z")
 
 
@@ -52,6 +55,8 @@ class Size:
         if not math.isfinite(self.value):
             return NOT_KNOWN
         digits = decimals(self.value, self.low, self.high)
+        if self.unit == "s":
+            digits = min(digits, FINEST_S)
         shown = f"{number(self.value, digits, self.signed)} {self.unit}".strip()
         if not (math.isfinite(self.low) and math.isfinite(self.high)):
             return f"{shown} (no interval known)"

@@ -9,8 +9,10 @@ from rich.markup import escape
 
 from diagnosis.report import sureness, words
 from diagnosis.report.sizes import quantity, sizes, told
-from diagnosis.result import Diagnosis, Finding, Fit
+from diagnosis.result import Diagnosis, Finding
+from models.effects import VOCABULARY
 
+ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)
 MOST_NAMED = 4
 """Things of one kind that a sentence names; the rest are counted."""
 
@@ -143,7 +145,7 @@ def where_line(finding: Finding, span: tuple[float, float] = (math.nan, math.nan
         parts.append(f"in {words.listed(axes)}")
     if times := _stretches(where.times_s, *span):
         parts.append(times)
-    if where.regime:
+    if where.regime and finding.effect != "unknown":
         parts.append(words.spelled(where.regime))
     return words.sentence(f"it shows {', '.join(parts)}") if parts else ""
 
@@ -202,14 +204,17 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
     if all(math.isfinite(value) for value in held):
         where = "another run" if fit.holdout == "run" else "parts of the recording held out"
         was, became = (quantity(value, fit.unit, digits=3) for value in held)
-        lines.append(f"On {where}: before {was}, after {became}{_held_out_gain(fit)}.")
+        lines.append(f"On {where}: before {was}, after {became}{_held_out_gain(diagnosis)}.")
     else:
         lines.append("Nothing could be held out, so that the gain is not proved on other data.")
     return lines
 
 
-def _held_out_gain(fit: Fit) -> str:
+def _held_out_gain(diagnosis: Diagnosis) -> str:
     """How much of what is above the noise floor the findings take away on held-out data."""
+    fit = diagnosis.fit
+    if fit.holdout == "run" and all(one.effect in ONE_OFF for one in diagnosis.findings):
+        return " (what happens once does not come back in another run)"
     above = [
         max(value**2 - fit.noise_floor_m**2, 0.0)
         for value in (fit.holdout_rms_before_m, fit.holdout_rms_after_m)

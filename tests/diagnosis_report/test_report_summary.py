@@ -76,6 +76,23 @@ def test_before_and_after_stand_against_the_noise_and_on_held_out_data(make: Any
     )
 
 
+def test_one_off_events_are_not_expected_in_another_run(make: Any, parts: Any) -> None:
+    fit = Fit(
+        rms_before_m=0.003, rms_after_m=0.0016, noise_floor_m=0.0016,
+        holdout_rms_before_m=0.0017, holdout_rms_after_m=0.0017, holdout="run",
+    )  # fmt: skip
+    once = "\n".join(plain_lines(make("explained", findings=[parts["lost_steps"]()], fit=fit)))
+    assert "what happens once does not come back in another run" in once
+    lasting = "\n".join(plain_lines(make("explained", fit=fit)))
+    assert "after 1.70 mm (no gain there)" in lasting
+
+
+def test_moments_are_given_to_the_hundredth(parts: Any) -> None:
+    moment = ParameterResult(value=73.81, ci95=[73.81, 73.8300], unit="s")
+    (size,) = sizes("lost_steps", "time", moment)
+    assert size.text == "73.81 s (95 % sure between 73.81 and 73.83)"
+
+
 def test_what_it_could_not_see_is_grouped_and_what_it_could_is_in_peoples_units(make: Any) -> None:
     text = "\n".join(plain_lines(make("explained")))
     assert "could not show a periodic error of the angle encoder of motors 1, 2 and 3" in text
