@@ -7,20 +7,22 @@ of a run; prints the worst figures of each kind of fault, and whatever was not a
 from __future__ import annotations
 
 import argparse
+import itertools
 import sys
 import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from firmware_py.faults.campaign import KINDS, campaign, table
-from firmware_py.faults.judge import Verdict
+from firmware_py.faults.campaign import KINDS, campaign, daemon_campaign, table
+from firmware_py.faults.verdict import Verdict
 
 
 def main() -> int:
     """Exit status 1 when a fault was not handled as specified."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-n", "--faults", type=int, default=500)
+    parser.add_argument("-d", "--daemons", type=int, default=40, help="faults of the daemon")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kind", action="append", help="only kinds whose name holds this")
     options = parser.parse_args()
@@ -28,11 +30,13 @@ def main() -> int:
     kinds = [kind for kind in KINDS if any(part in kind.name for part in wanted)]
     verdicts: list[Verdict] = []
     start_s = time.monotonic()
-    for verdict in campaign(options.faults, options.seed, kinds):
+    both = campaign(options.faults, options.seed, kinds) if kinds else iter(())
+    for verdict in itertools.chain(both, daemon_campaign(options.daemons, options.seed)):
         verdicts.append(verdict)
         for problem in verdict.problems:
             print(f"{len(verdicts):4d} {verdict.kind}: {problem}", flush=True)
-    print(f"{len(verdicts)} faults of {len(kinds)} kinds in {time.monotonic() - start_s:.0f} s")
+    kinds_tried, took_s = len({one.kind for one in verdicts}), time.monotonic() - start_s
+    print(f"{len(verdicts)} faults of {kinds_tried} kinds in {took_s:.0f} s")
     print("\n".join(table(verdicts)))
     return int(any(verdict.problems for verdict in verdicts))
 

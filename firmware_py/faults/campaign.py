@@ -9,12 +9,14 @@ from random import Random
 
 import numpy as np
 
-from firmware_py.faults.judge import Verdict, try_fault
+from firmware_py.faults.daemon_stand import DAEMON_KINDS, DaemonStand
+from firmware_py.faults.judge import try_fault
 from firmware_py.faults.kind import Kind
 from firmware_py.faults.motion_kinds import MOTION_KINDS
 from firmware_py.faults.sensor_kinds import SENSOR_KINDS
 from firmware_py.faults.stand import Stand
 from firmware_py.faults.system_kinds import SYSTEM_KINDS
+from firmware_py.faults.verdict import Verdict
 from foundation.errors import DeltactlError
 
 KINDS: tuple[Kind, ...] = (*MOTION_KINDS, *SENSOR_KINDS, *SYSTEM_KINDS)
@@ -32,6 +34,23 @@ def campaign(count: int, seed: int, kinds: Sequence[Kind] = KINDS) -> Iterator[V
                 yield _try(stand, kind, chance)
                 if number % RUN_OF == RUN_OF - 1:
                     stand.end_run()
+        finally:
+            stand.close()
+
+
+def daemon_campaign(count: int, seed: int) -> Iterator[Verdict]:
+    """`count` faults of the daemon's own process. Yields a verdict for each."""
+    chance = Random(seed)
+    with tempfile.TemporaryDirectory(prefix="deltactl-faults-") as folder:
+        stand = DaemonStand(Path(folder))
+        try:
+            for number in range(count):
+                name, fault = list(DAEMON_KINDS.items())[number % len(DAEMON_KINDS)]
+                try:
+                    yield fault(stand, chance)
+                except (DeltactlError, AssertionError, OSError) as error:
+                    yield Verdict(name, problems=[f"{type(error).__name__}: {error}"])
+                    stand.restart()
         finally:
             stand.close()
 

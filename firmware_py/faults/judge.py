@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import time
-from dataclasses import dataclass, field
 from random import Random
 
 import numpy as np
@@ -12,41 +11,15 @@ import numpy as np
 from firmware_py.faults.edges import after, edge_times_ns
 from firmware_py.faults.kind import Kind
 from firmware_py.faults.stand import T_PWM_NS, Stand, StandRun, wait_for
+from firmware_py.faults.verdict import Verdict, judge_gaps
 from foundation.errors import DeltactlError
 from models.robot import AXES
 from recording.reader import read_run
 from recording.run import Run
 
-MINIMUM_GAP = 0.9
-"""steps.minimum_gap_fraction of the robot file."""
-CLOCK_NS = 30_000
-"""The drives note an edge where it arrives, the player where it was written: a process that is
-taken off its core between the two makes them differ by more than this only rarely."""
 LOST_S = 1.0
 LONGEST_PAUSE_S = 0.25
 READING_AGE_S = 0.2
-
-
-@dataclass
-class Verdict:
-    """Figures of one fault, and in words what was not as specified."""
-
-    kind: str
-    last_edge_s: float = 0.0
-    """From the fault to the last edge; going on: to all being well again."""
-    seen_s: float = 0.0
-    pause_s: float = 0.0
-    """Longest pause of the pulses of a robot that went on."""
-    gap_part: float = np.inf
-    """Shortest gap between two edges, as part of the step period."""
-    miscounted: int = 0
-    unrecorded_s: float = 0.0
-    problems: list[str] = field(default_factory=list)
-
-    def demand(self, holds: bool, problem: str) -> None:
-        """Note a problem unless it holds."""
-        if not holds:
-            self.problems.append(problem)
 
 
 def try_fault(stand: Stand, kind: Kind, chance: Random) -> Verdict:
@@ -90,10 +63,7 @@ def _judge_end(stand: Stand, kind: Kind, run: StandRun, verdict: Verdict, fault_
 
 def _judge_edges(stand: Stand, run: StandRun, verdict: Verdict) -> None:
     on_path_ns = after(edge_times_ns(stand.bench.memory), run.path_ns)
-    if len(on_path_ns) > 1:
-        verdict.gap_part = float(np.diff(on_path_ns).min()) / T_PWM_NS
-        least = MINIMUM_GAP - CLOCK_NS / T_PWM_NS
-        verdict.demand(verdict.gap_part >= least, f"gap of {verdict.gap_part:.3f} of a period")
+    judge_gaps(verdict, on_path_ns, T_PWM_NS)
     for _ in range(3):  # a moving robot steps between two looks
         counts = np.array(stand.controller.machine.output.status().counts)
         off = np.abs(counts - np.array(run.base) - np.array(stand.bench.counts()))

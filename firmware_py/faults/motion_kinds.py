@@ -9,10 +9,9 @@ from random import Random
 
 from firmware_py.faults.kind import Kind, Undo, nothing
 from firmware_py.faults.stand import Stand
+from firmware_py.faults.verdict import HEARTBEAT_S
 
 STALL_S = 2.0
-HEARTBEAT_S = 0.25
-"""steps.heartbeat_s of the robot file."""
 EDGE_S = 0.005
 
 
