@@ -117,7 +117,11 @@ class AxisSearch(Search):
                 continue
             rest = (*solution.terms[:number], *solution.terms[number + 1 :])
             bare = self.fitter.solve(rest, solution.frees, solution.nuisances)
-            others = [s for s in self._tried(bare) if not s.terms[-1].candidate.kind.event]
+            starts = [t.start for t in self.trials(bare) if not t.start.candidate.kind.event]
+            others = [
+                self.fitter.solve((*rest, start), solution.frees, solution.nuisances)
+                for start in starts[:TRIED]
+            ]
             best = min(others, key=lambda s: s.cost, default=None)
             if best is not None and best.cost < solution.cost + ALIKE * self.excess(solution):
                 return best

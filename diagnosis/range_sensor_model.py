@@ -17,6 +17,10 @@ from models.robot import RangeSensor
 from recording.flat import FlatRecording
 
 
+FEWEST = 20
+"""A calibration table is short, and each of its rows may be the mean of many readings."""
+
+
 class RangeSensorModel:
     """Predictions of one sensor's reading from the true distance."""
 
@@ -27,7 +31,7 @@ class RangeSensorModel:
         for recording in recordings:
             needed(recording, ("distance",), "distance")
             needed(recording, ("range",), "range")
-        self.readings: Readings = gather(recordings, ["range"], {"range": "m"})
+        self.readings: Readings = gather(recordings, ["range"], {"range": "m"}, FEWEST)
         self.distance_m = np.concatenate([filled(r, "distance") for r in recordings])
         source = recordings[0].source
         refuse_still(self.readings.values[:, 0], "range", source)

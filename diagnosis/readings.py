@@ -70,16 +70,19 @@ def starts_of(recording: FlatRecording) -> BoolArray:
 
 
 def gather(
-    recordings: Sequence[FlatRecording], names: Sequence[str], unit: dict[str, str]
+    recordings: Sequence[FlatRecording],
+    names: Sequence[str],
+    unit: dict[str, str],
+    fewest: int = FEWEST_SAMPLES,
 ) -> Readings:
     """Lay recordings end to end. Raises RecordingError when nothing can be told from them."""
     times, fresh, parts, values, valid, shifts = [], [], [], [], [], []
     begin = 0.0
     for number, recording in enumerate(recordings):
-        if len(recording) < FEWEST_SAMPLES:
+        if len(recording) < fewest:
             raise RecordingError(
                 f"{recording.source}: has {len(recording)} sample(s); at least "
-                f"{FEWEST_SAMPLES} are needed to tell anything"
+                f"{fewest} are needed to tell anything"
             )
         shift = begin - recording.t_s[0] if number else 0.0
         times.append(recording.t_s + shift)

@@ -24,7 +24,7 @@ _GZIP_LEVEL = 6
 
 def read_csv(path: Path) -> FlatRecording:
     """Read `.csv` or `.csv.gz`. Raises RecordingError, naming file and line."""
-    text = _read_text(path)
+    text = read_text(path)
     head, _, body = text.partition("\n")
     names = _heading(path, head)
     if not body.strip():
@@ -52,7 +52,8 @@ def _is_packed(path: Path) -> bool:
     return path.suffix == ".gz"
 
 
-def _read_text(path: Path) -> str:
+def read_text(path: Path) -> str:
+    """Text of a file, unpacked if need be. Raises RecordingError when it is none."""
     try:
         data = path.read_bytes()
         if _is_packed(path):
