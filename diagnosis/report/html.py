@@ -19,15 +19,14 @@ from diagnosis.report import sureness, words
 from diagnosis.report.bars import Pair, pair_bars
 from diagnosis.report.cards import all_numbers, finding_cards
 from diagnosis.report.drawing import machine_drawing
+from diagnosis.report.fit_words import fit_lines, fit_title
+from diagnosis.report.limit_words import smallest_text
 from diagnosis.report.pictures import mismatch_sections
 from diagnosis.report.sizes import scale_of
 from diagnosis.report.summary import (
     experiment_line,
-    fit_lines,
-    fit_title,
     headline,
     remarks,
-    smallest_text,
     span_s,
     unexplained_line,
 )

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 from rich.markup import escape
 
 from diagnosis.report import sureness, words
-from diagnosis.report.sizes import quantity, sizes, told
+from diagnosis.report.fit_words import fit_lines, fit_title
+from diagnosis.report.limit_words import faintest_line, untested_line
+from diagnosis.report.sizes import sizes, told
 from diagnosis.result import Diagnosis, Finding
-from models.effects import VOCABULARY
 
-ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)
 MOST_NAMED = 4
 """Things of one kind that a sentence names; the rest are counted."""
 
@@ -185,48 +185,6 @@ def _memory(finding: Finding) -> str:
     return "; what came before counts too" if finding.has_memory else "; only the present counts"
 
 
-def fit_title(diagnosis: Diagnosis) -> str:
-    """Heading of the figures of the fit."""
-    return "Does it help?" if diagnosis.findings else "How well the robot file fits"
-
-
-def fit_lines(diagnosis: Diagnosis) -> list[str]:
-    """Before and after against the noise floor, on this recording and on held-out data."""
-    fit = diagnosis.fit
-    before, after, floor = (
-        quantity(value, fit.unit, digits=3)
-        for value in (fit.rms_before_m, fit.rms_after_m, fit.noise_floor_m)
-    )
-    if not diagnosis.findings:
-        return [f"Mismatch {before}; the noise alone is {floor}."]
-    lines = [f"Mismatch before {before}, after {after}; the noise alone is {floor}."]
-    held = (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
-    if all(math.isfinite(value) for value in held):
-        where = "another run" if fit.holdout == "run" else "parts of the recording held out"
-        was, became = (quantity(value, fit.unit, digits=3) for value in held)
-        lines.append(f"On {where}: before {was}, after {became}{_held_out_gain(diagnosis)}.")
-    else:
-        lines.append("Nothing could be held out, so that the gain is not proved on other data.")
-    return lines
-
-
-def _held_out_gain(diagnosis: Diagnosis) -> str:
-    """How much of what is above the noise floor the findings take away on held-out data."""
-    fit = diagnosis.fit
-    if fit.holdout == "run" and all(one.effect in ONE_OFF for one in diagnosis.findings):
-        return " (what happens once does not come back in another run)"
-    above = [
-        max(value**2 - fit.noise_floor_m**2, 0.0)
-        for value in (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
-    ]
-    if not math.isfinite(sum(above)) or above[0] <= 0.02 * fit.noise_floor_m**2:
-        return ""
-    gain = 100.0 * (1.0 - above[1] / above[0])
-    if gain <= 0.0:
-        return " (no gain there)"
-    return f" ({gain:.0f} % of what is above the noise is gone)"
-
-
 def unexplained_line(diagnosis: Diagnosis) -> str:
     """What no finding explains; its share only where it is more than noise."""
     rest = diagnosis.unexplained
@@ -242,42 +200,6 @@ def unexplained_line(diagnosis: Diagnosis) -> str:
     follows = words.listed([words.followed(name) for name in rest.depends_on])
     more = words.sentence(f"it follows {follows}") if follows and not says else ""
     return " ".join(text for text in (head, says, more) if text)
-
-
-def untested_line(diagnosis: Diagnosis) -> str:
-    """What could not have been seen."""
-    grouped: dict[str, list[str]] = {}
-    for one in diagnosis.not_testable:
-        grouped.setdefault(one.effect, []).append(one.component)
-    names = [words.effect(effect, *components) for effect, components in grouped.items()]
-    return words.sentence(f"this recording could not show {_some(names)}") if names else ""
-
-
-def faintest_line(diagnosis: Diagnosis) -> str:
-    """A few of the smallest effects that would have been seen: those of the findings first."""
-    wanted = [finding.effect for finding in diagnosis.findings]
-    order = sorted(diagnosis.smallest_detectable, key=lambda one: one.effect not in wanted)
-    found: dict[str, str] = {}
-    for one in order:
-        size = smallest_text(one.value, one.unit, one.parameter)
-        found.setdefault(one.effect, f"{words.effect(one.effect, one.component)} ({size})")
-    shown = list(found.values())[:MOST_NAMED]
-    return f"The smallest that would have been seen: {words.listed(shown)}." if shown else ""
-
-
-def smallest_text(value: float, unit: str, parameter: str) -> str:
-    """A smallest size; of a scale the departure from 1, however it is given."""
-    if parameter == "scale" and abs(value) < 0.5:
-        value += 1.0
-    size = quantity(value, unit, parameter).lstrip("+\u2212")
-    return f"softer than {size}" if parameter == "stiffness" else size
-
-
-def _some(names: Sequence[str]) -> str:
-    shown = list(names[:MOST_NAMED])
-    if len(names) > len(shown):
-        shown.append(f"{len(names) - len(shown)} more kinds of effect (see the report)")
-    return words.listed(shown, "or")
 
 
 def experiment_line(diagnosis: Diagnosis) -> str:
