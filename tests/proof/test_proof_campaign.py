@@ -1,0 +1,127 @@
+"""A whole proof: it goes on where it ended, and runs the same function on a scheduler's workers."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
+
+from typer.testing import CliRunner
+
+from firmware_py.cli.main import app
+from foundation.errors import ConfigError, RecordingError
+from proof.prove import campaign, one_case, workers
+
+
+def small_result(seed: int, number: int) -> dict[str, object]:
+    return {
+        "seed": seed, "failure": "not diagnosed", "diagnosis": None, "bound": None,
+        "simulated_s": 1.0, "diagnosed_s": 2.0,
+        "truth": {
+            "case": f"case_{number:04d}", "group": "nothing", "motion": "survey", "answers": [],
+        },
+    }  # fmt: skip
+
+
+@pytest.fixture
+def ran(monkeypatch):
+    numbers = []
+
+    def run(seed, number):
+        numbers.append(number)
+        return small_result(seed, number)
+
+    monkeypatch.setattr(workers, "run_case", run)
+    return numbers
+
+
+def test_a_proof_goes_on_where_it_ended(tmp_path, ran):
+    campaign.prove(2, 3, tmp_path, count=0)
+    seen = []
+    outcome = campaign.prove(
+        4, 3, tmp_path, count=0, progress=lambda done, total, text: seen.append((done, total))
+    )
+    assert ran == [0, 1, 2, 3]
+    assert seen == [(2, 4), (3, 4), (4, 4)]
+    assert len(outcome.scores) == 4
+    assert "| diagnosis failed with an error |" in outcome.table_file.read_text()
+    assert outcome.matrix_file.read_text().startswith("<svg")
+
+
+def test_an_unfinished_case_is_run_again(tmp_path, ran):
+    (tmp_path / "case_0000").mkdir()
+    (tmp_path / "case_0000" / "result.part").write_text("{")
+    campaign.prove(1, 3, tmp_path, count=0)
+    assert ran == [0]
+    assert json.loads((tmp_path / "case_0000" / "result.json").read_text())["seed"] == 3
+
+
+def test_another_seed_needs_another_folder(tmp_path, ran):
+    campaign.prove(1, 3, tmp_path, count=0)
+    with pytest.raises(ConfigError, match="seed 3"):
+        campaign.prove(1, 4, tmp_path, count=0)
+
+
+def test_the_command_prints_the_table(tmp_path, ran):
+    arguments = ["prove", "--cases", "1", "--seed", "3", "--workers", "0", "--out", str(tmp_path)]
+    printed = CliRunner().invoke(app, arguments, env={"COLUMNS": "200"})
+    assert printed.exit_code == 0, printed.output
+    assert "false alarms, nothing missing" in printed.output
+    assert "matrix.svg" in printed.output
+
+
+def test_a_diagnosis_that_fails_is_a_result(tmp_path, monkeypatch):
+    def broken(*_, **__):
+        raise RecordingError("too short")
+
+    monkeypatch.setattr("diagnosis.command.diagnose", broken)
+    assert one_case.diagnose_blind(tmp_path) == (None, "too short")
+
+    def crashing(*_, **__):
+        raise ZeroDivisionError("oops")
+
+    monkeypatch.setattr("diagnosis.command.diagnose", crashing)
+    assert one_case.diagnose_blind(tmp_path) == (None, "ZeroDivisionError: oops")
+
+
+def test_the_diagnosis_is_shown_three_files_and_nothing_else(tmp_path, monkeypatch):
+    shown = {}
+
+    def note(recordings, robot, holdout):
+        shown.update(recordings=recordings, robot=robot, holdout=holdout)
+        raise RecordingError("seen enough")
+
+    monkeypatch.setattr("diagnosis.command.diagnose", note)
+    one_case.diagnose_blind(tmp_path)
+    assert shown == {
+        "recordings": [tmp_path / "recording.csv.gz"],
+        "robot": tmp_path / "robot.yaml",
+        "holdout": [tmp_path / "holdout.csv.gz"],
+    }
+
+
+def test_cases_run_on_a_schedulers_workers(tmp_path, monkeypatch):
+    distributed = pytest.importorskip("distributed", reason="needs the extra 'proof' (Dask)")
+    monkeypatch.setattr(workers, "run_case", small_result)
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+    ) as cluster:
+        outcome = campaign.prove(3, 5, tmp_path, scheduler=cluster.scheduler_address)
+    assert [marks.case for marks in outcome.scores] == ["case_0000", "case_0001", "case_0002"]
+
+
+def test_without_dask_it_says_so_and_runs_here(tmp_path, ran, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
+    said = []
+    campaign.prove(1, 3, tmp_path, count=2, say=said.append)
+    assert ran == [0]
+    assert "Dask is not installed" in said[0]
+    with pytest.raises(ConfigError, match=r"--scheduler tcp://nobody:1: Dask is not installed"):
+        campaign.prove(2, 3, tmp_path, scheduler="tcp://nobody:1")
+
+
+def test_no_cases_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match="at least one"):
+        campaign.prove(0, 1, tmp_path)

@@ -1,0 +1,95 @@
+"""Noise, outliers, dropouts and rounding of the second robot's sensors, and its step counts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
+
+from proof.motion.curves import SHAPES, curve
+from proof.motion.stepping import StepTrain, together
+from proof.motion.survey import HIGHEST, LOWEST, survey
+from proof.recorded import sample_times
+from proof.robot.run import Truth
+from proof.sensors.noise import Noise, wander
+from proof.sensors.ranging import Sensors, ideal_ranges, read
+
+COUNT = st.integers(0, 400)
+TARGETS = st.lists(st.tuples(COUNT, COUNT, COUNT), min_size=1, max_size=5)
+
+
+def still(seconds: float) -> Truth:
+    t_s = np.arange(0.0, seconds, 0.005)
+    return Truth(t_s, np.tile([0.01, 0.02, -0.45], (len(t_s), 1)), np.zeros((len(t_s), 3)), 0.0)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.6])
+def test_noise_has_its_size_and_correlation(rho):
+    noise = wander(Noise(0.002, rho), 40_000, np.random.default_rng(0))
+    assert noise.std(axis=0) == pytest.approx([0.002] * 3, rel=0.03)
+    neighbours = np.corrcoef(noise[1:, 0], noise[:-1, 0])[0, 1]
+    assert neighbours == pytest.approx(rho, abs=0.02)
+
+
+def test_readings_are_whole_millimetres_with_outliers_and_dropouts():
+    t_s = np.arange(0.04, 199.9, 0.02)
+    noise = Noise(0.0, 0.0, outliers=0.02, dropouts=0.03)
+    ranges, status = read(Sensors(), noise, still(200.0), t_s, np.random.default_rng(1))
+    assert np.allclose(ranges * 1000, np.round(ranges * 1000), atol=1e-9)
+    assert (status != 0).mean() == pytest.approx(0.03, abs=0.005)
+    assert set(np.unique(status)) == {0, 1, 2, 7}
+    wrong = np.abs(ranges - [0.61, 0.62, 0.45]) > 0.015
+    assert wrong[status == 0].mean() == pytest.approx(0.02, abs=0.004)
+
+
+def test_averaging_over_the_exposure_makes_nothing_late():
+    truth = still(10.0)
+    moving = truth.position_m + np.outer(truth.t_s, [0.01, 0.0, 0.0])
+    t_s = np.arange(0.1, 9.8, 0.02)
+    ranges = ideal_ranges(Sensors(), Truth(truth.t_s, moving, truth.arm_rad, 0.0), t_s)
+    assert ranges[:, 0] == pytest.approx(0.61 + 0.01 * t_s, abs=1e-12)
+
+
+def test_a_slow_sensor_is_late_by_its_time_constant():
+    truth = still(10.0)
+    moving = truth.position_m + np.outer(truth.t_s, [0.0, 0.01, 0.0])
+    t_s = np.array([8.0])
+    slow = Sensors(own_lag_s=np.array([0.0, 0.2, 0.0]))
+    ranges = ideal_ranges(slow, Truth(truth.t_s, moving, truth.arm_rad, 0.0), t_s)
+    assert ranges[0, 1] == pytest.approx(0.62 + 0.01 * (8.0 - 0.2), abs=5e-5)
+
+
+@settings(max_examples=50, deadline=None)
+@given(TARGETS, TARGETS)
+def test_motors_step_together_by_single_steps_and_arrive(targets, more):
+    goals = np.array([*targets, *more])
+    train = together(np.array([200, 200, 200]), goals, np.zeros(len(goals)), 0.002)
+    assert np.abs(np.diff(train.counts, axis=0)).max(initial=0) <= 1
+    assert tuple(train.counts[-1]) == tuple(goals[-1])
+    longest = np.abs(np.diff(np.vstack([[200, 200, 200], goals]), axis=0)).max(axis=1).sum()
+    assert len(train.counts) == 1 + longest
+
+
+def test_the_smooth_count_is_neither_ahead_nor_late():
+    train = StepTrain(0.002, np.repeat(np.arange(500)[:, None], 3, axis=1))
+    t_s = sample_times(train)
+    assert (train.at(t_s) - train.smooth(t_s)).mean() == pytest.approx(0.0, abs=1e-9)
+
+
+def test_surveys_keep_to_angles_that_can_be_assembled():
+    train = survey(np.random.default_rng(3), 60.0, 0.002)
+    assert train.seconds == pytest.approx(60.0)
+    assert train.counts.min() >= LOWEST
+    assert train.counts.max() <= HIGHEST
+
+
+@pytest.mark.parametrize("shape", sorted(SHAPES))
+def test_curves_close_and_both_ways_differ(shape):
+    way = curve(shape, 0.08, -0.45, 90.0, 0.002)
+    back = curve(shape, 0.08, -0.45, 90.0, 0.002, clockwise=True)
+    assert np.abs(np.diff(way.counts, axis=0)).max() <= 1
+    assert way.seconds == pytest.approx(90.0)
+    assert not np.array_equal(way.counts, back.counts) or shape == "spiral"
