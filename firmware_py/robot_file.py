@@ -10,8 +10,9 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from drivers.settings import InputSettings, Pin, RangingSettings, StepSettings
-from foundation.errors import MissingFile
+from foundation.errors import ConfigError, MissingFile
 from foundation.strict_yaml import Document, StrictModel
+from models.chain.active import of_entries
 from models.robot import KINDS, DeltaRobot, Drive, EffectEntry
 
 Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
@@ -147,7 +148,20 @@ def load_robot(path: Path) -> RobotFile:
     robot = document.check(RobotFile)
     for location, message in robot.clashes():
         raise document.fail(location, message)
+    _check_effects(document, ("effects",), robot.effects)
+    _check_effects(document, ("as_built", "effects"), robot.as_built.effects)
     return robot
+
+
+def _check_effects(
+    document: Document, place: tuple[str, ...], entries: tuple[EffectEntry, ...]
+) -> None:
+    """Refuse effects, components and parameters that the vocabulary does not have."""
+    for index, entry in enumerate(entries):
+        try:
+            of_entries([entry])
+        except ConfigError as error:
+            raise document.fail((*place, index), str(error)) from error
 
 
 CONFIG_FOLDER = Path(__file__).resolve().parent.parent / "config"

@@ -40,7 +40,7 @@ def follow(
                     _draw(progress, bar, controller.status())
             except KeyboardInterrupt:
                 warn("cancelling: the robot decelerates on the path")
-                controller.cancel()
+                controller.cancel(job_id)
     return result
 
 

@@ -19,7 +19,7 @@ from firmware_py.job_file import load_job
 from firmware_py.machine import is_raspberry_pi
 from firmware_py.robot_file import find
 from foundation.clock import sleep_s
-from foundation.errors import ConfigError, MotionError, ServiceError
+from foundation.errors import ConfigError, MotionError, RecordingError, ServiceError
 
 POLL_S = 0.1
 VIRTUAL_POLL_S = 0.5
@@ -53,6 +53,8 @@ def run_job(
     if result.outcome != "done":
         why = f": {result.why}" if result.why else ""
         raise MotionError(f"job '{result.name}' ended as {result.outcome}{why}")
+    if result.recording_error:
+        raise RecordingError(f"the job ran, but not all was recorded: {result.recording_error}")
 
 
 def _say_where(simulate: bool, quiet: bool) -> None:
@@ -115,5 +117,5 @@ def _show(result: JobResult, report: Path | None, json_out: bool) -> None:
         say(f"recording: {recording}")
     if report:
         say(f"report:    {report}")
-    if result.recording_error:
-        warn(f"not all was recorded: {result.recording_error}")
+    if result.warning:
+        warn(result.warning)

@@ -38,6 +38,8 @@ class ActiveJob:
         self.name = queued.name
         self.recording = str(queued.recording)
         self.recording_error = ""
+        self.warning = ""
+        """What the user should know though the job ran to its end."""
         self.cancelled = False
         self.phase = Phase.APPROACH
         self._queued = queued
@@ -45,6 +47,7 @@ class ActiveJob:
         self._machine = machine
         self._journal = journal
         self._settled_ns = 0
+        self._lost_before = machine.bench.memory.lost() if machine.bench else (0, 0, 0)
 
     def begin(self, now_ns: int) -> None:
         """Open the recording and start moving. Raises RecordingError, UnreachablePoint."""
@@ -116,9 +119,25 @@ class ActiveJob:
         return max(0.0, left_ns / NS_PER_S)
 
     def _end(self) -> None:
+        self._note_lost_steps()
         self.recording_error = self._journal.failed
         self._journal.close()
         self.phase = Phase.ENDED
+
+    def _note_lost_steps(self) -> None:
+        """Simulated drives know how many edges moved nothing; real ones are watched by sensors."""
+        bench = self._machine.bench
+        if bench is None:
+            return
+        for motor, (before, after) in enumerate(
+            zip(self._lost_before, bench.memory.lost(), strict=True), start=1
+        ):
+            if after > before:
+                self.warning = (
+                    f"simulated drive {motor} lost {after - before} steps: too fast or too sudden"
+                    " for its motor; use a longer T_PWM or timing mode 'accelerated'"
+                )
+                self._journal.event(self._machine.clock.now_ns(), "steps_lost", self.warning)
 
     def _configuration(self) -> RunConfiguration:
         chosen = self._queued.plan.job.inverse_kinematics

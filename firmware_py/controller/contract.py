@@ -62,6 +62,8 @@ class JobResult:
     recording: str | None
     recording_error: str = ""
     """Why the recording is not whole; empty when it is."""
+    warning: str = ""
+    """What the user should know though the job ran to its end."""
 
 
 class RobotController(Protocol):
@@ -88,8 +90,8 @@ class RobotController(Protocol):
     def resume(self) -> None:
         """Go on from where it was paused."""
 
-    def cancel(self) -> None:
-        """Decelerate on the path, drop the job and the queue."""
+    def cancel(self, job_id: int | None = None) -> None:
+        """Decelerate on the path and drop that job; without a number, all that run or wait."""
 
     def stop(self, reason: str) -> None:
         """Emergency stop: latched, position no longer trusted."""

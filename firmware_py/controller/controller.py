@@ -31,7 +31,7 @@ from firmware_py.planner.approach import approach
 from firmware_py.planner.step_gate import StepGate
 from firmware_py.robot_file import RobotFile
 from foundation.clock import NS_PER_S, Task, TaskHandle, ns, sleep_s
-from foundation.errors import DeltactlError
+from foundation.errors import DeltactlError, NotReady
 
 CONTROL_PERIOD_NS = 10_000_000
 MOVING = frozenset({State.RUNNING, State.PAUSED})
@@ -63,6 +63,7 @@ class Controller:
         self._numbers = itertools.count(1)
         self._lock = threading.RLock()
         self._loops = 0
+        self._stop_asked = False
         self._beat_ns = self.clock.now_ns()
         self._progress = Progress()
         self._homer = Homer(robot, machine, self.ranging)
@@ -131,19 +132,25 @@ class Controller:
             self.job.resume(self.clock.now_ns())
             self._enter(State.RUNNING)
 
-    def cancel(self) -> None:
-        """Decelerate on the path; drop the job and the queue."""
+    def cancel(self, job_id: int | None = None) -> None:
+        """Decelerate on the path; drop one job, or the one that runs and the queue."""
         with self._lock:
-            require(Request.CANCEL, self.state, self.why)
-            assert self.job is not None
-            self.job.cancel(self.clock.now_ns())
-            for waiting in self.queue:
-                self._finish(waiting.number, waiting.name, "cancelled", "the queue was cancelled")
-            self.queue.clear()
-            self._enter(State.RUNNING)
+            dropped = [one for one in self.queue if job_id in (None, one.number)]
+            running = self.job is not None and job_id in (None, self.job.number)
+            if running or not dropped:
+                require(Request.CANCEL, self.state, self.why)
+            if not running and not dropped:
+                raise NotReady(f"job {job_id} is neither running nor queued; see 'deltactl status'")
+            for waiting in dropped:
+                self.queue.remove(waiting)
+                self._finish(waiting.number, waiting.name, "cancelled", "cancelled while queued")
+            if running and self.job is not None:
+                self.job.cancel(self.clock.now_ns())
+                self._enter(State.RUNNING)
 
     def stop(self, reason: str) -> None:
         """Emergency stop; takes no lock before the pulses have ended."""
+        self._stop_asked = True
         self.machine.output.stop(reason)
         with self._lock:
             if self.state is not State.OFF:
@@ -154,6 +161,7 @@ class Controller:
         with self._lock:
             require(Request.ACKNOWLEDGE, self.state, self.why)
         self.machine.output.acknowledge()
+        self._stop_asked = False
         if self._ranging_task is None or self._ranging_task.done:
             self.machine.sensors.start()
         self.machine.output.enable()
@@ -252,7 +260,7 @@ class Controller:
         if job.phase is Phase.ENDED:
             self.job = None
             outcome = "cancelled" if job.cancelled else "done"
-            self._finish(job.number, job.name, outcome, "", job.recording, job.recording_error)
+            self._finish_job(job, outcome, "")
             self._enter(State.READY)
 
     def _on_reading(self, reading: Reading) -> None:
@@ -268,7 +276,7 @@ class Controller:
     def _on_output_stopped(self, seen: OutputStatus) -> None:
         if self.state in (State.STOPPED, State.FAULT):
             return
-        emergency = any(word in seen.reason for word in EMERGENCY)
+        emergency = self._stop_asked or any(word in seen.reason for word in EMERGENCY)
         self._halt(State.STOPPED if emergency else State.FAULT, seen.reason)
 
     def _on_loop_error(self, error: BaseException) -> None:
@@ -284,7 +292,7 @@ class Controller:
         if self.job is not None:
             job, self.job = self.job, None
             job.abort()
-            self._finish(job.number, job.name, outcome, why, job.recording, job.recording_error)
+            self._finish_job(job, outcome, why)
         for waiting in self.queue:
             self._finish(waiting.number, waiting.name, outcome, why)
         self.queue.clear()
@@ -292,16 +300,15 @@ class Controller:
 
     # Small things
 
-    def _finish(
-        self,
-        number: int,
-        name: str,
-        outcome: str,
-        why: str,
-        recording: str | None = None,
-        recording_error: str = "",
-    ) -> None:
-        self._results[number] = JobResult(number, name, outcome, why, recording, recording_error)
+    def _finish(self, number: int, name: str, outcome: str, why: str) -> None:
+        """Note how a job ended that never ran."""
+        self._results[number] = JobResult(number, name, outcome, why, None)
+
+    def _finish_job(self, job: ActiveJob, outcome: str, why: str) -> None:
+        """Note how a job ended that ran."""
+        self._results[job.number] = JobResult(
+            job.number, job.name, outcome, why, job.recording, job.recording_error, job.warning
+        )
 
     def _enter(self, state: State, why: str = "") -> None:
         with self._lock:

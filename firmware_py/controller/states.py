@@ -56,10 +56,12 @@ WAY_OUT: dict[State, str] = {
 }
 
 
+IN_WORDS: dict[Request, str] = {Request.ON: "switch on", Request.OFF: "switch off"}
+
+
 def require(request: Request, state: State, why: str = "") -> None:
     """Raise NotReady, saying what to do, when `request` is not allowed in `state`."""
     if state not in ALLOWED[request]:
         cause = f" ({why})" if why else ""
-        raise NotReady(
-            f"cannot {request.value}: the robot is {state.value}{cause}; {WAY_OUT[state]}"
-        )
+        wish = IN_WORDS.get(request, request.value)
+        raise NotReady(f"cannot {wish}: the robot is {state.value}{cause}; {WAY_OUT[state]}")

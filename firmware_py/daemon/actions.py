@@ -44,7 +44,7 @@ class Actions:
             "run": self._run,
             "pause": self._plain(controller.pause),
             "resume": self._plain(controller.resume),
-            "cancel": self._plain(controller.cancel),
+            "cancel": self._cancel,
             "acknowledge": self._plain(controller.acknowledge),
             "status": lambda request: {"status": self.status().as_json()},
             "sensors": self._sensors,
@@ -117,6 +117,10 @@ class Actions:
         number = self._controller.submit(job, record)
         self._submitted.add(number)
         return number
+
+    def _cancel(self, request: Request) -> Message:
+        self._controller.cancel(request.arguments.get("job_id"))
+        return {}
 
     def _result(self, request: Request) -> Message:
         number = request.arguments.get("job_id")

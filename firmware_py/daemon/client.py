@@ -84,9 +84,9 @@ class Client:
         """See RobotController."""
         self._ask("resume")
 
-    def cancel(self) -> None:
+    def cancel(self, job_id: int | None = None) -> None:
         """See RobotController."""
-        self._ask("cancel")
+        self._ask("cancel", **({} if job_id is None else {"job_id": job_id}))
 
     def stop(self, reason: str = "stop requested") -> None:
         """Emergency stop, past everything that is under way."""

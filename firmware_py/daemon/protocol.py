@@ -47,7 +47,7 @@ ARGUMENTS: Final[dict[str, dict[str, Argument]]] = {
     "run": {"job": _PATH, "job_text": Argument(str, MAX_TEXT, 1), "name": _PATH, "record": _PATH},
     "pause": {},
     "resume": {},
-    "cancel": {},
+    "cancel": {"job_id": Argument(int, 1e15)},
     "stop": {"reason": Argument(str, 200, 1)},
     "acknowledge": {},
     "status": {},

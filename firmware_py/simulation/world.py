@@ -85,7 +85,7 @@ class SimulatedRobot:
 
     def switch_pressed(self, motor: int) -> bool:
         """Whether the home switch of an arm (0 to 2) is closed: it stands at home or above."""
-        return self.truth(self._now_ns()).angles_rad[motor] <= self._home_rad[motor]
+        return bool(self.truth(self._now_ns()).angles_rad[motor] <= self._home_rad[motor])
 
     @staticmethod
     def _droop_rad(robot: RobotFile) -> float:

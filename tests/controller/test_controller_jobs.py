@@ -9,7 +9,13 @@ import pytest
 
 from firmware_py.controller.controller import Controller
 from foundation.clock import sleep_s
-from foundation.errors import ConfigError, LimitExceeded, RecordingError, UnreachablePoint
+from foundation.errors import (
+    ConfigError,
+    LimitExceeded,
+    NotReady,
+    RecordingError,
+    UnreachablePoint,
+)
 from recording.reader import read_run
 from recording.run import Run
 
@@ -157,3 +163,32 @@ def test_a_recording_is_never_written_over(homed: Controller, write_job, tmp_pat
     with pytest.raises(RecordingError, match="exists already"):
         homed.submit(write_job(), record=there)
     assert there.read_bytes() == b"precious"
+
+
+def test_cancelling_one_job_leaves_the_others(homed: Controller, write_job, finish) -> None:
+    first, second, third = (homed.submit(write_job(name)) for name in ("one", "two", "three"))
+    sleep_s(homed.clock, 1.0)
+    homed.cancel(second)
+    assert finish(homed, second).outcome == "cancelled"
+    homed.cancel(first)
+    assert finish(homed, first).outcome == "cancelled"
+    assert finish(homed, third).outcome == "done"
+    with pytest.raises(NotReady):
+        homed.cancel(third)
+
+
+def test_a_stop_by_request_is_a_stop_and_no_fault(homed: Controller, write_job, finish) -> None:
+    number = homed.submit(write_job())
+    sleep_s(homed.clock, 2.0)
+    homed.stop("tea time")
+    result = finish(homed, number)
+    assert (result.outcome, result.why) == ("stopped", "tea time")
+    assert homed.status().state == "stopped"
+
+
+def test_steps_that_a_drive_loses_are_told(homed: Controller, write_job, finish) -> None:
+    result = finish(homed, homed.submit(write_job(radius_m=0.15, t_pwm_s=0.00005)))
+    assert result.outcome == "done"
+    assert "lost" in result.warning
+    assert "T_PWM" in result.warning
+    assert finish(homed, homed.submit(write_job("calm"))).warning == ""

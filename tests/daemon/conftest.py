@@ -81,7 +81,7 @@ class MemoryController:
     def resume(self) -> None:
         self._request(Request.RESUME, State.RUNNING)
 
-    def cancel(self) -> None:
+    def cancel(self, job_id: int | None = None) -> None:
         self._request(Request.CANCEL, State.READY)
         self._end_all("cancelled")
 
