@@ -187,7 +187,10 @@ def test_a_stop_by_request_is_a_stop_and_no_fault(homed: Controller, write_job, 
 
 
 def test_steps_that_a_drive_loses_are_told(homed: Controller, write_job, finish) -> None:
-    result = finish(homed, homed.submit(write_job(radius_m=0.15, t_pwm_s=0.00005)))
+    job = write_job("sharp", t_pwm_s=0.00005)
+    text = job.read_text().replace("shape: circle", "shape: heart")
+    job.write_text(text.replace("radius_m: 0.02", "width_m: 0.2"))
+    result = finish(homed, homed.submit(job))
     assert result.outcome == "done"
     assert "lost" in result.warning
     assert "T_PWM" in result.warning
