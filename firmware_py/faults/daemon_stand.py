@@ -86,15 +86,18 @@ class DaemonStand:
     def _start(self) -> subprocess.Popen[bytes]:
         places = ["--socket", str(self.socket), "--recordings", str(self.folder / "recordings")]
         program = "from firmware_py.cli.main import main; main()"
-        process = subprocess.Popen(
-            [sys.executable, "-c", program, "daemon", str(ROBOT_FILE), "--simulate", *places],
-            cwd=self.folder,
-            env=os.environ | {"PYTHONPATH": str(PROGRAM)},
-            stderr=subprocess.DEVNULL,
-        )
+        with (self.folder / "log").open("ab") as log:
+            process = subprocess.Popen(
+                [sys.executable, "-c", program, "daemon", str(ROBOT_FILE), "--simulate", *places],
+                cwd=self.folder,
+                env=os.environ | {"PYTHONPATH": str(PROGRAM)},
+                stderr=log,
+            )
         if wait_for(self._answers, START_S) is None:
             process.kill()
-            raise TimeoutError(f"the daemon does not answer within {START_S:g} s")
+            process.wait()
+            said = (self.folder / "log").read_text()[-2000:]
+            raise TimeoutError(f"the daemon does not answer within {START_S:g} s: {said}")
         return process
 
     def _answers(self) -> bool:

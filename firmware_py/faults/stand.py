@@ -25,6 +25,7 @@ from firmware_py.controller.states import State
 from firmware_py.daemon.listener import Listener
 from firmware_py.daemon.server import Server
 from firmware_py.robot_file import CONFIG_FOLDER, TRAINED_FOLDER
+from foundation.errors import MotionError
 
 ROBOT_FILE = CONFIG_FOLDER / "zhao-2023.yaml"
 NETWORK = "stand.tflite"
@@ -142,8 +143,10 @@ class Stand:
         lost, start_ns = self.bench.memory.lost(), time.monotonic_ns()
         number = controller.submit(self.job)
         wait_for(self._on_path, 15.0)
-        assert controller.job is not None
-        recording = Path(controller.job.recording)
+        status = controller.status()
+        if status.recording is None:
+            raise MotionError(f"the run did not begin: the robot is {status.state} ({status.why})")
+        recording = Path(status.recording)
         first, second, third = base.tolist()
         path_ns = time.monotonic_ns()
         return StandRun(number, recording, path_ns, start_ns, (first, second, third), lost)

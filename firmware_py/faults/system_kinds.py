@@ -17,10 +17,11 @@ from firmware_py.faults.stand import Stand
 from foundation.errors import MissingFile
 
 GONE_ON = "recording stopped"
+FULL = rf"{GONE_ON}.*(disk is full|Invalid argument)"
 
 
 def fill_disk(stand: Stand, chance: Random) -> Undo:
-    """From now on the recorder writes to /dev/full: the kernel says ENOSPC."""
+    """From now on the recorder writes to /dev/full: ENOSPC, and EINVAL if it syncs first."""
     return _redirect(stand, "/dev/full", os.O_RDWR)
 
 
@@ -143,7 +144,7 @@ def busy_threads(stand: Stand, chance: Random) -> Undo:
 
 SYSTEM_KINDS = (
     Kind(
-        "disk full", fill_disk, within_s=2.5, culprit=rf"{GONE_ON}.*disk is full",
+        "disk full", fill_disk, within_s=2.5, culprit=FULL,
         cuts_recording=True, hold_s=1.5,
     ),
     Kind(
