@@ -12,7 +12,7 @@ import numpy as np
 
 from proof.cases import Case
 from proof.hidden.build_in import Planned, construct
-from proof.hidden.hidden import Parameters, number
+from proof.hidden.hidden import Parameters
 from proof.recorded import Machine, sample_times
 from proof.robot.as_built import FloatArray
 from proof.robot.run import run
@@ -81,13 +81,14 @@ def _free(part: Planned) -> list[tuple[str, int, float]]:
             continue
         if isinstance(value, list):
             free += [(name, place, 1e-3) for place in range(len(value))]
-        elif number(value) != 0.0:
-            free.append((name, 0, _step(part, name, value)))
+        else:
+            free.append((name, 0, _step(name, value)))
     return free
 
 
-def _step(part: Planned, name: str, value: float) -> float:
-    if name == "phase":
-        return 0.05
-    away = value - 1.0 if name == "scale" else value
-    return CHANGE * away
+def _step(name: str, value: float) -> float:
+    """A small change, in proportion where the size has a zero of its own."""
+    fixed = {"phase": 0.05, "height": 5e-4, "dead_time": 2e-3}
+    if name in fixed:
+        return fixed[name]
+    return CHANGE * (value - 1.0 if name == "scale" else value)

@@ -14,6 +14,7 @@ Test = Callable[[Score], bool]
 ROBUST = 0.6745
 """Median of |error| over the standard deviation of a normal error."""
 EVENT_S = 0.1
+CLEAR = 5.0
 
 
 @dataclass(frozen=True)
@@ -50,8 +51,10 @@ def table(scores: Sequence[Score]) -> list[Row]:
         share("... in surveys", of("single", "survey"), _first),
         share("... on curves only", of("single", "curves"), _first),
         share("... or among the alternatives", of("single"), _offered),
+        share("... of those 5 or more bounds large: named first", _clear(of("single")), _first),
         share("single, a third: named first", of("faint"), _first, 0.92),
         share("single, a third: in findings or alternatives", of("faint"), _offered, 0.98),
+        share("... of those 5 or more bounds large: named first", _clear(of("faint")), _first),
         share("two effects: exactly those", of("two"), lambda s: s.exact, 0.95),
         share("... all in findings or alternatives", of("two"), _offered),
         share("three effects: exactly those", of("three"), lambda s: s.exact, 0.90),
@@ -64,6 +67,7 @@ def table(scores: Sequence[Score]) -> list[Row]:
         ),
         share("unknown physics: right driver", of("unknown"), lambda s: s.right_driver, 0.80),
         share("... right place", of("unknown"), lambda s: s.right_place),
+        share("... unknown comes first", of("unknown"), _unknown_first),
         middle("error over Cramer-Rao bound, median", [x for s in both for x in s.over_bound],
                "at most 1.25", 1.25),
         middle("... its robust spread over the bound",
@@ -78,6 +82,15 @@ def table(scores: Sequence[Score]) -> list[Row]:
                 [x <= EVENT_S for s in sized for x in s.event_error_s], 0.95),
         share("diagnosis failed with an error", scores, lambda s: s.failure is not None),
     ]  # fmt: skip
+
+
+def _clear(scores: Sequence[Score]) -> list[Score]:
+    """Without those too small to be seen by anyone; events have no bound and stay."""
+    return [s for s in scores if not s.clarity < CLEAR]
+
+
+def _unknown_first(marks: Score) -> bool:
+    return bool(marks.said) and marks.said[0][0] == "unknown"
 
 
 def _first(marks: Score) -> bool:
