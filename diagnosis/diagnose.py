@@ -20,6 +20,20 @@ from diagnosis.sanity import check_fit, check_input
 from diagnosis.words import summary
 
 MISSING = 0.005
+STATIC = (
+    "home_offset",
+    "upper_arm_length",
+    "forearm_length",
+    "base_radius",
+    "motor_azimuth",
+    "frame_tilt",
+    "sensor_offset",
+    "sensor_scale",
+    "sensor_crosstalk",
+    "gear_ratio",
+    "thermal_expansion",
+    "sensor_drift",
+)
 REST_SHARE = 0.05
 """More than this share left unexplained is said to be only partly explained."""
 
@@ -39,7 +53,8 @@ def diagnose_model(
     progress("what else it could be")
     found = findings(outcome)
     fit = _fit(outcome, prepared.valid, prepared.floor, held_out)
-    check_fit(model, fit)
+    left = np.where(prepared.valid, fitter.observed - solution.predicted, np.nan)
+    check_fit(model, fit, left, sum(_is_static(finding) for finding in found))
     share = _left(fit)
     rest, rest_p = unexplained(outcome, share)
     hidden, smallest = limits(explained.search)
@@ -55,6 +70,11 @@ def diagnose_model(
         says=summary(found, fit, rest, p, explained.loosely_built),
         picture=picture(outcome, model.drivers()),
     )
+
+
+def _is_static(finding: Finding) -> bool:
+    """A wrong size of the machine, or something unknown."""
+    return finding.effect in STATIC or finding.effect == "unknown"
 
 
 def _stale_p(found: list[Finding]) -> list[float]:

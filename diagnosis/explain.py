@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from diagnosis.candidate import Term
 from diagnosis.fit import Fitter, Solution
 from diagnosis.name import ALPHA, Progress, Search
 from diagnosis.noise import estimate
@@ -14,6 +15,9 @@ from diagnosis.readings import BoolArray, FloatArray
 
 TERM_PRICE = 12.0
 """Chi-square that choosing one of a hundred candidates is worth."""
+TOO_FAR = 3.3
+"""Standard deviations of a tolerance beyond which it is looked at as a finding of its own."""
+PROMOTED = 8.0
 PILE = 3
 """From so many effects on, small errors everywhere are the likelier story."""
 
@@ -35,20 +39,44 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     search = Search(prepared, rad_per_step, progress)
     first_p = search.first_p()
     solution = search.run()
-    left_p = search.p(float(search.scores(solution).log_p.min()))
     loose = False
-    if (
-        solution.terms
-        and prepared.model.tolerances
-        and (len(solution.terms) >= PILE or left_p < ALPHA)
-    ):
+    if _looks_loose(search, solution):
         progress("comparing with a machine that is a little off everywhere")
         other = _with_tolerances(prepared, rad_per_step, progress)
-        rival = other.run()
+        rival = _promoted(other, other.run())
         if rival.terms and _evidence(other, rival) < _evidence(search, solution):
             search, solution, loose = other, rival, True
     challenged = search.challenge(solution)
     return Explained(search, challenged, first_p, loose)
+
+
+def _looks_loose(search: Search, solution: Solution) -> bool:
+    """A pile of effects, or a rest that a wrong size of the machine would explain."""
+    tolerances = {n.term.candidate.effect for n in search.prepared.model.tolerances}
+    if not solution.terms or not tolerances:
+        return False
+    rest = search.trials(solution)
+    static = bool(rest) and rest[0].start.candidate.effect in tolerances
+    return len(solution.terms) >= PILE or (static and search.p(rest[0].log_p) < ALPHA)
+
+
+def _promoted(search: Search, solution: Solution) -> Solution:
+    """What stands too far off to be a tolerance becomes a finding."""
+    count = len(search.prepared.model.nuisances)
+    by_key = {c.key: c for c in search.prepared.model.candidates}
+    for nuisance, term in zip(search.fitter.nuisances, solution.nuisances, strict=True):
+        off = (term.at - nuisance.term.at) / max(nuisance.spread)
+        candidate = by_key.get(term.candidate.key)
+        taken = {t.candidate.key for t in solution.terms}
+        if candidate is None or term.candidate.key in taken or np.abs(off).max() < TOO_FAR:
+            continue
+        if nuisance in search.fitter.nuisances[:count] or len(candidate.coordinates) != len(off):
+            continue
+        start = Term(candidate, term.at)
+        grown = search.fitter.solve((*solution.terms, start), solution.frees, solution.nuisances)
+        if solution.cost - grown.cost > PROMOTED:
+            solution = grown
+    return solution
 
 
 def _with_tolerances(prepared: Prepared, rad_per_step: float, progress: Progress) -> Search:

@@ -13,6 +13,7 @@ from diagnosis.readings import FloatArray
 PIECES = 4
 FINE_PIECES = 28
 DEGREE = 3
+LEAST_TRAVEL = 0.005
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,11 +46,16 @@ def spline_basis(driver: FloatArray, knots: FloatArray) -> FloatArray:
     return basis
 
 
+def _varies(driver: FloatArray) -> bool:
+    """Whether a driver takes different values, not one with a ripple on it."""
+    return bool(np.ptp(driver) > LEAST_TRAVEL * np.abs(driver).max())
+
+
 def free_shapes(model: Model, pieces: int = PIECES) -> list[FreeShape]:
     """Every port with every driver that makes sense there: a joint's own motion, a sensor's all."""
     shapes = []
     drivers = model.drivers()
-    knots = {name: knots_for(x, pieces) for name, x in drivers.items() if np.ptp(x) > 1e-9}
+    knots = {name: knots_for(x, pieces) for name, x in drivers.items() if _varies(x)}
     bases = {name: spline_basis(drivers[name], k) for name, k in knots.items()}
     for port in model.ports():
         for name, basis in bases.items():

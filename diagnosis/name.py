@@ -19,14 +19,14 @@ from diagnosis.score import Calibration, Scores, calibrate, explained_by, orthon
 ALPHA = 0.003
 PRICE = 4.0
 """Chi-square each coordinate of a candidate has to earn beyond the others."""
-RELUCTANCE = {"viscous_friction": 7.0, "payload": 2.0}
+RELUCTANCE = {"viscous_friction": 7.0, "payload": 6.0}
 EVENT_PRICE = 14.0
 FREE_PRICE = 26.0
 LEAST_SHARE = 0.012
 """A further effect must explain this share of what the others do; less may be their own blur."""
 FREE_LEAST_SHARE = 0.04
 TRIED = 6
-MOST_TERMS = 7
+MOST_TERMS = 5
 
 Progress = Callable[[str], None]
 
@@ -191,7 +191,7 @@ class Search:
                     continue
                 other = self.fitter.solve((*rest, trial.start), solution.frees, bare.nuisances)
                 if self.worth(other) < self.worth(solution) - 1.0:
-                    return self._swap(other)
+                    return other
         return solution
 
     def _drop(self, solution: Solution) -> Solution:
