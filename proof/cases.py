@@ -104,8 +104,8 @@ def assemble(
     )
     t_pwm_s = float(rng.choice(SURVEY_T_PWM_S if moves == "survey" else CURVE_T_PWM_S))
     length_s = seconds or float(rng.choice(SURVEY_S if moves == "survey" else CURVE_S))
-    train = _move(rng, moves, length_s, t_pwm_s)
-    holdout_train = _move(rng, moves, min(length_s, HOLDOUT_S), t_pwm_s)
+    train = move(rng, moves, length_s, t_pwm_s)
+    holdout_train = move(rng, moves, min(length_s, HOLDOUT_S), t_pwm_s)
     planned = [plan(VOCABULARY[kind], rng, size) for kind in kinds if kind in VOCABULARY]
     settle(planned, rng, train)
     build_seed = int(rng.integers(2**32))
@@ -131,7 +131,8 @@ def _motion(rng: np.random.Generator, kinds: list[str]) -> str:
     return "survey"
 
 
-def _move(rng: np.random.Generator, motion: str, seconds: float, t_pwm_s: float) -> StepTrain:
+def move(rng: np.random.Generator, motion: str, seconds: float, t_pwm_s: float) -> StepTrain:
+    """A survey or a curve of drawn size and height."""
     if motion == "survey":
         return survey(rng, seconds, t_pwm_s)
     size_m, height_m = float(rng.uniform(0.06, 0.12)), float(rng.uniform(-0.5, -0.4))

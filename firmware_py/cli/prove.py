@@ -22,6 +22,9 @@ def prove(
     out: Annotated[Path, typer.Option(help="Folder for results; a proof goes on where it ended.")],
     cases: Annotated[int, typer.Option(help="How many cases.")] = 300,
     seed: Annotated[int, typer.Option(help="Draws the cases; any number.")] = 1,
+    ties: Annotated[
+        int | None, typer.Option(help="Pairs to settle by a proposed run; a tenth of the cases.")
+    ] = None,
     workers: Annotated[int, typer.Option(help="Processes here; 0 runs in this one.")] = 2,
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler, for more machines.")
@@ -40,17 +43,18 @@ def prove(
         raise ConfigError(
             f"prove needs {error.name}, which is not installed: pip install 'deltactl[proof]'"
         ) from error
+    tied = cases // 10 if ties is None else ties
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=errors, transient=True) as bars:
-        bar = bars.add_task("", total=cases)
+        bar = bars.add_task("", total=cases + tied)
 
         def show(done: int, total: int, text: str) -> None:
             bars.update(bar, completed=done, total=total)
             if text:
                 bars.console.print(text)
 
-        outcome = run(cases, seed, out, workers, scheduler, show, errors.print)
-    table = Table(title=f"{cases} cases, seed {seed}", title_justify="left")
+        outcome = run(cases, seed, out, tied, workers, scheduler, show, errors.print)
+    table = Table(title=f"{cases} cases and {tied} ties, seed {seed}", title_justify="left")
     for heading in ("figure", "goal", "reached", "95 % limits", "cases", "met"):
         table.add_column(heading)
     for row in outcome.rows:

@@ -7,8 +7,6 @@ import numpy as np
 from proof.hidden.hidden import MOTORS, Kind, Parameters, either_sign, number
 from proof.recorded import Machine
 
-STICKING_NM = 2.5
-"""More than gravity asks of one joint (1.7 N m as a rule, 2.2 in one pose of a hundred)."""
 SHAFT_NM_PER_RAD = 2000.0
 """A shaft soft enough that a few N m of friction wind it up by milliradians."""
 
@@ -24,13 +22,13 @@ def _backlash(machine: Machine, m: int, p: Parameters) -> None:
 
 
 def _draw_backlash(rng: np.random.Generator, strength: float) -> Parameters:
-    """Half with a bearing that sticks, half with stiff grease; a free arm would hang on one flank
-    all the time, and its play be a home offset (that is one of the ties)."""
-    sticks = bool(rng.random() < 0.5)
+    """In stiff grease. Two extremes are ties by nature and are left out of what must be named:
+    in a bearing that sticks play is the same as friction wind-up, and a free arm hangs on one
+    flank all the time, which is a home offset."""
     return {
         "width": strength * float(rng.uniform(0.006, 0.011)),
-        "friction": STICKING_NM if sticks else 0.05,
-        "drag": 0.3 if sticks else float(rng.uniform(6.0, 15.0)),
+        "friction": float(rng.uniform(0.05, 0.4)),
+        "drag": float(rng.uniform(4.0, 15.0)),
     }
 
 

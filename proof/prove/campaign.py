@@ -11,12 +11,16 @@ from typing import Any
 
 from foundation.errors import ConfigError
 from proof.prove.matrix import confusion, picture
+from proof.prove.one_case import run_case
+from proof.prove.one_tie import run_tie
 from proof.prove.score import Score, score
+from proof.prove.score_tie import score_tie, tie_rows
 from proof.prove.table import Row, markdown, table
-from proof.prove.workers import workers
+from proof.prove.workers import Task, workers
 
 PLAN, RESULT = "prove.json", "result.json"
 Progress = Callable[[int, int, str], None]
+Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -29,42 +33,64 @@ class Proof:
     matrix_file: Path
 
 
+@dataclass(frozen=True)
+class _Part:
+    """Cases or ties: where they are kept and what runs them."""
+
+    stem: str
+    count: int
+    task: Task
+    line: Callable[[dict[str, Any]], str]
+
+    def file(self, out: Path, number: int) -> Path:
+        return out / f"{self.stem}_{number:04d}" / RESULT
+
+    def results(self, out: Path) -> list[dict[str, Any]]:
+        files = [self.file(out, number) for number in range(self.count)]
+        return [json.loads(file.read_text(encoding="utf-8")) for file in files]
+
+
 def prove(
     cases: int,
     seed: int,
     out: Path,
+    ties: int = 0,
     count: int = 2,
     scheduler: str | None = None,
     progress: Progress = lambda done, all_, text: None,
-    say: Callable[[str], None] = lambda text: None,
+    say: Say = lambda text: None,
 ) -> Proof:
-    """Run the cases 0..cases-1 of a seed that are not in `out` yet, and score them all.
+    """Run the cases and ties of a seed that are not in `out` yet, and score them all.
 
     Raises ConfigError for a folder of another seed, or when the scheduler does not answer.
     """
-    if cases < 1:
-        raise ConfigError(f"--cases {cases}: at least one case is needed")
+    if cases < 1 or ties < 0:
+        raise ConfigError(f"--cases {cases} --ties {ties}: at least one case is needed")
     _claim(out, seed)
-    missing = [number for number in range(cases) if not _file(out, number).exists()]
-    done = cases - len(missing)
-    progress(done, cases, f"{done} were there already" if done else "")
-    if missing:
+    parts = (_Part("case", cases, run_case, _line), _Part("tie", ties, run_tie, _tie_line))
+    missing = {
+        part.stem: [n for n in range(part.count) if not part.file(out, n).exists()]
+        for part in parts
+    }
+    done = cases + ties - sum(len(numbers) for numbers in missing.values())
+    progress(done, cases + ties, f"{done} were there already" if done else "")
+    if any(missing.values()):
         with workers(count, scheduler, say) as run:
-            for number, result in run(seed, missing):
-                _write(_file(out, number), json.dumps(result, indent=1))
-                done += 1
-                progress(done, cases, _line(result))
-    return conclude(cases, seed, out)
+            for part in parts:
+                for number, result in run(part.task, seed, missing[part.stem]):
+                    _write(part.file(out, number), json.dumps(result, indent=1))
+                    done += 1
+                    progress(done, cases + ties, part.line(result))
+    return _conclude(parts, seed, out)
 
 
-def conclude(cases: int, seed: int, out: Path) -> Proof:
+def _conclude(parts: tuple[_Part, _Part], seed: int, out: Path) -> Proof:
     """Score what is in the folder, and write the table and the picture."""
-    results = [
-        json.loads(_file(out, number).read_text(encoding="utf-8")) for number in range(cases)
-    ]
-    scores = [score(result) for result in results]
-    rows = table(scores)
-    title = f"{cases} cases of seed {seed}"
+    cases, ties = parts
+    scores = [score(result) for result in cases.results(out)]
+    tied = [score_tie(result) for result in ties.results(out)]
+    rows = [*table(scores), *(tie_rows(tied) if tied else [])]
+    title = f"{cases.count} cases and {ties.count} ties of seed {seed}"
     _write(out / "table.md", f"{title}\n\n{markdown(rows)}")
     _write(out / "matrix.svg", picture(confusion(scores), title))
     return Proof(scores, rows, out / "table.md", out / "matrix.svg")
@@ -81,10 +107,6 @@ def _claim(out: Path, seed: int) -> None:
         raise ConfigError(f"{out}: holds a proof with seed {before}; use that seed or a new folder")
 
 
-def _file(out: Path, number: int) -> Path:
-    return out / f"case_{number:04d}" / RESULT
-
-
 def _write(path: Path, text: str) -> None:
     """All or nothing, so that a proof that was cut off can go on."""
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -99,3 +121,11 @@ def _line(result: dict[str, Any]) -> str:
     said = ", ".join(f"{effect} {where}" for effect, where in marks.said) or "nothing"
     seconds = result["simulated_s"] + result["diagnosed_s"]
     return f"{marks.case} {marks.motion}: {truth} -> {marks.failure or said} ({seconds:.0f} s)"
+
+
+def _tie_line(result: dict[str, Any]) -> str:
+    marks = score_tie(result)
+    truth = ", ".join(f"{a['effect']} {a['where']}" for a in result["truth"]["answers"])
+    words = "settled" if marks.settled else "not settled"
+    how = "after the proposed run" if marks.proposed else "without a proposed run"
+    return f"tie {marks.pair}: {truth}: {words} {how}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,9 @@ def run_case(seed: int, number: int) -> dict[str, Any]:
     }
 
 
-def diagnose_blind(folder: Path) -> tuple[dict[str, Any] | None, str | None]:
+def diagnose_blind(
+    folder: Path, also: Sequence[str] = ()
+) -> tuple[dict[str, Any] | None, str | None]:
     """Diagnose a folder that holds two recordings and a robot file and nothing else.
 
     Returns the contract's JSON, or what went wrong: a failure counts as a wrong answer.
@@ -44,7 +47,9 @@ def diagnose_blind(folder: Path) -> tuple[dict[str, Any] | None, str | None]:
 
     try:
         answer = diagnose(
-            [folder / RECORDING], robot=folder / ROBOT_FILE, holdout=[folder / HOLDOUT]
+            [folder / RECORDING, *(folder / name for name in also)],
+            robot=folder / ROBOT_FILE,
+            holdout=[folder / HOLDOUT],
         )
     except DeltactlError as error:
         return None, str(error)

@@ -7,17 +7,18 @@ from contextlib import contextmanager
 from typing import Any, cast
 
 from foundation.errors import ConfigError
-from proof.prove.one_case import run_case
 
 Result = tuple[int, dict[str, Any]]
-Run = Callable[[int, Sequence[int]], Iterator[Result]]
+Task = Callable[[int, int], dict[str, Any]]
+"""A seed and a number -> a result as JSON; must be importable where it runs."""
+Run = Callable[[Task, int, Sequence[int]], Iterator[Result]]
 NO_DASK = "Dask is not installed (pip install 'deltactl[proof]'): one case after another, here"
 
 
-def here(seed: int, numbers: Sequence[int]) -> Iterator[Result]:
+def here(task: Task, seed: int, numbers: Sequence[int]) -> Iterator[Result]:
     """One case after another in this process."""
     for number in numbers:
-        yield number, run_case(seed, number)
+        yield number, task(seed, number)
 
 
 @contextmanager
@@ -40,8 +41,8 @@ def workers(count: int, scheduler: str | None, say: Callable[[str], None]) -> It
     finished = cast(Callable[[Any], Iterator[Any]], as_completed)
     with _client(Client, LocalCluster, count, scheduler) as client:
 
-        def spread(seed: int, numbers: Sequence[int]) -> Iterator[Result]:
-            waiting = {client.submit(run_case, seed, n, pure=False): n for n in numbers}
+        def spread(task: Task, seed: int, numbers: Sequence[int]) -> Iterator[Result]:
+            waiting = {client.submit(task, seed, n, pure=False): n for n in numbers}
             for future in finished(list(waiting)):
                 number = waiting[future]
                 yield number, future.result()

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from firmware_py.cli.main import app
 from foundation.errors import ConfigError, RecordingError
-from proof.prove import campaign, one_case, workers
+from proof.prove import campaign, one_case
 
 
 def small_result(seed: int, number: int) -> dict[str, object]:
@@ -33,7 +33,7 @@ def ran(monkeypatch):
         numbers.append(number)
         return small_result(seed, number)
 
-    monkeypatch.setattr(workers, "run_case", run)
+    monkeypatch.setattr(campaign, "run_case", run)
     return numbers
 
 
@@ -104,7 +104,7 @@ def test_the_diagnosis_is_shown_three_files_and_nothing_else(tmp_path, monkeypat
 
 def test_cases_run_on_a_schedulers_workers(tmp_path, monkeypatch):
     distributed = pytest.importorskip("distributed", reason="needs the extra 'proof' (Dask)")
-    monkeypatch.setattr(workers, "run_case", small_result)
+    monkeypatch.setattr(campaign, "run_case", small_result)
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
     ) as cluster:
