@@ -10,7 +10,8 @@ run: $(VENV)/.run
 	$(BIN)/deltactl run $(JOB)
 
 test: check
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 -m "not realtime"
+	$(BIN)/python -m pytest -m realtime
 
 check: $(VENV)/.test
 	$(BIN)/ruff check .

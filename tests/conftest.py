@@ -1,13 +1,28 @@
-"""What all tests share: the `--hardware` switch.
+"""What all tests share: the `--hardware` switch, and which tests watch the real clock.
 
 A test that can also run on the robot takes its backend as a parameter,
 `pytest.param("hardware", marks=pytest.mark.hardware)` beside `"fake"`; without `--hardware`
 that half is skipped, so the same contract is checked on both.
+
+Tests that hold something to the real clock are marked `realtime` here, by place: beside other
+tests on a small machine they would measure the other tests. `make test` runs them by themselves.
 """
 
 from __future__ import annotations
 
 import pytest
+
+
+REAL_TIME = (
+    "tests/daemon/test_daemon_end_to_end.py",
+    "tests/faults/",
+    "tests/foundation/test_real_clock.py",
+    "tests/hil/",
+    "tests/steps/test_pulse_process.py",
+    "tests/steps/test_through_lgpio.py",
+    "TestPulseProcess",
+)
+"""Parts of the names of tests."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -33,6 +48,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    for item in items:
+        if any(part in item.nodeid for part in REAL_TIME):
+            item.add_marker(pytest.mark.realtime)
     if config.getoption("--hardware"):
         return
     skip = pytest.mark.skip(reason="needs the robot: run pytest --hardware on its Raspberry Pi")
