@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -30,7 +31,7 @@ from diagnosis.words import regime
 SHARE_OF_AXIS = 0.2
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Outcome:
     """Everything the answer is made of."""
 
@@ -39,17 +40,21 @@ class Outcome:
     solution: Solution
     stale: Sequence[Stale]
 
+    @cached_property
+    def stands(self) -> list[Standing]:
+        """How each named effect stands against its rivals, in the order of the terms."""
+        search, solution = self.explained.search, self.explained.solution
+        return [standing(search, solution, number) for number in range(len(self.solution.terms))]
+
 
 def findings(outcome: Outcome) -> list[Finding]:
     """All findings, the one that explains most first."""
     solution = outcome.solution
     cov = covariance(outcome.fitter, solution)
-    stands = [
-        standing(outcome.explained.search, outcome.explained.solution, number)
-        for number in range(len(solution.terms))
-    ]
     total = max(outcome.explained.search.empty.cost - outcome.explained.solution.cost, 1e-9)
-    found = [_named(outcome, number, cov, stand, total) for number, stand in enumerate(stands)]
+    found = [
+        _named(outcome, number, cov, stand, total) for number, stand in enumerate(outcome.stands)
+    ]
     found += [_free(outcome, number, total) for number in range(len(solution.frees))]
     found.sort(key=lambda f: -f.evidence.delta_chi2)
     return [*found, *(_stale(outcome, run) for run in outcome.stale)]

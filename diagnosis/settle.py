@@ -21,6 +21,8 @@ class Standing:
     gain: float
     p: float
     alternatives: list[Alternative]
+    rivals: list[Solution]
+    """What was fitted with each alternative in its place, in the same order."""
 
 
 def standing(search: Search, solution: Solution, number: int) -> Standing:
@@ -30,16 +32,18 @@ def standing(search: Search, solution: Solution, number: int) -> Standing:
     bare = search.fitter.solve(rest, solution.frees, solution.nuisances, steps=4)
     gain = max(bare.cost - solution.cost, 0.0)
     log_p = log_sf(gain, len(own.moved))
-    rivals: list[Alternative] = []
+    rivals: list[tuple[Alternative, Solution]] = []
     trials = [t for t in search.trials(bare, [own.key]) if t.gain > min(0.75 * gain, gain - 60.0)]
     for trial in sorted(trials, key=lambda t: -t.gain)[:REFITTED]:
         other = search.fitter.solve((*rest, trial.start), solution.frees, bare.nuisances)
         worse = other.cost - solution.cost
         if worse < LIMIT:
             candidate = trial.start.candidate
-            rivals.append(
-                Alternative(
-                    effect=candidate.effect, component=candidate.component, delta_chi2=worse
-                )
+            rival = Alternative(
+                effect=candidate.effect, component=candidate.component, delta_chi2=worse
             )
-    return Standing(gain, search.p(log_p), sorted(rivals, key=lambda r: r.delta_chi2))
+            rivals.append((rival, other))
+    rivals.sort(key=lambda pair: pair[0].delta_chi2)
+    return Standing(
+        gain, search.p(log_p), [rival for rival, _ in rivals], [fitted for _, fitted in rivals]
+    )
