@@ -84,8 +84,17 @@ class FakeBench:
     def trip(self, motor: int) -> None:
         """Make the drive of a motor (1 to 3) raise its alarm."""
         self.memory.ask_trip(motor - 1)
-        if self.descriptor is None:
-            self.lines.refresh()
+        self._tell_drives()
+
+    def slip(self, motor: int, steps: int) -> None:
+        """Make a motor (1 to 3) fall so many steps behind, without an alarm."""
+        self.memory.ask_slip(motor - 1, steps)
+        self._tell_drives()
+
+    def stall(self, motor: int, held: bool = True) -> None:
+        """Hold the rotor of a motor (1 to 3), or let it go."""
+        self.memory.ask_stall(motor - 1, held)
+        self._tell_drives()
 
     def close(self) -> None:
         """Give the shared memory back; where the motors were can still be asked."""
@@ -96,6 +105,11 @@ class FakeBench:
             self._block.close()
             os.close(self.descriptor)
             self.descriptor, self._block, self.memory = None, kept, BenchMemory(kept)
+
+    def _tell_drives(self) -> None:
+        """A pulse process finds it in the memory by itself."""
+        if self.descriptor is None:
+            self.lines.refresh()
 
     def _connect(self) -> None:
         """Solder the drives to the pins."""

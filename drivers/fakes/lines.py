@@ -23,6 +23,9 @@ ROWS: Final = 65536
 """Length of the history: at 100 us a step, 6.5 s."""
 _MARGIN: Final = 64
 _ESTOP, _TRIP, _ALARMS, _HEAD, _LOST, _EDGES = 0, 1, 2, 3, 4, 8
+_SLIP, _STALLED = 11, 14
+_HELD_UP = 8
+"""Beside the trips in their word: slip and stalls have something new."""
 _WORDS: Final = 16
 BENCH_BYTES: Final = (_WORDS + 4 * ROWS) * 8
 
@@ -67,8 +70,28 @@ class BenchMemory:
         """Have a drive (0 to 2) trip the next time its alarm is read."""
         self._words[_TRIP] |= 1 << motor
 
+    def ask_slip(self, motor: int, steps: int) -> None:
+        """Have a motor (0 to 2) fall behind the next time alarms are read."""
+        self._words[_SLIP + motor] += steps
+        self._words[_TRIP] |= _HELD_UP
+
+    def ask_stall(self, motor: int, stalled: bool) -> None:
+        """Hold a motor's rotor, or let it go, the next time alarms are read."""
+        others = self._words[_STALLED] & ~(1 << motor)
+        self._words[_STALLED] = others | int(stalled) << motor
+        self._words[_TRIP] |= _HELD_UP
+
+    def take_slip(self, motor: int) -> int:
+        """Steps a motor is to fall behind now."""
+        steps, self._words[_SLIP + motor] = self._words[_SLIP + motor], 0
+        return steps
+
+    def stalled(self, motor: int) -> bool:
+        """Whether a motor's rotor is held."""
+        return bool(self._words[_STALLED] >> motor & 1)
+
     def asked_trips(self) -> int:
-        """Drives asked to trip, a bit each."""
+        """Drives asked to trip, a bit each, and whether slip or stalls have changed."""
         return self._words[_TRIP]
 
     def done_trips(self) -> None:
@@ -194,11 +217,14 @@ class FakeLines:
         return levels
 
     def refresh(self) -> None:
-        """Trip the drives that were asked to."""
+        """Trip the drives that were asked to, make motors slip, hold them up."""
         asked = self.memory.asked_trips()
         for motor, drive in enumerate(self.drives):
             if asked >> motor & 1:
                 drive.trip()
+            drive.stalled = self.memory.stalled(motor)
+            if steps := self.memory.take_slip(motor):
+                drive.slip(steps)
         self.memory.done_trips()
         self._health()
 

@@ -40,6 +40,8 @@ class SimulatedDrive:
         self.edges = 0
         self.lost = 0
         self.alarm = False
+        self.stalled = False
+        """Something holds the rotor: no edge moves it."""
         self._mounting = -1 if inverted else 1
         self._sign = -self._mounting
         self._enabled = False
@@ -68,6 +70,12 @@ class SimulatedDrive:
         """Raise the alarm, as an overcurrent or a lost encoder would."""
         self.alarm = True
 
+    def slip(self, steps: int) -> None:
+        """The rotor falls so many steps behind (negative: is pushed ahead) without an alarm."""
+        self.position_steps -= steps
+        self._rotor_steps -= steps
+        self.lost += abs(steps)
+
     def rise(self, t_ns: int) -> None:
         """STEP went up: this edge counts, if everything is right."""
         self.edges += 1
@@ -75,6 +83,7 @@ class SimulatedDrive:
         late_ok = (
             self._enabled
             and not self.alarm
+            and not self.stalled
             and t_ns - self._turned_ns >= limits.direction_setup_ns
             and t_ns - self._fell_ns >= limits.low_ns
             and t_ns - self._enabled_ns >= limits.enable_ns

@@ -8,6 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from firmware_py.controller.feeder import Feeder
 from firmware_py.controller.job_queue import QueuedJob
 from firmware_py.controller.journal import Journal
+from firmware_py.controller.step_watch import StepLoss
 from firmware_py.job_file import Together
 from firmware_py.machine import Machine
 from firmware_py.planner.stream import MotionStream
@@ -66,6 +67,7 @@ class ActiveJob:
         timing = plan.job.timing
         t_pwm_s = timing.t_pwm_s if isinstance(timing, Together) else None
         recorder.settings(now_ns, t_pwm_s)
+        now_ns = self._machine.clock.now_ns()
         self._feeder = Feeder(output, self._journal, self._motion, now_ns)
         self._journal.event(now_ns, "approach", f"from counts {counts}")
         self._feeder.feed(now_ns)
@@ -102,6 +104,16 @@ class ActiveJob:
         self.cancelled = True
         self._motion.cancel(self._feeder.run_ns(now_ns))
         self._journal.event(now_ns, "cancel", "")
+
+    @property
+    def stops_on_step_loss(self) -> bool:
+        """Whether the job asks to be stopped when the sensors see lost steps."""
+        return self._queued.plan.job.on_step_loss == "stop"
+
+    def lost_steps(self, loss: StepLoss) -> None:
+        """The sensors see that steps were lost."""
+        self.warning = loss.says()
+        self._journal.event(self._machine.clock.now_ns(), "steps_lost", loss.says())
 
     def abort(self) -> None:
         """The pulses have stopped already: finish the recording."""

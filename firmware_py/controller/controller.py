@@ -26,6 +26,7 @@ from firmware_py.controller.progress import Progress
 from firmware_py.controller.ranging_loop import RangingLoop
 from firmware_py.controller.report_status import Running, snapshot
 from firmware_py.controller.states import Request, State, require
+from firmware_py.controller.step_watch import StepWatch
 from firmware_py.machine import Machine
 from firmware_py.planner.approach import approach
 from firmware_py.planner.step_gate import StepGate
@@ -67,8 +68,9 @@ class Controller:
         self._beat_ns = self.clock.now_ns()
         self._progress = Progress()
         self._homer = Homer(robot, machine, self.ranging)
+        self._watch = StepWatch(robot)
         self._ranging_task: TaskHandle | None = None
-        self._control_task = self.clock.start("control", self._control_loop(), self._on_loop_error)
+        self._control_task = self._start_control()
 
     def power_on(self) -> None:
         """OFF -> UNHOMED. Raises BusDead, SensorFault, DriveAlarm or EmergencyStop."""
@@ -102,6 +104,10 @@ class Controller:
         except BaseException:
             self._enter_if(State.UNHOMED, State.UNHOMED)
             raise
+        with self._lock:
+            output = self.machine.output
+            self.journal.sent(output.take_sent())  # of before: the watch counts from here on
+            self._watch.reset(output.status().counts, self.clock.now_ns())
         self._enter_if(State.UNHOMED, State.READY)
         self._note("home", seen)
 
@@ -162,6 +168,8 @@ class Controller:
             require(Request.ACKNOWLEDGE, self.state, self.why)
         self.machine.output.acknowledge()
         self._stop_asked = False
+        if self._control_task.done:  # it was an error of its own that is acknowledged
+            self._control_task = self._start_control()
         if self._ranging_task is None or self._ranging_task.done:
             self.machine.sensors.start()
         self.machine.output.enable()
@@ -222,6 +230,9 @@ class Controller:
         task = self.ranging.task()
         self._ranging_task = self.clock.start("ranging", task, self._on_loop_error) if on else None
 
+    def _start_control(self) -> TaskHandle:
+        return self.clock.start("control", self._control_loop(), self._on_loop_error)
+
     def _control_loop(self) -> Task:
         while True:
             with self._lock:
@@ -236,12 +247,14 @@ class Controller:
             # The pulses ran dry in mid-motion before the player missed us: do not just go on.
             output.stop(f"no heartbeat: the controller hung for {silent_ns / NS_PER_S:.1f} s")
         output.beat()
-        self.journal.sent(output.take_sent())
+        sent = output.take_sent()
+        self.journal.sent(sent)
+        self._watch.sent(sent)
         seen = output.status()
         if seen.state is OutputState.STOPPED:
             self._on_output_stopped(seen)
         elif self.job is not None:
-            self._drive_job(self.job, now_ns)
+            self._drive_unless_stopped(self.job, now_ns)
         elif self.state is State.READY and self.queue:
             self._begin(self.queue.popleft(), now_ns)
 
@@ -253,9 +266,28 @@ class Controller:
             self.job = None
             self._finish(queued.number, queued.name, "refused", str(error))
             return
+        # Opening a file may take long on a slow disk; nothing moved meanwhile.
+        self._beat_ns = self.clock.now_ns()
         self._enter(State.RUNNING)
 
+    def _drive_unless_stopped(self, job: ActiveJob, now_ns: int) -> None:
+        try:
+            self._drive_job(job, now_ns)
+        except DeltactlError:
+            seen = self.machine.output.status()
+            if seen.state is not OutputState.STOPPED:
+                raise
+            self._on_output_stopped(seen)  # a stop came between the look and the feeding
+
     def _drive_job(self, job: ActiveJob, now_ns: int) -> None:
+        loss = self._watch.look(now_ns)
+        if loss is not None:
+            self._watch.forgive()
+            job.lost_steps(loss)
+            if job.stops_on_step_loss:
+                self.machine.output.stop(loss.says())
+                self._halt(State.FAULT, loss.says())
+                return
         job.advance(now_ns)
         if job.phase is Phase.ENDED:
             self.job = None
@@ -265,6 +297,7 @@ class Controller:
 
     def _on_reading(self, reading: Reading) -> None:
         self.journal.reading(reading)
+        self._watch.reading(reading)
         if self.machine.world is not None and reading.axis == "x":
             self.journal.truth(self.machine.world.truth(reading.t_ns))
 
@@ -283,7 +316,11 @@ class Controller:
         """A loop died: stop the pulses first, then say why."""
         self.machine.output.stop(f"fault: {error}")
         with self._lock:
-            self._halt(State.FAULT, " ".join(str(error).split()))
+            why = " ".join(str(error).split())
+            if self.state in (State.STOPPED, State.FAULT):
+                self._note("fault", why)  # what latched it first stays the reason
+            else:
+                self._halt(State.FAULT, why)
 
     def _halt(self, state: State, why: str) -> None:
         self.journal.sent(self.machine.output.take_sent())

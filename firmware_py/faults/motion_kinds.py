@@ -46,6 +46,20 @@ def freeze_pulses(stand: Stand, chance: Random) -> Undo:
     return lambda: os.kill(pid, signal.SIGCONT)
 
 
+def lose_steps(stand: Stand, chance: Random) -> Undo:
+    """A motor falls behind, or jumps ahead, by three to nine degrees of its arm."""
+    steps = chance.choice((-1, 1)) * chance.randint(130, 400)
+    stand.bench.slip(chance.randint(1, 3), steps)
+    return nothing
+
+
+def stall_drive(stand: Stand, chance: Random) -> Undo:
+    """Something holds a motor, and its drive does not notice."""
+    motor = chance.randint(1, 3)
+    stand.bench.stall(motor)
+    return lambda: stand.bench.stall(motor, False)
+
+
 def stall_interpreter(stand: Stand, chance: Random) -> Undo:
     """Nobody else in this process gets the interpreter for two seconds."""
     ctypes.PyDLL(None).usleep(round(STALL_S * 1e6))  # PyDLL keeps the interpreter's lock
@@ -55,6 +69,8 @@ def stall_interpreter(stand: Stand, chance: Random) -> Undo:
 MOTION_KINDS = (
     Kind("e-stop pressed", press_estop, "stopped", EDGE_S, 0.2, "^e-stop$", "release the button"),
     Kind("drive alarm", trip_drive, "fault", EDGE_S, 0.2, "^alarm motor[123]$", "motor[123]"),
+    Kind("steps lost", lose_steps, "fault", 1.0, 1.2, "lost steps: .* motor[123]"),
+    Kind("motor held fast", stall_drive, "fault", 2.5, 2.7, "lost steps: .* motor[123]"),
     Kind("stop command", command_stop, "stopped", 0.01, 0.2, "a hand in the way"),
     Kind(
         "pulse process kill -9",

@@ -145,7 +145,9 @@ class Stand:
         wait_for(self._on_path, 15.0)
         status = controller.status()
         if status.recording is None:
-            raise MotionError(f"the run did not begin: the robot is {status.state} ({status.why})")
+            raise MotionError(
+                f"the run did not begin: {status.state} ({status.why}), {controller.result(number)}"
+            )
         recording = Path(status.recording)
         first, second, third = base.tolist()
         path_ns = time.monotonic_ns()

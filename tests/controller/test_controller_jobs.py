@@ -189,7 +189,7 @@ def test_a_stop_by_request_is_a_stop_and_no_fault(homed: Controller, write_job, 
 def test_steps_that_a_drive_loses_are_told(homed: Controller, write_job, finish) -> None:
     job = write_job("sharp", t_pwm_s=0.00005)
     text = job.read_text().replace("shape: circle", "shape: heart")
-    job.write_text(text.replace("radius_m: 0.02", "width_m: 0.2"))
+    job.write_text(text.replace("radius_m: 0.02", "width_m: 0.2") + "on_step_loss: warn\n")
     result = finish(homed, homed.submit(job))
     assert result.outcome == "done"
     assert "lost" in result.warning

@@ -102,3 +102,29 @@ def test_switching_off_releases_the_drives_but_not_the_latch(homed: Controller) 
     homed.acknowledge()
     homed.home()
     assert homed.status().state == "ready"
+
+
+@pytest.mark.parametrize("stopped_meanwhile", [True, False])
+def test_an_error_while_feeding_can_be_acknowledged(
+    homed: Controller, write_job, finish, monkeypatch, stopped_meanwhile: bool
+) -> None:
+    """A stop that comes between the look at the output and the feeding; or a mistake of ours."""
+    homed.submit(write_job())
+    sleep_s(homed.clock, 0.5)
+    assert homed.job is not None
+    advance = homed.job.advance
+
+    def disturbed(now_ns: int) -> None:
+        if not stopped_meanwhile:
+            raise RuntimeError("a mistake")
+        homed.machine.output.stop("a hand in the way")
+        advance(now_ns)
+
+    monkeypatch.setattr(homed.job, "advance", disturbed)
+    sleep_s(homed.clock, 0.05)
+    why = "a hand in the way" if stopped_meanwhile else "a mistake"
+    assert (homed.status().state, homed.status().why) == ("fault", why)
+    homed.power_off()
+    homed.acknowledge()
+    homed.home()
+    assert finish(homed, homed.submit(write_job("again"))).outcome == "done"

@@ -1,0 +1,106 @@
+"""Lost steps seen by the sensors while the robot runs, on a virtual clock."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drivers.fakes.range_noise import RangeNoise
+from drivers.ranging.contract import Gate, Reading
+from drivers.steps.contract import Ticks
+from firmware_py.controller.controller import Controller
+from firmware_py.controller.step_watch import StepLoss, StepWatch
+from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from foundation.clock import sleep_s
+from models.linkage import Linkage, forward
+from models.robot import AXES
+
+ROBOT = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
+PERIOD_NS = 20_000_000
+SWING_STEPS, LAP = 300, 400
+"""The arms swing by so many steps in so many periods of 20 ms."""
+
+
+def swing(seconds: float, lost_steps: int = 0, motor: int = 0, at_s: float = 6.0, seed: int = 0):
+    """What is found, and after how long: arms that swing, sensors with their usual noise."""
+    watch = StepWatch(ROBOT)
+    linkage, per_step = Linkage.of(ROBOT.geometry), ROBOT.drive.rad_per_step
+    noise = [RangeNoise(seed=3 * seed + axis).source() for axis in range(3)]
+    counts = np.full(3, 1800)
+    watch.reset(tuple(counts.tolist()), 0)
+    for tick in range(1, round(seconds * 1e9 / PERIOD_NS)):
+        now_ns = tick * PERIOD_NS
+        phase = 2.0 * np.pi * (tick / LAP + np.arange(3) / 3.0)
+        wanted = np.rint(1800 + SWING_STEPS * np.sin(phase) * min(1.0, tick / LAP)).astype(int)
+        moves = wanted - counts
+        made = int(np.abs(moves).max())
+        steps = np.where(np.arange(made)[:, None] < np.abs(moves), np.sign(moves), 0)
+        due_ns = now_ns - PERIOD_NS // 2 + 10_000 * np.arange(made)
+        watch.sent(Ticks(due_ns.astype(np.int64), steps.astype(np.int8)))
+        counts = wanted
+        true = counts - lost_steps * (np.arange(3) == motor) * (now_ns >= at_s * 1e9)
+        position_m = forward(linkage, true * per_step).position_m
+        ranges_m = ROBOT.sensors.offsets_m + ROBOT.sensors.axes @ position_m
+        for axis in range(3):
+            seen_m = round(float(ranges_m[axis]) + noise[axis].next_m(), 3)
+            watch.reading(Reading(AXES[axis], now_ns, seen_m, 0, 9, 5.0, 1.0, 0.001, 0, Gate.GOOD))
+        loss = watch.look(now_ns)
+        if loss is not None:
+            return loss, now_ns * 1e-9 - at_s
+    return None, 0.0
+
+
+def test_no_false_alarm_in_a_minute() -> None:
+    assert swing(60.0) == (None, 0.0)
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.integers(120, 500),
+    st.sampled_from([-1, 1]),
+    st.integers(0, 2),
+    st.integers(0, 50),
+)
+def test_a_jump_is_seen_within_a_second(size: int, sign: int, motor: int, seed: int) -> None:
+    loss, after_s = swing(9.0, sign * size, motor, at_s=4.0 + 0.05 * seed, seed=seed)
+    assert loss is not None
+    assert loss.motor == motor + 1
+    assert 0.0 < after_s < 1.0
+    assert loss.steps == pytest.approx(sign * size, abs=60)
+
+
+def test_small_losses_are_below_its_limit() -> None:
+    """Less than play and sensor errors make: left to 'deltactl verify' and the diagnosis."""
+    assert swing(12.0, 40) == (None, 0.0)
+
+
+def test_it_says_which_motor_and_how_far() -> None:
+    assert StepLoss(2, 120, -0.0118).says() == (
+        "lost steps: the sensors see motor2 about 120 steps (12 mm at the elbow) behind its counts"
+    )
+    assert "ahead of its counts" in StepLoss(2, -120, 0.0118).says()
+
+
+@pytest.mark.parametrize("on_step_loss", ["stop", "warn"])
+def test_the_job_says_what_happens(homed: Controller, write_job, finish, on_step_loss) -> None:
+    job = write_job("long", radius_m=0.06, t_pwm_s=0.004)
+    job.write_text(job.read_text() + f"on_step_loss: {on_step_loss}\n")
+    number = homed.submit(job)
+    sleep_s(homed.clock, 6.0)
+    assert homed.status().state == "running"
+    assert homed.machine.bench is not None
+    homed.machine.bench.slip(3, 200)
+    sleep_s(homed.clock, 1.0)
+    if on_step_loss == "stop":
+        status = homed.status()
+        assert status.state == "fault"
+        assert status.why.startswith("lost steps: the sensors see motor3 about")
+        result = homed.result(number)
+        assert (result.outcome, result.why) == ("fault", status.why)
+    else:
+        assert homed.status().state == "running"
+        result = finish(homed, number)
+        assert result.outcome == "done"
+        assert "motor3" in result.warning or "drive 3" in result.warning
