@@ -18,6 +18,8 @@ KEEP_EVERY = 5
 """Positions are kept every 5 ms: the platform moves less than 1 mm in that time."""
 SETTLE_S = 0.4
 GROW_EVERY = 200
+CHECK_EVERY = 20
+"""The loops are checked every 20 ms, at the sensors' rate."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,6 @@ def _follow(
     seen = model.body("platform" if robot.body.ringing_hz is None else "target").id
     rods = [model.body(f"rod_{loop}").id for loop in LOOPS]
     lengths_m = np.repeat(robot.body.upper_arm_m, 2)
-    where = np.array([seen])
     positions = np.empty((len(grid_s) // KEEP_EVERY + 1, 3))
     angles = np.empty_like(positions)
     step, ctrl, gap_m, grows = mujoco.mj_step, data.ctrl, 0.0, robot.body.growth != 0.0
@@ -73,14 +74,14 @@ def _follow(
         if k % KEEP_EVERY == 0:
             # Positions belong to the state before the step: bring them up to date with it.
             mujoco.mj_kinematics(model, data)
-            positions[kept], angles[kept] = place[where[0]], data.qpos[arms]
+            positions[kept], angles[kept] = place[seen], data.qpos[arms]
             kept += 1
-        if k % GROW_EVERY == 0:
+        if k % CHECK_EVERY == 0:
             ends = data.site_xpos[assembly.ends] - data.site_xpos[assembly.anchors]
             gap_m = max(gap_m, float(np.abs(ends).max()))
-            if grows:
-                warm = -np.expm1(-grid_s[k] / robot.body.growth_time_s)
-                model.body_pos[rods, 0] = lengths_m * (1.0 + robot.body.growth * warm)
+        if grows and k % GROW_EVERY == 0:
+            warm = -np.expm1(-grid_s[k] / robot.body.growth_time_s)
+            model.body_pos[rods, 0] = lengths_m * (1.0 + robot.body.growth * warm)
         ctrl[:] = control
         step(model, data)
     return Truth(grid_s[::KEEP_EVERY], positions[:kept], angles[:kept], gap_m)
