@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from functools import partial
 from pathlib import Path
 
@@ -25,8 +26,25 @@ def build_controller(
     Raises ConfigError, or HardwareError when pins, bus or pulse process cannot be had.
     """
     robot = load_robot(robot_file)
+    if realtime or not simulated:
+        _load_ahead()
     machine = simulated_machine(robot, realtime) if simulated else real_machine(robot)
     return Controller(robot, robot_file, machine, recordings)
+
+
+def _load_ahead() -> None:
+    """Load now what would hold up a running motion for longer than its heartbeat allows.
+
+    The TFLite runtime takes a third of a second to import, and the collector as long to look
+    through everything that is imported.
+    """
+    from models.network import InverseNetwork
+    from models.network.runtime import load_runtime
+
+    del InverseNetwork
+    load_runtime()
+    gc.collect()
+    gc.freeze()
 
 
 def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import sys
 from typing import Any, Protocol
@@ -53,6 +54,12 @@ def open_interpreter(content: bytes) -> Interpreter:
         reason = str(error).splitlines()[0]
         raise NetworkError(f"the TFLite runtime refuses the network: {reason}") from error
     return interpreter
+
+
+def load_runtime() -> None:
+    """Import the runtime now, where the third of a second it takes does no harm."""
+    with contextlib.suppress(NetworkError):
+        _runtime()
 
 
 def _runtime() -> Any:
