@@ -46,6 +46,8 @@ REGIMES = {
     "sensor_drift": "growing since the start of the recording",
 }
 FAINT_P = 0.01
+OTHER_NOTHING = ("inertia", "joint_compliance", "following_lag", "lost_steps")
+"""Effects whose first parameter is not the one that vanishes with them."""
 SHIFTS = 1.3
 """Standard deviations that a change of smoothing stands for."""
 
@@ -108,6 +110,25 @@ def findings(outcome: AxisOutcome) -> list[Finding]:
     found = [_named(outcome, number, cov) for number in range(len(solution.terms))]
     found += [_free(outcome, number) for number in range(len(solution.frees))]
     return sorted(found, key=lambda f: -f.evidence.delta_chi2)
+
+
+def doubtful(outcome: AxisOutcome) -> int | None:
+    """Number of a term whose size cannot be told from none at all; None if there is none."""
+    solution = outcome.solution
+    if not solution.terms:
+        return None
+    cov = covariance(outcome.search, solution)
+    for number, term in enumerate(solution.terms):
+        part = solution.columns_of(number)
+        main = term.candidate.kind.main.name
+        size = parameters(term, cov[part, part]).get(main)
+        nothing = term.candidate.kind.nothing
+        if size is None or not np.isfinite(nothing) or term.candidate.effect in OTHER_NOTHING:
+            continue
+        low, high = (float(np.min(size.ci95)), float(np.max(size.ci95)))
+        if low <= nothing <= high:
+            return number
+    return None
 
 
 def _named(outcome: AxisOutcome, number: int, cov: FloatArray) -> Finding:

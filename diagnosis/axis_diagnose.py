@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from diagnosis.axis_answer import AxisOutcome, findings, picture, unexplained
+from diagnosis.axis_answer import AxisOutcome, doubtful, findings, picture, unexplained
 from diagnosis.axis_holdout import held_blocks, other_run
 from diagnosis.axis_model import AxisModel
 from diagnosis.axis_prepare import prepare_again, prepare_axis
@@ -81,6 +81,11 @@ def diagnose_axis(
     first_p = search.first_p_of_all(solution)
     hidden, smallest = limits(search)
     outcome = _settled(search, solution, model, forced)
+    while (number := doubtful(outcome)) is not None:
+        kept = outcome.solution
+        rest = (*kept.terms[:number], *kept.terms[number + 1 :])
+        bare = outcome.search.fitter.solve(rest, kept.frees, kept.nuisances)
+        outcome = AxisOutcome(outcome.search, bare, outcome.first_cost, outcome.unit)
     progress("what else it could be")
     found = findings(outcome)
     free_zero = not isinstance(robot, RangeSensor) and robot.zero == "arbitrary"

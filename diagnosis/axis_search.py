@@ -24,6 +24,7 @@ from diagnosis.noise import IntArray
 
 MOST_TERMS = 6
 TRIED = 6
+TOGETHER = 3
 WORTH_TRYING = 0.4
 FREE_PRICE = 20.0
 FREE_ADVANTAGE = 10.0
@@ -39,6 +40,7 @@ WAVES = ("transmission_error", "encoder_error")
 SAME_PERIOD = 0.3
 BLOCKS = 40
 SHORTEST_BLOCK_S = 1.0
+FEWEST_IN_BLOCK = 4
 LEAST_Z = 4.0
 RELUCTANCE = {
     "sensor_latency": 10.0, "resonance": 6.0, "encoder_error": 12.0, "transmission_error": 8.0,
@@ -129,12 +131,29 @@ class AxisSearch(Search):
 
     def _extended(self, solution: Solution) -> Solution:
         """Effect after effect until none is proven."""
-        while len(solution.terms) < MOST_TERMS:
+        for _ in range(MOST_TERMS):
             grown = self._grown(solution)
-            if grown is None:
+            if grown is None or len(grown.terms) > MOST_TERMS:
                 break
             solution = self._pruned(grown)
-        return solution
+        joint = self._jointly(solution) if not solution.terms else None
+        return self._pruned(joint) if joint is not None else solution
+
+    def _jointly(self, solution: Solution) -> Solution | None:
+        """Effects that do little alone and much together, as the terms of a curve do."""
+        lasting = [t.start for t in self.trials(solution) if not t.start.candidate.kind.event]
+        if len(lasting) < TOGETHER or self.p(self.smallest_log_p(solution)) > ALPHA:
+            return None
+        terms = (*solution.terms, *lasting[:TOGETHER])
+        grown = self.fitter.solve(terms, solution.frees, solution.nuisances)
+        df = max(self._numbers(grown) - self._numbers(solution), 1)
+        return grown if self.proven(solution, grown, df) else None
+
+    def smallest_log_p(self, solution: Solution) -> float:
+        """Logarithm of the smallest p of the bank, scaled by what is left over."""
+        df = [entry.df for entry in self.prepared.bank.entries]
+        gain = self.scores(solution).gain / self.excess(solution)
+        return float(chi2.logsf(gain, df).min(initial=0.0))
 
     def _grown(self, solution: Solution) -> Solution | None:
         tried = self._tried(solution)
@@ -229,7 +248,9 @@ class AxisSearch(Search):
         travel = np.cumsum(np.abs(np.diff(driver, prepend=driver[0])))
         t_s = model.readings.t_s - model.readings.t_s[0]
         share = 0.5 * t_s / t_s[-1] + 0.5 * travel / max(float(travel[-1]), 1e-300)
-        count = min(BLOCKS, int(model.readings.span_s / SHORTEST_BLOCK_S), len(t_s) // 20)
+        count = min(
+            BLOCKS, int(model.readings.span_s / SHORTEST_BLOCK_S), len(t_s) // FEWEST_IN_BLOCK
+        )
         blocks: IntArray = (share * 0.999999 * max(count, 4)).astype(np.intp)
         return blocks[self.fitter.whiten.rows]
 

@@ -17,6 +17,7 @@ from models.robot import RangeSensor
 from recording.flat import FlatRecording
 
 
+MOST_ROWS = 40_000
 FEWEST = 20
 """A calibration table is short, and each of its rows may be the mean of many readings."""
 
@@ -31,6 +32,7 @@ class RangeSensorModel:
         for recording in recordings:
             needed(recording, ("distance",), "distance")
             needed(recording, ("range",), "range")
+        recordings = [_averaged(recording) for recording in recordings]
         self.readings: Readings = gather(recordings, ["range"], {"range": "m"}, FEWEST)
         self.distance_m = np.concatenate([filled(r, "distance") for r in recordings])
         source = recordings[0].source
@@ -73,9 +75,28 @@ class RangeSensorModel:
         return np.concatenate(parts)[:, None]
 
     def drivers(self) -> dict[str, FloatArray]:
-        """Distance and time."""
-        return {"distance": self.distance_m, "time": self.readings.t_s}
+        """Distance and time; a table sorted by distance has no time of its own."""
+        drivers = {"distance": self.distance_m}
+        steps = np.diff(self.distance_m)
+        if not self._moves or not ((steps >= 0.0).all() or (steps <= 0.0).all()):
+            drivers["time"] = self.readings.t_s
+        return drivers
 
     def ports(self) -> dict[str, FloatArray]:
         """The sensor itself."""
         return {COMPONENT: np.ones((len(self.readings.t_s), 1))}
+
+
+def _averaged(recording: FlatRecording) -> FlatRecording:
+    """Means of rows that follow each other, where there are more than are of use."""
+    count = -(-len(recording) // MOST_ROWS)
+    if count == 1:
+        return recording
+    rows = len(recording) // count * count
+
+    def mean(values: FloatArray) -> FloatArray:
+        averaged: FloatArray = values[:rows].reshape(-1, count).mean(axis=1)
+        return averaged
+
+    columns = {name: mean(recording.columns[name]) for name in ("distance", "range")}
+    return FlatRecording(mean(recording.t_s), columns, {}, recording.source)
