@@ -16,6 +16,7 @@ def register(app: typer.Typer) -> None:
     """Add the commands of this file."""
     app.command()(run)
     app.command()(check)
+    app.command()(verify)
     app.command()(report)
     app.command()(record)
     app.command()(export)
@@ -60,6 +61,25 @@ def check(job: JobArgument, json_out: JsonOption = False) -> None:
     from firmware_py.cli.check import check_job
 
     check_job(job, json_out)
+
+
+def verify(
+    job: JobArgument,
+    simulate: Annotated[
+        bool, typer.Option("--simulate", help="On a simulated robot in this process, no daemon.")
+    ] = False,
+    json_out: JsonOption = False,
+    socket: SocketOption = None,
+) -> None:
+    """Were steps lost? Homes, runs the job, goes home again, and compares the sensors.
+
+    ```
+    deltactl verify heart.yaml
+    ```
+    """
+    from firmware_py.cli.verify import verify_job
+
+    verify_job(job, simulate, json_out, socket)
 
 
 def report(

@@ -1,0 +1,133 @@
+"""Were steps lost? Home, run a job, go back to the home angles, and compare what the sensors see.
+
+Any controller will do, also a daemon's client. The difference of the ranges, through the
+linkage's derivatives at the home angles, becomes steps of each motor. Errors of the model and
+offsets of the sensors cancel, since both looks are at one pose; noise is averaged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from firmware_py.controller.contract import RobotController
+from firmware_py.robot_file import RobotFile
+from foundation.errors import MotionError, NotReady
+from models.linkage import Linkage, forward
+from models.robot import AXES, FloatArray
+
+LOOK_S = 3.0
+EVERY_S = 0.03
+"""Longer than a sensor's period, so that every look brings a new sample."""
+SIGMAS = 4.0
+LEAST_STEPS = 10.0
+"""Fewer are not called lost: play and the drives' own hysteresis look the same."""
+NUDGE_RAD = 1e-4
+
+Triple = tuple[float, float, float]
+Follow = Callable[[int], str]
+"""Waits for the end of a job; returns its outcome."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verification:
+    """Steps that each motor is behind its counter after the run, and how sure that is."""
+
+    steps: Triple
+    sigma_steps: Triple
+    moved_mm: Triple
+    """Change of each range between the two looks."""
+
+    @property
+    def lost(self) -> tuple[int, ...]:
+        """Motors (1 to 3) that lost steps."""
+        rows = enumerate(zip(self.steps, self.sigma_steps, strict=True), start=1)
+        return tuple(n for n, (found, sigma) in rows if abs(found) > self._limit(sigma))
+
+    def says(self) -> str:
+        """One line."""
+        figures = ", ".join(
+            f"motor{n} {found:+.0f} +- {sigma:.0f}"
+            for n, (found, sigma) in enumerate(
+                zip(self.steps, self.sigma_steps, strict=True), start=1
+            )
+        )
+        if not self.lost:
+            return f"no steps lost (steps behind the counters: {figures})"
+        motors = " and ".join(f"motor{n}" for n in self.lost)
+        return (
+            f"steps lost by {motors} (steps behind the counters: {figures}); find the cause, put"
+            " the arms against their stops, and home again"
+        )
+
+    @staticmethod
+    def _limit(sigma: float) -> float:
+        return max(LEAST_STEPS, SIGMAS * sigma)
+
+
+def verify(
+    controller: RobotController,
+    robot: RobotFile,
+    job: Path,
+    follow: Follow,
+    sleep: Callable[[float], None],
+) -> Verification:
+    """Home, look, run, home, look. The robot must be on, with its arms at home or homed.
+
+    Raises NotReady when a sensor has no good readings, MotionError when the job does not end
+    by itself, and what the controller raises.
+    """
+    if robot.sensors is None:
+        raise NotReady(f"robot '{robot.name}' has no sensors; lost steps cannot be seen")
+    controller.home()
+    before_m, before_sigma_m = _look(controller, sleep)
+    outcome = follow(controller.submit(job))
+    if outcome != "done":
+        raise MotionError(f"the job ended as {outcome}; nothing can be said about lost steps")
+    controller.home()
+    after_m, after_sigma_m = _look(controller, sleep)
+    to_steps = np.linalg.inv(_slopes_m(robot)) / -robot.drive.rad_per_step
+    moved_m = after_m - before_m
+    sigma_m = np.hypot(before_sigma_m, after_sigma_m)
+    return Verification(
+        _triple(to_steps @ moved_m),
+        _triple(np.sqrt(to_steps**2 @ sigma_m**2)),
+        _triple(moved_m * 1e3),
+    )
+
+
+def _look(
+    controller: RobotController, sleep: Callable[[float], None]
+) -> tuple[FloatArray, FloatArray]:
+    """Mean of the good ranges of each axis [m], and its standard error. Raises NotReady."""
+    seen_m: dict[str, list[float]] = {axis: [] for axis in AXES}
+    for _ in range(round(LOOK_S / EVERY_S)):
+        sleep(EVERY_S)
+        for sensor in controller.status().sensors:
+            fresh = sensor.age_s is not None and sensor.age_s < 2.0 * EVERY_S
+            if fresh and sensor.gate == "good" and sensor.distance_m is not None:
+                seen_m[sensor.axis].append(sensor.distance_m)
+    for axis, values in seen_m.items():
+        if len(values) < LOOK_S / EVERY_S / 4:
+            raise NotReady(f"sensor {axis} gives too few good readings; see 'deltactl sensors'")
+    means_m = np.array([np.mean(values) for values in seen_m.values()])
+    sigmas_m = np.array([np.std(v, ddof=1) / np.sqrt(len(v)) for v in seen_m.values()])
+    return means_m, sigmas_m
+
+
+def _slopes_m(robot: RobotFile) -> FloatArray:
+    """Change of each range with a radian of each arm at the home angles; shape (3, 3)."""
+    assert robot.sensors is not None
+    home_rad = np.deg2rad(robot.homing.angle_deg)
+    nudged = home_rad + NUDGE_RAD * np.vstack([np.zeros(3), np.eye(3)])
+    ranges_m = forward(Linkage.of(robot.geometry), nudged).position_m @ robot.sensors.axes.T
+    slopes_m: FloatArray = ((ranges_m[1:] - ranges_m[0]) / NUDGE_RAD).T
+    return slopes_m
+
+
+def _triple(values: FloatArray) -> Triple:
+    first, second, third = values.tolist()
+    return first, second, third

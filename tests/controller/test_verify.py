@@ -1,0 +1,62 @@
+"""`deltactl verify`: home, run, home, compare, on the simulated robot."""
+
+from __future__ import annotations
+
+import pytest
+
+from firmware_py.controller.controller import Controller
+from firmware_py.controller.verify import Verification, verify
+from foundation.clock import sleep_s
+from foundation.errors import MotionError, NotReady
+
+
+def verified(controller: Controller, write_job, finish, slipped: int = 0) -> Verification:
+    def follow(number: int) -> str:
+        sleep_s(controller.clock, 2.0)
+        if slipped:
+            assert controller.machine.bench is not None
+            controller.machine.bench.slip(2, slipped)
+        return finish(controller, number).outcome
+
+    return verify(
+        controller,
+        controller.robot,
+        write_job(),
+        follow,
+        lambda seconds: sleep_s(controller.clock, seconds),
+    )
+
+
+def test_a_good_run(controller: Controller, write_job, finish) -> None:
+    controller.power_on()
+    found = verified(controller, write_job, finish)
+    assert found.lost == ()
+    assert max(map(abs, found.steps)) < 10.0
+    assert 0.3 < max(found.sigma_steps) < 3.0
+    assert found.says().startswith("no steps lost (steps behind the counters: motor1 ")
+
+
+@pytest.mark.parametrize("slipped", [40, -40])
+def test_fewer_lost_steps_than_are_seen_while_running(
+    controller: Controller, write_job, finish, slipped: int
+) -> None:
+    controller.power_on()
+    found = verified(controller, write_job, finish, slipped)
+    assert found.lost == (2,)
+    assert found.steps[1] == pytest.approx(slipped, abs=8.0)
+    assert "steps lost by motor2" in found.says()
+
+
+def test_a_run_that_ends_otherwise_says_nothing(controller: Controller, write_job, finish) -> None:
+    controller.power_on()
+    with pytest.raises(MotionError, match="ended as fault; nothing can be said"):
+        verified(controller, write_job, finish, 300)
+
+
+def test_a_sensor_that_is_silent(controller: Controller, write_job, finish) -> None:
+    controller.power_on()
+    controller.home()
+    assert controller.machine.rig is not None
+    controller.machine.rig.chips["y"].faults.raw_status = 4
+    with pytest.raises(NotReady, match="sensor y gives too few good readings"):
+        verified(controller, write_job, finish)
