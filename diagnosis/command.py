@@ -24,15 +24,17 @@ def diagnose(
     holdout: Sequence[Path] = (),
     json_out: Path | None = None,
     progress: Progress = lambda _: None,
+    read: Callable[[Path], FlatRecording] = read_flat,
 ) -> Diagnosis:
     """Diagnose recordings of one robot; writes the contract's JSON when asked.
 
+    `read` turns a file into columns, for tables of others (`diagnosis.columns`).
     Raises ConfigError, MissingFile or RecordingError, one line each.
     """
     belief = load_robot_model(robot)
     progress("reading")
     answer = diagnose_recordings(
-        belief, [read_flat(path) for path in recordings], [read_flat(path) for path in holdout],
+        belief, [read(path) for path in recordings], [read(path) for path in holdout],
         progress,
     )  # fmt: skip
     answer = answer.model_copy(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -18,25 +19,29 @@ def diagnose_recordings(
     json_file: Path | None,
     report: Path | None,
     save_robot: Path | None,
+    columns: Path | None,
+    set_columns: list[str],
 ) -> None:
     """Diagnose, print what was found in plain sentences, and write what was asked for."""
+    from diagnosis.columns import load_mapping, read_mapped
     from diagnosis.command import diagnose
     from diagnosis.corrected import save_corrected
     from diagnosis.report.html import write_report
     from diagnosis.report.summary import summary_lines
+    from recording.flat_files import read_flat
 
     robot_file = find(robot)
     quiet = json_file is not None and str(json_file) == "-"
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=errors, transient=True, disable=quiet) as progress:
+    mapping = load_mapping(columns, set_columns) if columns or set_columns else None
+    read = partial(read_mapped, mapping=mapping) if mapping else read_flat
+    shown = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*shown, console=errors, transient=True, disable=quiet) as progress:
         bar = progress.add_task("reading")
 
         def show(text: str) -> None:
             progress.update(bar, description=text)
 
-        answer = diagnose(
-            recordings, robot_file, holdout, None if quiet else json_file, progress=show
-        )
+        answer = diagnose(recordings, robot_file, holdout, None if quiet else json_file, show, read)
     if save_robot is not None:
         save_corrected(robot_file, answer, save_robot)
     if report is not None:

@@ -31,17 +31,26 @@ def diagnose(
     save_robot: Annotated[
         Path | None, typer.Option(help="Write the corrected robot file here.")
     ] = None,
+    columns: Annotated[
+        Path | None, typer.Option(help="Mapping file for tables with other columns and units.")
+    ] = None,
+    set_columns: Annotated[
+        list[str] | None, typer.Option("--set", help="One column of a mapping, as t=time_ms*0.001.")
+    ] = None,
 ) -> None:
     """Compare recordings with the robot file: what is missing, where, how sure.
 
     ```
     deltactl diagnose run.csv.gz --robot zhao-2023.yaml
     deltactl diagnose a.mcap --robot zhao-2023.yaml --holdout b.mcap --report why.html
+    deltactl diagnose axis.csv --robot axis.yaml --set t=ms*0.001 --set "position=angle[deg]"
     ```
     """
     from firmware_py.cli.diagnose import diagnose_recordings
 
-    diagnose_recordings(recordings, robot, holdout or [], json_file, report, save_robot)
+    diagnose_recordings(
+        recordings, robot, holdout or [], json_file, report, save_robot, columns, set_columns or []
+    )
 
 
 def install(
