@@ -73,7 +73,10 @@ def read_text(path: Path) -> str:
 def _heading(path: Path, head: str) -> list[str]:
     names = [name.strip() for name in next(csv.reader([head]))]
     if "t" not in names:
-        raise RecordingError(f"{path}:1: has no column 't'; it has {', '.join(names)[:200]}")
+        raise RecordingError(
+            f"{path}:1: has no column 't'; it has {', '.join(names)[:200]};"
+            " say what stands for it with --set t=NAME or --columns FILE"
+        )
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise RecordingError(f"{path}:1: column '{twice[0]}' stands here twice")
