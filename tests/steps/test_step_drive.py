@@ -113,3 +113,30 @@ def test_a_trip_ends_with_enable_taken_away() -> None:
     assert drive.alarm
     drive.set_enabled(False, SETTLED_NS)
     assert not drive.alarm
+
+
+def test_a_motor_that_slips_is_behind_and_goes_on() -> None:
+    drive = SimulatedDrive()
+    drive.set_enabled(True, 0)
+    drive.set_direction(True, 300_000_000)
+    edges = range(301_000_000, 311_000_000, 1_000_000)
+    for t_ns in edges:
+        drive.rise(t_ns)
+        drive.fall(t_ns + 5_000)
+    drive.slip(100)
+    assert (drive.position_steps, drive.lost, drive.alarm) == (10 - 100, 100, False)
+    drive.rise(312_000_000)
+    assert drive.position_steps == 11 - 100
+
+
+def test_a_motor_that_is_held_fast_does_not_turn() -> None:
+    drive = SimulatedDrive()
+    drive.set_enabled(True, 0)
+    drive.set_direction(True, 300_000_000)
+    drive.stalled = True
+    drive.rise(301_000_000)
+    drive.fall(301_005_000)
+    assert (drive.position_steps, drive.lost, drive.edges) == (0, 1, 1)
+    drive.stalled = False
+    drive.rise(302_000_000)
+    assert drive.position_steps == 1
