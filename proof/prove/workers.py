@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, cast
 
-from foundation.errors import ConfigError
+from foundation.errors import ConfigError, ServiceError
 
 Result = tuple[int, dict[str, Any]]
 Task = Callable[[int, int], dict[str, Any]]
@@ -25,7 +25,8 @@ def here(task: Task, seed: int, numbers: Sequence[int]) -> Iterator[Result]:
 def workers(count: int, scheduler: str | None, say: Callable[[str], None]) -> Iterator[Run]:
     """A function that runs cases; 0 workers is this process, an address is a Dask scheduler.
 
-    Raises ConfigError when the scheduler is named but cannot be had.
+    Raises ConfigError when the scheduler is named but cannot be had; the function it gives raises
+    ServiceError at its end when workers lost cases.
     """
     if scheduler is None and count == 0:
         yield here
@@ -43,10 +44,18 @@ def workers(count: int, scheduler: str | None, say: Callable[[str], None]) -> It
 
         def spread(task: Task, seed: int, numbers: Sequence[int]) -> Iterator[Result]:
             waiting = {client.submit(task, seed, n, pure=False): n for n in numbers}
+            lost: list[str] = []
             for future in finished(list(waiting)):
-                number = waiting[future]
-                yield number, future.result()
+                if future.status == "finished":
+                    yield waiting[future], future.result()
+                else:
+                    lost.append(f"number {waiting[future]}: {future.exception()}")
                 future.release()
+            if lost:
+                raise ServiceError(
+                    f"{len(lost)} did not finish on the workers ({lost[0]}); "
+                    "the same command again runs only those"
+                )
 
         yield spread
 

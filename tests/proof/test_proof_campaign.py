@@ -11,7 +11,7 @@ pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' 
 from typer.testing import CliRunner
 
 from firmware_py.cli.main import app
-from foundation.errors import ConfigError, RecordingError
+from foundation.errors import ConfigError, RecordingError, ServiceError
 from proof.prove import campaign, one_case
 
 
@@ -110,6 +110,26 @@ def test_cases_run_on_a_schedulers_workers(tmp_path, monkeypatch):
     ) as cluster:
         outcome = campaign.prove(3, 5, tmp_path, scheduler=cluster.scheduler_address)
     assert [marks.case for marks in outcome.scores] == ["case_0000", "case_0001", "case_0002"]
+
+
+def one_is_lost(seed: int, number: int) -> dict[str, object]:
+    if number == 1:
+        raise MemoryError("worker died")
+    return small_result(seed, number)
+
+
+def test_a_lost_case_does_not_cost_the_others(tmp_path, monkeypatch):
+    distributed = pytest.importorskip("distributed", reason="needs the extra 'proof' (Dask)")
+    monkeypatch.setattr(campaign, "run_case", one_is_lost)
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+        ) as cluster,
+        pytest.raises(ServiceError, match=r"1 did not finish .* worker died.*same command again"),
+    ):
+        campaign.prove(3, 5, tmp_path, scheduler=cluster.scheduler_address)
+    assert (tmp_path / "case_0000" / "result.json").exists()
+    assert (tmp_path / "case_0002" / "result.json").exists()
 
 
 def test_without_dask_it_says_so_and_runs_here(tmp_path, ran, monkeypatch):
