@@ -16,6 +16,7 @@ EDGE = 0.02
 """Share of the recording at each end in which a loss cannot be told from an offset."""
 CHANCE = 1e-5
 FEWEST_REPEATS = 10
+MANY = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +76,7 @@ class Stale:
 
 def stale_runs(readings: Readings) -> list[Stale]:
     """Repeats too long for rounding and noise to make by chance."""
-    found = []
+    found: list[Stale] = []
     for column, name in enumerate(readings.names):
         if not name.startswith("range_"):
             continue
@@ -83,10 +84,14 @@ def stale_runs(readings: Readings) -> list[Stale]:
         rate = float(np.mean(np.diff(values) == 0.0))
         if not 0.0 < rate < 0.6:
             continue
+        own: list[Stale] = []
         for first, last in long_repeats(values, FEWEST_REPEATS):
             log_p = float(np.log(len(values)) + (last - first) * np.log(rate))
             if log_p < np.log(CHANCE):
-                found.append(Stale(name, first, last, log_p))
+                own.append(Stale(name, first, last, log_p))
+        held = [values[run.first] for run in own]
+        if len(own) < MANY or len(set(held)) > len(own) // 2:
+            found += own  # the same value again and again is the end of a range, not an old value
     return found
 
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.candidate import Term
 from diagnosis.fit import Fitter, Solution
 from diagnosis.name import ALPHA, Progress, Search
 from diagnosis.noise import estimate
@@ -15,9 +14,8 @@ from diagnosis.readings import BoolArray, FloatArray
 
 TERM_PRICE = 12.0
 """Chi-square that choosing one of a hundred candidates is worth."""
-TOO_FAR = 3.3
-"""Standard deviations of a tolerance beyond which it is looked at as a finding of its own."""
-PROMOTED = 8.0
+PROMOTED = 12.0
+"""Chi-square that lifting the prior of a tolerance must gain to make it a finding."""
 PILE = 3
 """From so many effects on, small errors everywhere are the likelier story."""
 
@@ -61,22 +59,16 @@ def _looks_loose(search: Search, solution: Solution) -> bool:
 
 
 def _promoted(search: Search, solution: Solution) -> Solution:
-    """What stands too far off to be a tolerance becomes a finding."""
-    count = len(search.prepared.model.nuisances)
-    by_key = {c.key: c for c in search.prepared.model.candidates}
-    for nuisance, term in zip(search.fitter.nuisances, solution.nuisances, strict=True):
-        off = (term.at - nuisance.term.at) / max(nuisance.spread)
-        candidate = by_key.get(term.candidate.key)
-        taken = {t.candidate.key for t in solution.terms}
-        if candidate is None or term.candidate.key in taken or np.abs(off).max() < TOO_FAR:
-            continue
-        if nuisance in search.fitter.nuisances[:count] or len(candidate.coordinates) != len(off):
-            continue
-        start = Term(candidate, term.at)
-        grown = search.fitter.solve((*solution.terms, start), solution.frees, solution.nuisances)
-        if solution.cost - grown.cost > PROMOTED:
-            solution = grown
-    return solution
+    """A wrong size that is too far off for a tolerance, though the priors nearly hide it."""
+    tolerances = {n.term.candidate.effect for n in search.prepared.model.tolerances}
+    tolerances.discard("transmission_error")
+    static = [t for t in search.trials(solution) if t.start.candidate.effect in tolerances]
+    if not static or static[0].gain < PROMOTED:
+        return solution
+    grown = search.fitter.solve(
+        (*solution.terms, static[0].start), solution.frees, solution.nuisances
+    )
+    return grown if solution.cost - grown.cost > PROMOTED else solution
 
 
 def _with_tolerances(prepared: Prepared, rad_per_step: float, progress: Progress) -> Search:

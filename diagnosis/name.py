@@ -19,7 +19,7 @@ from diagnosis.score import Calibration, Scores, calibrate, explained_by, orthon
 ALPHA = 0.003
 PRICE = 4.0
 """Chi-square each coordinate of a candidate has to earn beyond the others."""
-RELUCTANCE = {"viscous_friction": 7.0, "payload": 6.0}
+RELUCTANCE = {"viscous_friction": 7.0, "payload": 12.0}
 EVENT_PRICE = 14.0
 FREE_PRICE = 26.0
 LEAST_SHARE = 0.012
@@ -184,7 +184,7 @@ class Search:
             return solution
         for number in range(len(solution.terms) - 1):
             rest = _without(solution.terms, number)
-            bare = self.fitter.solve(rest, solution.frees, solution.nuisances, steps=2)
+            bare = self.fitter.solve(rest, solution.frees, solution.nuisances, steps=4)
             own = solution.terms[number].candidate.key
             for trial in self.trials(bare, [own])[:2]:
                 if trial.gain < 0.8 * (bare.cost - solution.cost):
