@@ -8,7 +8,7 @@ from xml.sax.saxutils import escape
 
 from proof.prove.score import NOTHING, Score
 
-CELL, LEFT, TOP = 26, 190, 170
+CELL, LEFT, TOP, RIGHT = 26, 190, 190, 110
 WRONG_PLACE = "right effect, wrong place"
 GROUPS = ("nothing", "single", "faint", "tolerance", "unknown")
 """Groups with one answer at most; two and three effects have no single cell."""
@@ -51,7 +51,7 @@ def rows_and_columns(cells: Matrix) -> tuple[list[str], list[str]]:
 def picture(cells: Matrix, title: str) -> str:
     """The matrix as an SVG drawing."""
     rows, columns = rows_and_columns(cells)
-    width, height = LEFT + CELL * len(columns) + 20, TOP + CELL * len(rows) + 20
+    width, height = LEFT + CELL * len(columns) + RIGHT, TOP + CELL * len(rows) + 20
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" '
         'font-family="sans-serif" font-size="12">',
