@@ -68,9 +68,11 @@ class ActiveJob:
         t_pwm_s = timing.t_pwm_s if isinstance(timing, Together) else None
         recorder.settings(now_ns, t_pwm_s)
         now_ns = self._machine.clock.now_ns()
-        self._feeder = Feeder(output, self._journal, self._motion, now_ns)
+        heartbeat_ns = ns(self._robot.steps.heartbeat_s)
+        clock = self._machine.clock
+        self._feeder = Feeder(output, self._journal, self._motion, clock, heartbeat_ns)
         self._journal.event(now_ns, "approach", f"from counts {counts}")
-        self._feeder.feed(now_ns)
+        self._feeder.feed(clock.now_ns())  # reading the network's file took a while
 
     def advance(self, now_ns: int) -> None:
         """Feed the motion and move on to the next phase when it is time."""

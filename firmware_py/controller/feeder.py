@@ -10,7 +10,8 @@ from drivers.steps.contract import OutputState, StepOutput, Ticks
 from firmware_py.controller.journal import Journal
 from firmware_py.planner.motion import Reached
 from firmware_py.planner.warp import Pacing, WarpedMotion
-from foundation.clock import ns
+from foundation.clock import NS_PER_S, Clock, ns
+from foundation.errors import PulseFault
 
 LOOKAHEAD_S = 0.1
 LEAD_S = 0.03
@@ -20,11 +21,20 @@ LEAD_S = 0.03
 class Feeder:
     """Plays one motion on a step output. Times along the motion are run times of the warp."""
 
-    def __init__(self, output: StepOutput, journal: Journal, motion: WarpedMotion, now_ns: int):
+    def __init__(
+        self,
+        output: StepOutput,
+        journal: Journal,
+        motion: WarpedMotion,
+        clock: Clock,
+        heartbeat_ns: int,
+    ):
         self._output = output
+        self._clock = clock
+        self._heartbeat_ns = heartbeat_ns
         self._journal = journal
         self._motion = motion
-        self._start_ns = now_ns + ns(LEAD_S)
+        self._start_ns = clock.now_ns() + ns(LEAD_S)
         self._slip_before_ns = output.status().slip_ns
         self.last_index = -1
 
@@ -50,9 +60,16 @@ class Feeder:
         """Queue what is due within the look-ahead. Raises MotionError, PulseFault."""
         chunk = self._motion.take(self.run_ns(now_ns) + ns(LOOKAHEAD_S))
         if len(chunk.ticks):
+            self._check_awake(now_ns)
             self._take_over_slip()
             self._output.push(Ticks(chunk.ticks.due_ns + self._start_ns, chunk.ticks.steps))
         self._note(chunk.reached)
+
+    def _check_awake(self, now_ns: int) -> None:
+        """The pulses ran dry while we hung, after the control loop had looked: do not go on."""
+        hung_ns = self._clock.now_ns() - now_ns
+        if hung_ns > self._heartbeat_ns:
+            raise PulseFault(f"no heartbeat: the controller hung for {hung_ns / NS_PER_S:.1f} s")
 
     def _note(self, reached: Reached) -> None:
         offset_ns = self._start_ns + self._slip_ns()

@@ -31,6 +31,8 @@ READINGS_NEEDED = 6
 LOOKS_IN_A_ROW = 2
 LOSS_M = 0.008
 """Of an elbow's way: less is not told from play, the sensors' scale and latency, and noise."""
+USUAL, USUAL_S = 4.0, 20.0
+"""Nor is less than so many times what has been usual over the last so many seconds."""
 NUDGE_RAD = 1e-4
 
 
@@ -79,6 +81,7 @@ class StepWatch:
         self._residuals: deque[_Residual] = deque()
         self._looked_ns = now_ns
         self._suspected = 0
+        self._usual_m2 = 0.0
         self._readings.clear()
 
     def forgive(self) -> None:
@@ -155,7 +158,8 @@ class StepWatch:
             return None
         worst = int(np.argmax(np.abs(moved_rad)))
         elbow_m = float(moved_rad[worst] * self._elbows_m[worst])
-        if abs(elbow_m) < LOSS_M:
+        if abs(elbow_m) < max(LOSS_M, USUAL * self._usual_m2**0.5):
+            self._usual_m2 += LOOK_S / USUAL_S * (elbow_m**2 - self._usual_m2)
             return None
         behind = -float(moved_rad[worst]) / self._step_rad
         return StepLoss(worst + 1, round(behind), elbow_m)

@@ -23,6 +23,8 @@ from foundation.errors import DeltactlError
 SETTLE_S = 5.0
 """How long a job may take to decelerate when the daemon is told to end."""
 SETTLE_LOOK_S = 0.1
+SWITCH_S = 0.001
+"""How long one thread may keep the interpreter from the control loop (Python's own: 5 ms)."""
 MOVING = (State.RUNNING.value, State.PAUSED.value)
 
 _log = logging.getLogger(__name__)
@@ -36,6 +38,7 @@ def serve(robot: Path, socket: Path | None, simulated: bool, recordings: Path) -
     from firmware_py.controller.build import build_controller
 
     _set_up_logging()
+    sys.setswitchinterval(SWITCH_S)
     notifier = Notifier.from_environment()
     with EndSignals() as signals, closing(notifier):
         try:

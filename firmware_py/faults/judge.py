@@ -58,10 +58,10 @@ def _judge_end(stand: Stand, kind: Kind, run: StandRun, verdict: Verdict, fault_
     )
     why = stand.controller.status().why
     verdict.demand(re.search(kind.culprit, why) is not None, f"culprit not named: {why!r}")
-    _judge_edges(stand, run, verdict)
+    _judge_edges(stand, kind, run, verdict)
 
 
-def _judge_edges(stand: Stand, run: StandRun, verdict: Verdict) -> None:
+def _judge_edges(stand: Stand, kind: Kind, run: StandRun, verdict: Verdict) -> None:
     on_path_ns = after(edge_times_ns(stand.bench.memory), run.path_ns)
     judge_gaps(verdict, on_path_ns, T_PWM_NS)
     for _ in range(3):  # a moving robot steps between two looks
@@ -70,7 +70,7 @@ def _judge_edges(stand: Stand, run: StandRun, verdict: Verdict) -> None:
         lost = np.array(stand.bench.memory.lost()) - np.array(run.lost)
         moving = int(stand.state == "running")
         verdict.miscounted = int(np.maximum(off - lost - moving, 0).max())
-        if verdict.miscounted == 0:
+        if verdict.miscounted <= kind.uncounted:
             return
     verdict.demand(False, f"counters off by {off.tolist()} with {lost.tolist()} lost")
 
@@ -164,7 +164,7 @@ def _judge_going_on(
     pauses_ns = np.diff(edges_ns, append=time.monotonic_ns())
     verdict.pause_s = float(pauses_ns.max()) * 1e-9
     verdict.demand(verdict.pause_s < LONGEST_PAUSE_S, f"paused for {verdict.pause_s:.2f} s")
-    _judge_edges(stand, run, verdict)
+    _judge_edges(stand, kind, run, verdict)
     if kind.culprit:
         _judge_naming(stand, kind, run, verdict)
 

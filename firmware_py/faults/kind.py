@@ -38,5 +38,7 @@ class Kind:
     """The controller has to be started again afterwards."""
     cuts_recording: bool = False
     """The recording may end at the fault, if it says so."""
+    uncounted: int = 0
+    """So many edges may be uncounted: a process that dies between an edge and its counter."""
     hold_s: float = 0.3
     """How long the cause stays, when the robot must go on."""

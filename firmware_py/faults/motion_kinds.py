@@ -81,6 +81,7 @@ MOTION_KINDS = (
         "pulse process ended .signal 9",
         "pulse process ended",
         restart=True,
+        uncounted=1,
     ),
     Kind(
         "pulse process SIGSTOP",
@@ -91,6 +92,7 @@ MOTION_KINDS = (
         "pulse process hangs",
         "pulse process hangs",
         restart=True,
+        uncounted=1,
     ),
     Kind(
         "interpreter stalls 2 s",

@@ -7,6 +7,7 @@ its own, as on the robot. Does not model: two programs on one disk or bus, or th
 from __future__ import annotations
 
 import shutil
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ from firmware_py.controller.build import build_controller
 from firmware_py.controller.controller import Controller
 from firmware_py.controller.states import State
 from firmware_py.daemon.listener import Listener
+from firmware_py.daemon.main import SWITCH_S
 from firmware_py.daemon.server import Server
 from firmware_py.robot_file import CONFIG_FOLDER, TRAINED_FOLDER
 from foundation.errors import MotionError
@@ -62,6 +64,8 @@ class Stand:
         self.job.write_text(JOB)
         self.restore_network()
         self.run: StandRun | None = None
+        self._switch_s = sys.getswitchinterval()
+        sys.setswitchinterval(SWITCH_S)
         self._start()
 
     @property
@@ -95,6 +99,7 @@ class Stand:
     def restart(self) -> None:
         """End everything and start anew, as the service manager would."""
         self.close()
+        sys.setswitchinterval(SWITCH_S)
         self._start()
 
     def close(self) -> None:
@@ -102,6 +107,7 @@ class Stand:
         self.server.close()
         self.controller.close()
         self.run = None
+        sys.setswitchinterval(self._switch_s)
 
     def ensure_running(self) -> StandRun:
         """The run that is on its path, or a new one, homed before."""

@@ -76,7 +76,7 @@ def test_what_else_smbus2_asks(bench: ChipBench) -> None:
 )
 def test_the_kernels_errors(bench: ChipBench, message, count: int, number: int) -> None:
     adapter, memory = I2cAdapter(bench.bus), Memory()
-    with pytest.raises(OSError, match=".") as caught:
+    with pytest.raises(OSError, match="Errno") as caught:
         adapter.ioctl_at(I2C_RDWR, transaction(memory, message, count=count), memory)
     assert caught.value.errno == number
 
