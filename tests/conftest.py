@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import pytest
 
-
 REAL_TIME = (
     "tests/daemon/test_daemon_end_to_end.py",
     "tests/faults/",
