@@ -10,6 +10,7 @@ from diagnosis.axis_answer import AxisOutcome, doubtful, findings, picture, unex
 from diagnosis.axis_holdout import held_blocks, other_run
 from diagnosis.axis_model import AxisModel
 from diagnosis.axis_prepare import prepare_again, prepare_axis
+from diagnosis.axis_sanity import check_direction, check_outcome, check_times
 from diagnosis.axis_search import AxisSearch
 from diagnosis.axis_words import summary
 from diagnosis.candidate import Term
@@ -67,6 +68,10 @@ def diagnose_axis(
     model = model_of(robot, recordings)
     others = [model_of(robot, [recording]) for recording in holdout]
     forced = isinstance(model, EffortAxisModel)
+    source = recordings[0].source
+    check_times(model, source)
+    if not forced:
+        check_direction(model, source)
     progress("noise of the readings")
     prepare_ = prepare if forced else prepare_axis
     prepared = prepare_(model, model.readings.valid)
@@ -83,13 +88,14 @@ def diagnose_axis(
     outcome = _settled(search, solution, model, forced)
     while (number := doubtful(outcome)) is not None:
         kept = outcome.solution
-        rest = (*kept.terms[:number], *kept.terms[number + 1 :])
-        bare = outcome.search.fitter.solve(rest, kept.frees, kept.nuisances)
+        others_kept = (*kept.terms[:number], *kept.terms[number + 1 :])
+        bare = outcome.search.fitter.solve(others_kept, kept.frees, kept.nuisances)
         outcome = AxisOutcome(outcome.search, bare, outcome.first_cost, outcome.unit)
     progress("what else it could be")
     found = findings(outcome)
     free_zero = not isinstance(robot, RangeSensor) and robot.zero == "arbitrary"
     fit = _fit(outcome, others, free_zero and not forced)
+    check_outcome(model, fit, found, getattr(robot, "inertia", None), source)
     share = _left(fit)
     rest, rest_p = unexplained(outcome, share)
     return Diagnosis(

@@ -48,7 +48,8 @@ STANDS_IN = {
     "distance": "a constant (`distance=0.2`), if the target stood still",
 }
 _OPTION = re.compile(
-    r"(?P<name>\w+)=(?P<from>[^*+\[\]]+?)(\[(?P<unit>\w+)\])?(\*(?P<scale>[-+.\deE]+))?"
+    r"(?P<name>\w+)=(?P<from>[^*+\[\]]+?)(\[(?P<unit>\w+)\])?"
+    r"(\*(?P<scale>[-+]?[.\d]+([eE][-+]?\d+)?))?"
     r"(?P<offset>[+-][.\d][.\deE+-]*)?"
 )
 

@@ -16,7 +16,6 @@ from models.effects.lone_axis import COMPONENT
 from models.robot import RangeSensor
 from recording.flat import FlatRecording
 
-
 MOST_ROWS = 40_000
 FEWEST = 20
 """A calibration table is short, and each of its rows may be the mean of many readings."""

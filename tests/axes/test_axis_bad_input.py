@@ -1,0 +1,90 @@
+"""Bad recordings of axes, and tables of others through a mapping."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from diagnosis.axis_diagnose import diagnose_axis
+from diagnosis.columns import load_mapping, read_mapped
+from foundation.errors import ConfigError, RecordingError
+from models.robot import ServoAxis
+from recording.flat import from_columns
+
+FOLLOWS = ServoAxis(kind="servo_axis", name="follows", motion="rotary")
+FORCED = ServoAxis(kind="servo_axis", name="forced", motion="rotary", inertia=1.0)
+T_S = np.arange(500) / 50.0
+WAVE = np.sin(T_S)
+
+
+@pytest.mark.parametrize(
+    ("robot", "columns", "message"),
+    [
+        (FOLLOWS, {"command": WAVE, "position": 0.0 * WAVE}, "never changes"),
+        (FOLLOWS, {"command": 0.0 * WAVE, "position": WAVE}, "never changes"),
+        (FOLLOWS, {"command": 1e3 * WAVE, "position": WAVE}, "units"),
+        (FOLLOWS, {"command": WAVE, "position": -WAVE}, "moves against"),
+        (FOLLOWS, {"position": WAVE}, "column command missing"),
+        (FOLLOWS, {"command": WAVE}, "position missing"),
+        (FORCED, {"effort": 1e3 * WAVE, "position": WAVE}, "units"),
+        (
+            FOLLOWS,
+            {"command": WAVE, "position": np.random.default_rng(0).permutation(WAVE)},
+            "belong together",
+        ),
+    ],
+)
+def test_bad_columns_get_one_line(
+    robot: ServoAxis, columns: dict[str, np.ndarray], message: str
+) -> None:
+    recording = from_columns({"t": T_S, **columns}, "bad.csv")
+    with pytest.raises(RecordingError, match=message) as caught:
+        diagnose_axis(robot, [recording])
+    assert "\n" not in str(caught.value)
+
+
+def test_milliseconds_are_refused() -> None:
+    recording = from_columns({"t": 1e3 * T_S, "command": WAVE, "position": WAVE}, "ms.csv")
+    with pytest.raises(RecordingError, match="in seconds"):
+        diagnose_axis(FOLLOWS, [recording])
+
+
+def test_a_mapping_brings_names_and_units(tmp_path: Path) -> None:
+    table = tmp_path / "theirs.csv"
+    table.write_text("made by a logger\ntime_ms;angle;cmd\n0;0;0\n20;90;1.5\n40;180;3\n")
+    mapping = tmp_path / "mapping.yaml"
+    mapping.write_text(
+        "columns:\n  t: {from: time_ms, unit: ms}\n  position: {from: angle, unit: deg}\n"
+        'skip_lines: 1\nseparator: ";"\n'
+    )
+    recording = read_mapped(table, load_mapping(mapping, ["command=cmd*2-1"]))
+    np.testing.assert_allclose(recording.t_s, [0.0, 0.02, 0.04])
+    np.testing.assert_allclose(recording.columns["position"], [0.0, np.pi / 2, np.pi])
+    np.testing.assert_allclose(recording.columns["command"], [-1.0, 2.0, 5.0])
+
+
+def test_a_column_may_be_a_constant_and_time_a_rate(tmp_path: Path) -> None:
+    table = tmp_path / "static.csv"
+    table.write_text("d\n79\n74\n76\n")
+    options = ["range=d[mm]", "distance=0.076", "rate_hz=50"]
+    recording = read_mapped(table, load_mapping(None, options))
+    np.testing.assert_allclose(recording.t_s, [0.0, 0.02, 0.04])
+    np.testing.assert_allclose(recording.columns["range"], [0.079, 0.074, 0.076])
+    np.testing.assert_allclose(recording.columns["distance"], 0.076)
+
+
+def test_a_missing_column_is_named_with_what_could_stand_for_it(tmp_path: Path) -> None:
+    table = tmp_path / "theirs.csv"
+    table.write_text("when,angle\n0,1\n1,2\n")
+    with pytest.raises(RecordingError, match=r"'t' is missing; rate_hz .*when, angle"):
+        read_mapped(table, load_mapping(None, ["position=angle"]))
+    with pytest.raises(RecordingError, match=r"'cmd' \(for command\) is missing; effort"):
+        read_mapped(table, load_mapping(None, ["t=when", "command=cmd"]))
+
+
+@pytest.mark.parametrize("option", ["nonsense", "speed=v", "t=time[furlong]", "t=", "rate_hz=fast"])
+def test_an_option_that_makes_no_sense_is_refused(option: str) -> None:
+    with pytest.raises(ConfigError, match="--set"):
+        load_mapping(None, [option])
