@@ -27,6 +27,17 @@ def try_fault(stand: Stand, kind: Kind, chance: Random) -> Verdict:
     run = stand.ensure_running()
     verdict = Verdict(kind.name)
     time.sleep(chance.uniform(0.05, 0.5))
+    try:
+        _inject_and_judge(stand, kind, run, verdict, chance)
+    except (DeltactlError, AssertionError, OSError) as error:
+        verdict.demand(False, f"{type(error).__name__}: {error}")
+        stand.restart()
+    return verdict
+
+
+def _inject_and_judge(
+    stand: Stand, kind: Kind, run: StandRun, verdict: Verdict, chance: Random
+) -> None:
     fault_ns = time.monotonic_ns()
     undo = kind.inject(stand, chance)
     if kind.ends:
@@ -41,7 +52,6 @@ def try_fault(stand: Stand, kind: Kind, chance: Random) -> Verdict:
         if kind.cuts_recording:
             stand.end_run()
             _judge_cut(stand, run, verdict, fault_ns)
-    return verdict
 
 
 def _judge_end(stand: Stand, kind: Kind, run: StandRun, verdict: Verdict, fault_ns: int) -> None:
@@ -115,7 +125,7 @@ def _judge_recording(stand: Stand, kind: Kind, run: StandRun, verdict: Verdict) 
         return
     verdict.demand(recorded.complete, "the recording has no end")
     real_ns = after(edge_times_ns(stand.bench.memory), run.start_ns)
-    _judge_lost(recorded, run, verdict, int(real_ns[-1]))
+    _judge_lost(recorded, run, stand, verdict, int(real_ns[-1]))
     if not kind.restart:
         sent = np.abs(recorded.edges.steps).sum(axis=0).sum()
         verdict.demand(len(real_ns) <= sent, f"{len(real_ns)} edges seen, {sent} recorded")
@@ -123,14 +133,15 @@ def _judge_recording(stand: Stand, kind: Kind, run: StandRun, verdict: Verdict) 
     verdict.demand(re.search(kind.culprit.strip("^$"), events) is not None, "no event names it")
 
 
-def _judge_lost(recorded: Run, run: StandRun, verdict: Verdict, until_ns: int) -> None:
+def _judge_lost(recorded: Run, run: StandRun, stand: Stand, verdict: Verdict, end_ns: int) -> None:
+    """How much of the time up to `end_ns` is not recorded; the first edges of both are the same."""
     t_ns = recorded.edges.t_ns[np.any(recorded.edges.steps, axis=1)]
-    if not len(t_ns):
+    real_ns = after(edge_times_ns(stand.bench.memory), run.start_ns)
+    if not len(t_ns) or not len(real_ns):
         verdict.demand(False, "no edge recorded")
         return
-    first_ns = int(recorded.events[0].t_ns) if recorded.events else 0
-    end_ns = max(int(t_ns[-1]), first_ns) + run.start_ns
-    verdict.unrecorded_s = max(0.0, (until_ns - end_ns) * 1e-9)
+    missing_ns = int(end_ns - real_ns[0]) - int(t_ns[-1] - t_ns[0])
+    verdict.unrecorded_s = max(0.0, missing_ns * 1e-9)
     verdict.demand(verdict.unrecorded_s <= LOST_S, f"{verdict.unrecorded_s:.2f} s not recorded")
 
 
@@ -141,7 +152,7 @@ def _judge_cut(stand: Stand, run: StandRun, verdict: Verdict, fault_ns: int) -> 
     verdict.demand(done, f"result {result}")
     recorded = _read(run, verdict)
     if recorded is not None:
-        _judge_lost(recorded, run, verdict, fault_ns)
+        _judge_lost(recorded, run, stand, verdict, fault_ns)
 
 
 def _read(run: StandRun, verdict: Verdict) -> Run | None:

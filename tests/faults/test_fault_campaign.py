@@ -11,7 +11,13 @@ from firmware_py.faults.campaign import KINDS, campaign, table
 from firmware_py.faults.daemon_stand import DaemonStand, stop_daemon
 from firmware_py.faults.verdict import MINIMUM_GAP
 
-ENDING = ("e-stop pressed", "drive alarm", "interpreter stalls 2 s", "pulse process kill -9")
+ENDING = (
+    "e-stop pressed",
+    "drive alarm",
+    "interpreter stalls 2 s",
+    "pulse process kill -9",
+    "steps lost",
+)
 GOING_ON = ("brown-out to 0x29", "torn data (bits flipped)", "disk full", "client floods")
 
 
