@@ -9,8 +9,10 @@ from pathlib import Path
 from diagnosis.axis_diagnose import diagnose_axis
 from diagnosis.delta_model import DeltaModel
 from diagnosis.diagnose import diagnose_model
+from diagnosis.experiment import MotionLimits
 from diagnosis.result import Diagnosis
 from foundation.errors import RecordingError
+from foundation.strict_yaml import Document
 from models.robot import DeltaRobot, RobotModel, load_robot_model
 from recording.flat import FlatRecording
 from recording.flat_files import read_flat
@@ -35,7 +37,7 @@ def diagnose(
     progress("reading")
     answer = diagnose_recordings(
         belief, [read(path) for path in recordings], [read(path) for path in holdout],
-        progress,
+        progress, MotionLimits.of(Document.read(robot).data),
     )  # fmt: skip
     answer = answer.model_copy(
         update={"robot": belief.name, "recordings": [str(path) for path in recordings]}
@@ -50,8 +52,9 @@ def diagnose_recordings(
     recordings: Sequence[FlatRecording],
     holdout: Sequence[FlatRecording] = (),
     progress: Progress = lambda _: None,
+    motion_limits: MotionLimits | None = None,
 ) -> Diagnosis:
-    """The same for recordings in memory."""
+    """The same for recordings in memory. motion_limits: for the run that is proposed."""
     if not recordings:
         raise RecordingError("no recording was given")
     if not isinstance(belief, DeltaRobot):
@@ -59,4 +62,4 @@ def diagnose_recordings(
     model = DeltaModel(belief, recordings)
     held_out = [DeltaModel(belief, [recording]) for recording in holdout]
     rad_per_step = belief.drive.rad_per_step if belief.drive else 0.0
-    return diagnose_model(model, rad_per_step, held_out, progress)
+    return diagnose_model(model, rad_per_step, held_out, progress, motion_limits)

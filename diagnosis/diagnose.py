@@ -8,6 +8,7 @@ import numpy as np
 
 from diagnosis.answer import Outcome, findings, picture, unexplained
 from diagnosis.events import stale_runs, without_stale
+from diagnosis.experiment import MotionLimits, propose
 from diagnosis.explain import Explained, explain, final_fit
 from diagnosis.holdout import on_another_run, on_blocks, rms
 from diagnosis.limits import limits
@@ -39,7 +40,11 @@ REST_SHARE = 0.05
 
 
 def diagnose_model(
-    model: Model, rad_per_step: float, held_out: Sequence[Model], progress: Progress
+    model: Model,
+    rad_per_step: float,
+    held_out: Sequence[Model],
+    progress: Progress,
+    motion_limits: MotionLimits | None = None,
 ) -> Diagnosis:
     """Detect, locate, name, settle, size, hold out. Raises RecordingError for bad input."""
     check_input(model)
@@ -58,6 +63,9 @@ def diagnose_model(
     share = _left(fit)
     rest, rest_p = unexplained(outcome, share)
     hidden, smallest = limits(explained.search)
+    progress("what run would tell more")
+    searched = explained.search
+    plan = propose(model, searched.fitter.whiten, outcome.stands, explained.solution, motion_limits)
     p = min([explained.first_p, *(run_p for run_p in _stale_p(found))])
     return Diagnosis(
         verdict=_verdict(found, p, rest_p, share),
@@ -65,9 +73,10 @@ def diagnose_model(
         fit=fit,
         findings=found,
         unexplained=rest,
+        next_experiment=plan.experiment,
         not_testable=hidden,
         smallest_detectable=smallest,
-        says=summary(found, fit, rest, p, explained.loosely_built),
+        says=[*summary(found, fit, rest, p, explained.loosely_built), *plan.says],
         picture=picture(outcome, model.drivers()),
     )
 

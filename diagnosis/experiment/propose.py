@@ -1,0 +1,175 @@
+"""The next experiment: the safe motion that best separates what one recording leaves tied."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from diagnosis.delta_model import DeltaModel
+from diagnosis.experiment.design import Run, both_ways
+from diagnosis.experiment.job import job_of
+from diagnosis.experiment.measurements import measurement
+from diagnosis.experiment.motions import motions
+from diagnosis.experiment.safe import MotionLimits
+from diagnosis.experiment.ties import Tie
+from diagnosis.fit import Solution
+from diagnosis.model import Model
+from diagnosis.noise import Whitener
+from diagnosis.readings import BoolArray, FloatArray
+from diagnosis.result import NextExperiment
+from diagnosis.settle import Standing
+from models.linkage import Linkage
+
+SETTLES = 40.0
+"""Expected chi-square that a run must give: it then leaves less than the limit of a tie (11)
+once in a hundred times, as chi-square scatters by twice its root."""
+LONGEST_MIN = 8.0
+SHORTEST_MIN = 1.0
+MOST_TIES = 4
+REFINED = 2
+HOLDS_BACK = 1.5
+"""Evidence aimed at over SETTLES: the machine is never quite what the model says."""
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """The job, if one helps, and sentences about what no motion can settle."""
+
+    experiment: NextExperiment | None
+    says: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rated:
+    """A run with its evidence for every tie: (n, 2), first and second explanation true."""
+
+    run: Run
+    evidence: FloatArray
+
+    @property
+    def most_repeats(self) -> int:
+        """How often it fits into the time there is."""
+        return max(1, int(LONGEST_MIN / max(self.run.minutes, 1e-6)))
+
+    @property
+    def enough(self) -> BoolArray:
+        """(n, 2): where the longest run gives enough evidence."""
+        enough: BoolArray = self.evidence * self.most_repeats >= SETTLES
+        return enough
+
+    def rank(self) -> tuple[int, int, float]:
+        """Ties it settles whichever is true, ties it may settle, least evidence a minute."""
+        both, one = self.enough.all(axis=1), self.enough.any(axis=1)
+        low = self.least if one.any() else float(self.evidence.max())
+        return int(both.sum()), int(one.sum()), low / self.run.minutes
+
+    @property
+    def least(self) -> float:
+        """Smallest evidence among those that are enough."""
+        return float(self.evidence[self.enough].min())
+
+
+def propose(
+    model: Model, noise: Whitener, stands: Sequence[Standing], solution: Solution,
+    limits: MotionLimits | None = None,
+) -> Proposal:  # fmt: skip
+    """The next experiment of a diagnosis: one tie for every alternative that was fitted."""
+    if not isinstance(model, DeltaModel):
+        return Proposal(None)
+    ties = [Tie.of(solution, rival) for stand in stands for rival in stand.rivals]
+    return next_experiment(model, noise, ties, limits)
+
+
+def next_experiment(
+    model: DeltaModel,
+    noise: Whitener,
+    ties: Sequence[Tie],
+    limits: MotionLimits | None = None,
+) -> Proposal:
+    """Design the run that tells the ties apart.
+
+    model, noise: of the recording that left them tied. At most a few ties are looked at, the
+    closest first.
+    """
+    ties = sorted(ties, key=lambda tie: tie.delta_chi2)[:MOST_TIES]
+    if not ties:
+        return Proposal(None)
+    drive = model.robot.drive
+    if drive is None:
+        return Proposal(None, ["A run that tells them apart needs `drive` in the robot file."])
+    about = set().union(*(tie.motors for tie in ties))
+    table = motions(
+        Linkage.of(model.robot.geometry), limits or MotionLimits(), drive.rad_per_step,
+        _top_speed(model), about,
+    )  # fmt: skip
+    rated = [_rate(Run(motion, model, noise), ties, 1.0, 1) for motion in table]
+    rated.sort(key=_Rated.rank, reverse=True)
+    better = [_rate(one.run, ties, 1.0, 3) for one in rated[:REFINED]]
+    best = max(better, key=_Rated.rank, default=None)
+    if best is None or not best.enough.any():
+        return Proposal(None, [_cannot(tie) for tie in ties])
+    return _proposal(model, best, ties)
+
+
+def _proposal(model: DeltaModel, best: _Rated, ties: Sequence[Tie]) -> Proposal:
+    """The job with as many repeats as the worst of the ties it settles needs."""
+    run = best.run
+    needed = max(HOLDS_BACK * SETTLES / best.least, SHORTEST_MIN / run.minutes)
+    repeats = min(math.ceil(needed), best.most_repeats)
+    final = _rate(run, ties, float(repeats), 3)
+    good = final.evidence >= SETTLES
+    says = [_verdict(tie, *sides) for tie, sides in zip(ties, good.tolist(), strict=True)]
+    told = [line for line in says if line]
+    if not good.any():
+        return Proposal(None, told)
+    settled = [tie for tie, sides in zip(ties, good, strict=True) if sides.any()]
+    names = dict.fromkeys(name for tie in settled for side in tie.names for name in side)
+    experiment = NextExperiment(
+        job=job_of(run.motion, model.robot.name, repeats),
+        tells_apart=list(names),
+        expected_delta_chi2=round(float(final.evidence[good].min()), 1),
+        minutes=round(repeats * run.minutes, 2),
+    )
+    return Proposal(experiment, told)
+
+
+def _verdict(tie: Tie, first: bool, second: bool) -> str:
+    """What is to be said of a tie that the run settles only if one of both is true, or never."""
+    if first and second:
+        return ""
+    if not (first or second):
+        return _cannot(tie)
+    one, other = tie.names if first else tie.names[::-1]
+    return (
+        f"The proposed run tells {_spoken(one)} from {_spoken(other)} if it is {_spoken(one)}; "
+        f"if it is {_spoken(other)} both will still fit: then {measurement(tie.effects)}."
+    )
+
+
+def _rate(run: Run, ties: Sequence[Tie], repeats: float, steps: int) -> _Rated:
+    return _Rated(run, np.array([both_ways(run, tie, repeats, steps) for tie in ties]))
+
+
+def _top_speed(model: DeltaModel) -> float:
+    """Highest joint speed of the recording [rad/s], single glitches aside."""
+    readings = model.readings
+    speed = np.abs(np.diff(model.commanded_rad, axis=0)) / np.diff(readings.t_s)[:, None]
+    return float(np.quantile(speed.max(axis=1), 0.98))
+
+
+def _cannot(tie: Tie) -> str:
+    first, second = (_spoken(names) for names in tie.names)
+    return (
+        f"No safe run of {LONGEST_MIN:.0f} minutes can tell {first} from {second}: "
+        f"{measurement(tie.effects)}."
+    )
+
+
+def _spoken(names: Sequence[str]) -> str:
+    effects = dict.fromkeys(name.split(" ")[0] for name in names)
+    if len(names) > 1 and len(effects) == 1:
+        return f"{next(iter(effects))} at {', '.join(name.split(' ')[1] for name in names)}"
+    return " and ".join(name.replace(" ", " at ") for name in names)
