@@ -60,9 +60,10 @@ class Feeder:
         """Queue what is due within the look-ahead. Raises MotionError, PulseFault."""
         chunk = self._motion.take(self.run_ns(now_ns) + ns(LOOKAHEAD_S))
         if len(chunk.ticks):
-            self._check_awake(now_ns)
             self._take_over_slip()
-            self._output.push(Ticks(chunk.ticks.due_ns + self._start_ns, chunk.ticks.steps))
+            ticks = Ticks(chunk.ticks.due_ns + self._start_ns, chunk.ticks.steps)
+            self._check_awake(now_ns)
+            self._output.push(ticks)
         self._note(chunk.reached)
 
     def _check_awake(self, now_ns: int) -> None:
