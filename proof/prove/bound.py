@@ -53,6 +53,13 @@ def bound(case: Case) -> dict[str, list[float]] | None:
     return deviations
 
 
+def distance(case: Case) -> float:
+    """How far a case's noiseless readings are from those of a robot with nothing wrong, in
+    standard deviations of the noise: below about 5 nobody could be sure that anything is there."""
+    off = _readings(case, case.machine) - _readings(case, Machine(noise=case.machine.noise))
+    return float(np.sqrt(information([off], case.machine.noise)[0, 0]))
+
+
 def information(slopes: list[FloatArray], noise: Noise) -> FloatArray:
     """Fisher information (k, k) of slopes (n, 3) each."""
     sigma = np.sqrt(noise.sigma_m**2 + ROUNDING_M**2 / 12.0)
@@ -68,6 +75,10 @@ def clean(case: Case, parameters: Parameters) -> FloatArray:
     part = case.planned[0]
     machine = Machine(noise=case.machine.noise)
     construct(machine, [Planned(part.kind, part.index, dict(parameters))], with_events=True)
+    return _readings(case, machine)
+
+
+def _readings(case: Case, machine: Machine) -> FloatArray:
     truth = run(machine.robot, case.train)
     return ideal_ranges(machine.sensors, truth, sample_times(case.train))
 

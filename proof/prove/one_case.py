@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from foundation.errors import DeltactlError
-from proof.cases import draw
-from proof.prove.bound import bound
+from proof.cases import Case, draw
+from proof.prove.bound import bound, distance
 from proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
 
 WITH_BOUND = ("single", "faint")
@@ -31,9 +31,15 @@ def run_case(seed: int, number: int) -> dict[str, Any]:
         "diagnosis": answer,
         "failure": failure,
         "bound": bound(case) if case.group in WITH_BOUND else None,
+        "distance": distance(case) if _has_distance(case) else None,
         "simulated_s": simulated - begun,
         "diagnosed_s": diagnosed - simulated,
     }
+
+
+def _has_distance(case: Case) -> bool:
+    """A repeated value is not in the noiseless readings."""
+    return case.group in WITH_BOUND and case.answers[0].effect != "stale_reading"
 
 
 def diagnose_blind(

@@ -40,7 +40,7 @@ class Score:
     misnamed: bool = False
     """Unknown physics explained by named effects alone, none of which is left open."""
     clarity: float = float("nan")
-    """Size over its Cramer-Rao standard deviation: below about 5 nobody could be sure of it."""
+    """Distance from nothing in standard deviations of the noise; below 5 nobody could be sure."""
     covered: list[bool] = field(default_factory=list)
     over_bound: list[float] = field(default_factory=list)
     """|error| over the Cramer-Rao standard deviation."""
@@ -58,7 +58,8 @@ def score(result: dict[str, Any]) -> Score:
     truth, answer = result["truth"], result["diagnosis"]
     names = [(line["effect"], line["where"]) for line in truth["answers"]]
     marks = Score(truth["case"], truth["group"], truth["motion"], names, [])
-    marks.clarity = _clarity(truth["answers"], result.get("bound"))
+    if result.get("distance") is not None:
+        marks.clarity = result["distance"]
     marks.kind = "+".join(line.get("kind", line["effect"]) for line in truth["answers"])
     if answer is None:
         marks.failure = result["failure"]
@@ -78,18 +79,6 @@ def score(result: dict[str, Any]) -> Score:
     floor = np.sqrt(truth["sigma"] ** 2 + ROUNDING_M**2 / 12.0)
     marks.holdout_over_floor = diagnosis.fit.holdout_rms_after_m / float(floor)
     return marks
-
-
-def _clarity(truths: list[dict[str, Any]], bound: dict[str, list[float]] | None) -> float:
-    if bound is None or len(truths) != 1:
-        return float("nan")
-    line = truths[0]
-    name = next((n for n, v in line["parameters"].items() if v == line["value"] and n in bound), "")
-    if not name:
-        return float("nan")
-    nothing = 1.0 if name == "scale" else 0.0
-    ratios = np.abs(np.atleast_1d(line["value"]) - nothing) / np.array(bound[name])
-    return float(ratios.max())
 
 
 def _open_names(found: list[Finding]) -> list[Name]:

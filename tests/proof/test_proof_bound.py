@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
 
 from proof.cases import assemble
-from proof.prove.bound import bound
+from proof.prove.bound import bound, distance
 from proof.recorded import sample_times
 from proof.sensors.noise import Noise
 
@@ -48,3 +48,9 @@ def test_a_vector_has_one_bound_each_and_an_event_none():
     assert len(bound(case_of("frame_tilt"))["rotation"]) == 3
     assert bound(case_of("lost_steps")) is None
     assert bound(case_of("stripes")) is None
+
+
+def test_the_distance_of_an_offset_is_its_size_over_its_bound():
+    case = case_of("sensor_offset")
+    size = abs(case.planned[0].parameters["offset"])
+    assert distance(case) == pytest.approx(size / bound(case)["offset"][0], rel=1e-6)
