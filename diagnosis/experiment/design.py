@@ -19,9 +19,12 @@ from diagnosis.experiment.ties import Explanation, Key, Tie
 from diagnosis.experiment.timeline import as_recording, duration_s
 from diagnosis.noise import ChannelNoise, Whitener, history
 from diagnosis.readings import FloatArray, Readings
+from models.robot import ARMS
 
 CONTAINED = {"gear_backlash": "joint_friction"}
 """An effect that can be another one exactly: play in which the arm stays where it is pushed."""
+CONTAINED_BY_ALL = {"following_lag": "sensor_latency"}
+"""The same of an effect on all motors together: equal dead times everywhere."""
 SHORTEST_PERIOD_S = 0.01
 """Recordings sampled faster are thought of as sampled this fast, noise averaged."""
 
@@ -147,5 +150,7 @@ def both_ways(run: Run, tie: Tie, repeats: float = 1.0, steps: int = 1) -> tuple
 
 def contains(rival: Sequence[Term], truth: Sequence[Term]) -> bool:
     """Whether a rival can be the truth exactly, on every motion."""
-    able = {(CONTAINED.get(t.candidate.effect), t.candidate.component) for t in rival}
+    effects = [t.candidate.effect for t in rival]
+    able = {(CONTAINED.get(t.candidate.effect, ""), t.candidate.component) for t in rival}
+    able |= {(n, "sensors") for e, n in CONTAINED_BY_ALL.items() if effects.count(e) == ARMS}
     return all((t.candidate.effect, t.candidate.component) in able for t in truth)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import yaml
+
 from diagnosis.experiment.motions import Motion
+from diagnosis.result import NextExperiment
 
 
 def job_of(motion: Motion, robot: str, repeats: int) -> dict[str, Any]:
@@ -21,3 +25,16 @@ def job_of(motion: Motion, robot: str, repeats: int) -> dict[str, Any]:
         "inverse_kinematics": {"kind": "geometry"},
         "repeats": repeats,
     }
+
+
+def write_job(experiment: NextExperiment, path: Path, robot: Path) -> None:
+    """Write the job for a robot file: by its name where both lie in one folder, else in full."""
+    beside = robot.resolve().parent == path.resolve().parent
+    job = {**experiment.job, "robot": robot.name if beside else str(robot.resolve())}
+    head = (
+        f"# Tells apart: {', '.join(experiment.tells_apart)}.\n"
+        f"# {experiment.minutes:.1f} minutes, expected chi-square "
+        f"{experiment.expected_delta_chi2:.0f}. Then diagnose both recordings together.\n"
+    )
+    body = yaml.safe_dump(job, sort_keys=False, allow_unicode=True, default_flow_style=None)
+    path.write_text(head + body, encoding="utf-8")

@@ -113,9 +113,11 @@ def span_s(diagnosis: Diagnosis) -> tuple[float, float]:
 
 def remarks(diagnosis: Diagnosis) -> list[str]:
     """What the engine says of the machine as a whole, beside its findings."""
-    return [
-        words.sentence(words.spelled(line)) for line in diagnosis.says if line.startswith("Besides")
-    ]
+    return [words.sentence(words.spelled(line)) for line in diagnosis.says if _is_remark(line)]
+
+
+def _is_remark(line: str) -> bool:
+    return line.startswith(("Besides", "No safe run", "The proposed run"))
 
 
 def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> list[str]:

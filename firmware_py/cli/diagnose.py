@@ -21,11 +21,13 @@ def diagnose_recordings(
     save_robot: Path | None,
     columns: Path | None,
     set_columns: list[str],
+    next_job: Path | None,
 ) -> None:
     """Diagnose, print what was found in plain sentences, and write what was asked for."""
     from diagnosis.columns import load_mapping, read_mapped
     from diagnosis.command import diagnose
     from diagnosis.corrected import save_corrected
+    from diagnosis.experiment import write_job
     from diagnosis.report.html import write_report
     from diagnosis.report.summary import summary_lines
     from recording.flat_files import read_flat
@@ -42,6 +44,8 @@ def diagnose_recordings(
             progress.update(bar, description=text)
 
         answer = diagnose(recordings, robot_file, holdout, None if quiet else json_file, show, read)
+    if next_job is not None and answer.next_experiment is not None:
+        write_job(answer.next_experiment, next_job, robot_file)
     if save_robot is not None:
         save_corrected(robot_file, answer, save_robot)
     if report is not None:
@@ -51,6 +55,9 @@ def diagnose_recordings(
         return
     for line in summary_lines(answer):
         console.print(line, markup=True)
+    if next_job is not None:
+        made = answer.next_experiment is not None
+        say(f"job: {next_job}" if made else "job: none, as no run would tell more")
     for name, path in (("report", report), ("answer", json_file), ("robot file", save_robot)):
         if path is not None:
             say(f"{name}: {path}")

@@ -31,6 +31,10 @@ def diagnose(
     save_robot: Annotated[
         Path | None, typer.Option(help="Write the corrected robot file here.")
     ] = None,
+    next_job: Annotated[
+        Path | None,
+        typer.Option(help="Write the job here that would tell tied explanations apart."),
+    ] = None,
     columns: Annotated[
         Path | None, typer.Option(help="Mapping file for tables with other columns and units.")
     ] = None,
@@ -49,7 +53,15 @@ def diagnose(
     from firmware_py.cli.diagnose import diagnose_recordings
 
     diagnose_recordings(
-        recordings, robot, holdout or [], json_file, report, save_robot, columns, set_columns or []
+        recordings,
+        robot,
+        holdout or [],
+        json_file,
+        report,
+        save_robot,
+        columns,
+        set_columns or [],
+        next_job,
     )
 
 

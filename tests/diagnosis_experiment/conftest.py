@@ -1,0 +1,120 @@
+"""Recordings with something concealed, and the two explanations that are fitted to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import pytest
+
+from diagnosis.candidate import Term
+from diagnosis.delta_model import DeltaModel
+from diagnosis.experiment.motions import Motion
+from diagnosis.experiment.ties import Tie
+from diagnosis.experiment.timeline import commanded
+from diagnosis.fit import Fitter
+from diagnosis.noise import estimate
+from models.chain import Chain, Commands
+from models.linkage import Linkage, inverse
+from models.robot import DeltaRobot, EffectEntry, FloatArray
+from recording.flat import FlatRecording
+
+NOISE_M = 0.002
+PERIOD_S = 0.02
+Names = Sequence[tuple[str, str]]
+
+
+@pytest.fixture(scope="session")
+def delta() -> DeltaRobot:
+    return DeltaRobot.model_validate(
+        {
+            "kind": "delta",
+            "name": "zhao-2023",
+            "geometry": {
+                "base_radius_m": 0.325,
+                "platform_radius_m": 0.075,
+                "upper_arm_m": 0.25,
+                "forearm_m": 0.5,
+            },
+            "masses": {"upper_arm_kg": 0.205, "forearm_kg": 0.153, "platform_kg": 0.653},
+            "drive": {"microsteps_per_rev": 1600, "gear_ratio": 10},
+            "sensors": {
+                "x": {"offset_m": 0.6, "axis": (1, 0, 0)},
+                "y": {"offset_m": 0.6, "axis": (0, 1, 0)},
+                "z": {"offset_m": 0.9, "axis": (0, 0, 1)},
+            },
+        }
+    )
+
+
+def level_circle(
+    robot: DeltaRobot, t_pwm_s: float = 0.004, turns: int = 3, radius: float = 0.1
+) -> Motion:
+    """A level circle run one way only."""
+    turn = 2.0 * np.pi * np.arange(60 * turns + 1) / 60
+    points = np.stack([radius * np.cos(turn), radius * np.sin(turn), 0 * turn - 0.45], axis=1)
+    arms = inverse(Linkage.of(robot.geometry), points)
+    return Motion("circle", "", np.rad2deg(arms.angles_rad), 0.0, t_pwm_s)
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A robot that moves and is read, with effects only the test knows."""
+
+    robot: DeltaRobot
+
+    def counts(self, motion: Motion) -> tuple[FloatArray, FloatArray]:
+        assert self.robot.drive is not None
+        return commanded(motion, self.robot.drive.rad_per_step, PERIOD_S)
+
+    def record(self, motion: Motion, *effects: EffectEntry, seed: int = 1) -> FlatRecording:
+        assert self.robot.drive is not None
+        t_s, counts = self.counts(motion)
+        late = EffectEntry(effect="sensor_latency", component="sensors", parameters={"time": 0.01})
+        commands = Commands.of_counts(t_s, counts, self.robot.drive)
+        ranges = Chain.delta(self.robot).simulate(commands, [*effects, late]).ranges
+        noisy = ranges + NOISE_M * np.random.default_rng(seed).standard_normal(ranges.shape)
+        columns = {f"steps_{j + 1}": counts[:, j] for j in range(3)}
+        columns |= {f"range_{a}": np.round(noisy[:, i], 4) for i, a in enumerate("xyz")}
+        return FlatRecording(t_s, columns, {}, motion.name)
+
+    def tie(
+        self, recordings: Sequence[FlatRecording], first: Names, second: Names
+    ) -> tuple[DeltaModel, Fitter, Tie]:
+        """Both explanations fitted to the recordings together."""
+        model = DeltaModel(self.robot, recordings)
+        plain = model.predict([n.term for n in model.nuisances])
+        noise = estimate(model.readings, model.readings.valid, 0.0 * plain + _white(plain))
+        fitter = Fitter(model, noise, model.nuisances)
+        fits = [fitter.solve(_terms(model, names), steps=12) for names in (first, second)]
+        return model, fitter, Tie.of(*fits)
+
+
+def _white(like: FloatArray) -> FloatArray:
+    """Noise as the recordings carry it: what whitening them needs to know."""
+    noise: FloatArray = NOISE_M * np.random.default_rng(0).standard_normal(like.shape)
+    return noise
+
+
+def _terms(model: DeltaModel, names: Names) -> list[Term]:
+    """Candidates a little off nothing, where the fit begins."""
+    terms = []
+    for effect, component in names:
+        candidate = next(c for c in model.candidates if c.key[:2] == (effect, component))
+        shape = candidate.shapes[0]
+        at = np.array(shape.origin)
+        at[shape.linear[0]] += shape.reach
+        terms.append(Term(candidate, at).moved_to(at))
+    return terms
+
+
+@pytest.fixture(scope="session")
+def bench(delta: DeltaRobot) -> Bench:
+    return Bench(delta)
+
+
+@pytest.fixture(scope="session")
+def circle(delta: DeltaRobot) -> Callable[..., Motion]:
+    return partial(level_circle, delta)
