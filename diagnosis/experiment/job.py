@@ -27,10 +27,13 @@ def job_of(motion: Motion, robot: str, repeats: int) -> dict[str, Any]:
     }
 
 
-def write_job(experiment: NextExperiment, path: Path, robot: Path) -> None:
-    """Write the job for a robot file: by its name where both lie in one folder, else in full."""
-    beside = robot.resolve().parent == path.resolve().parent
-    job = {**experiment.job, "robot": robot.name if beside else str(robot.resolve())}
+def write_job(
+    experiment: NextExperiment, path: Path, robot: Path, project: Path | None = None
+) -> None:
+    """Write the job for a robot file: in full, or by name beside the job or in `project`."""
+    folder = robot.resolve().parent
+    known = [path.resolve().parent, *([project.resolve()] if project else [])]
+    job = {**experiment.job, "robot": robot.name if folder in known else str(robot.resolve())}
     head = (
         f"# Tells apart: {', '.join(experiment.tells_apart)}.\n"
         f"# {experiment.minutes:.1f} minutes, expected chi-square "

@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from firmware_py.cli.output import console, errors, print_json, say
-from firmware_py.robot_file import find
+from firmware_py.robot_file import CONFIG_FOLDER, find
 from models.robot import load_robot_model
 
 
@@ -45,7 +45,7 @@ def diagnose_recordings(
 
         answer = diagnose(recordings, robot_file, holdout, None if quiet else json_file, show, read)
     if next_job is not None and answer.next_experiment is not None:
-        write_job(answer.next_experiment, next_job, robot_file)
+        write_job(answer.next_experiment, next_job, robot_file, CONFIG_FOLDER)
     if save_robot is not None:
         save_corrected(robot_file, answer, save_robot)
     if report is not None:

@@ -16,7 +16,7 @@ from diagnosis.experiment.safe import is_safe
 from diagnosis.experiment.timeline import duration_s
 from diagnosis.result import NextExperiment
 from firmware_py.planner.check import check_job
-from firmware_py.robot_file import find, load_robot
+from firmware_py.robot_file import CONFIG_FOLDER, find, load_robot
 from models.linkage import Linkage, forward
 
 ROBOTS = ("zhao-2023.yaml", "uzunovic-2013.yaml")
@@ -91,7 +91,8 @@ def test_the_written_job_is_checked_as_it_stands(tmp_path: Path) -> None:
         job=job_of(found[0], robot.name, 3), tells_apart=["a b", "c d"],
         expected_delta_chi2=50.0, minutes=2.0,
     )  # fmt: skip
-    write_job(plan, tmp_path / "next.yaml", find("zhao-2023.yaml"))
+    write_job(plan, tmp_path / "next.yaml", find("zhao-2023.yaml"), CONFIG_FOLDER)
+    assert "robot: zhao-2023.yaml" in (tmp_path / "next.yaml").read_text(encoding="utf-8")
     assert check_job(tmp_path / "next.yaml").duration_s > 3.0 * duration_s(
         found[0], robot.drive.rad_per_step
     )
