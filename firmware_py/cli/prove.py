@@ -9,7 +9,7 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 from rich.table import Table
 
-from firmware_py.cli.output import console, errors
+from firmware_py.cli.output import console, errors, say
 from foundation.errors import ConfigError
 
 
@@ -61,5 +61,5 @@ def prove(
         met = {True: "yes", False: "no", None: ""}[row.met]
         table.add_row(row.figure, row.goal, row.value, row.limits, str(row.cases), met)
     console.print(table)
-    console.print(f"table: {outcome.table_file}")
-    console.print(f"confusion matrix: {outcome.matrix_file}")
+    say(f"table: {outcome.table_file}")
+    say(f"confusion matrix: {outcome.matrix_file}")
