@@ -69,9 +69,13 @@ def _backlash(kind: EffectKind) -> Rows:
 
 
 def _friction(kind: EffectKind) -> Rows:
-    coordinate = Coordinate("width", step=3e-4, low=0.0, high=0.2)
-    shapes = tuple(Shape((0.0,), (0,), width) for width in PLAYS_RAD)
-    return (coordinate,), shapes, _defaults(kind)
+    coordinates = (
+        Coordinate("width", step=3e-4, low=0.0, high=0.2),
+        Coordinate("stiffness", "reciprocal", step=2e-5, low=0.0, high=1e-3),
+    )
+    shapes = tuple(Shape((0.0, 0.0), (0,), width) for width in PLAYS_RAD)
+    defaults = {name: value for name, value in _defaults(kind).items() if name != "stiffness"}
+    return coordinates, shapes, defaults
 
 
 def _compliance(kind: EffectKind) -> Rows:

@@ -1,7 +1,8 @@
 """Bearing friction that winds up a compliant shaft before the arm moves.
 
 In slow motion this is the play operator, its width twice the friction torque over the stiffness
-(al-Bender 2005 on pre-sliding; reference sheet of the diagnosis).
+(al-Bender 2005 on pre-sliding; reference sheet of the diagnosis). The shaft that friction winds up
+also yields to gravity, by `stiffness`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     low[flow.fresh] = high[flow.fresh] = start[flow.fresh]
     arm = clipped(np.zeros_like(driven), low, high, float(memory.get("arm", start[0])))
     memory["arm"] = arm[-1]
-    flow.angles_rad[:, index] = arm
+    flow.angles_rad[:, index] = arm + flow.load.torque_nm[:, index] / scalar(values, "stiffness")
 
 
 EFFECT = EffectKind(
@@ -33,6 +34,7 @@ EFFECT = EffectKind(
         Parameter("width", "rad", 0.0, 0.2, starts=(0.004,)),
         Parameter("asymmetry", "1", -1.0, 1.0, step=0.05, default=0.0),
         Parameter("start", "1", -1.0, 1.0, step=0.1, default=0.0),
+        Parameter("stiffness", "N m/rad", 1e3, float("inf"), default=float("inf")),
     ),
     operate=_operate,
     says=lambda component, v: (

@@ -18,7 +18,7 @@ EXAMPLES: dict[str, dict[str, float | tuple[float, ...]]] = {
     "transmission_error": {"amplitude": 0.004, "period": 0.6, "phase": 0.4},
     "encoder_error": {"amplitude": 0.004, "period": 0.6},
     "gear_backlash": {"width": 0.02, "drag": 8.0, "friction": 0.2},
-    "joint_friction": {"width": 0.02, "asymmetry": 0.2, "start": 0.5},
+    "joint_friction": {"width": 0.02, "asymmetry": 0.2, "start": 0.5, "stiffness": 2e3},
     "viscous_friction": {"coefficient": 20.0},
     "joint_compliance": {"stiffness": 300.0},
     "payload": {"mass": 0.5},

@@ -32,6 +32,7 @@ CASES = [
     (_entry("transmission_error", "motor1", amplitude=0.006, period=2 * np.pi / 10), "amplitude"),
     (_entry("following_lag", "motor3", time=0.1), "time"),
     (_entry("gear_backlash", "motor1", width=0.012), "width"),
+    (_entry("joint_friction", "motor2", width=0.009, stiffness=2000.0), "width"),
     (_entry("lost_steps", "motor3", steps=64.0, time=31.0), "steps"),
 ]
 
