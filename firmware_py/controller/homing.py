@@ -11,20 +11,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from drivers.steps.contract import MOTORS, Counts, OutputState, Ticks
+from drivers.steps.contract import MOTORS, OutputState, Ticks
 from firmware_py.controller.ranging_loop import RangingLoop
 from firmware_py.machine import Machine
+from firmware_py.planner.check import home_counts
 from firmware_py.robot_file import RobotFile
 from foundation.clock import NS_PER_S, sleep_s
 from foundation.errors import NotReady, PulseFault
 from models.linkage import Linkage, forward
 from models.robot import AXES, FloatArray
-
-
-def home_counts(robot: RobotFile) -> Counts:
-    """Counts at the home angles (count 0 = commanded angle 0)."""
-    counts = np.rint(np.deg2rad(robot.homing.angle_deg) / robot.drive.rad_per_step)
-    return (int(counts[0]), int(counts[1]), int(counts[2]))
 
 
 def expected_ranges_m(robot: RobotFile) -> FloatArray | None:
