@@ -1,0 +1,1 @@
+"""Both papers over again: their experiments, tables and figures, beside what was printed."""
