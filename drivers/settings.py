@@ -10,7 +10,7 @@ from foundation.strict_yaml import StrictModel
 
 Pin = Annotated[int, Field(ge=0, le=27, description="BCM numbers of the 40-pin header")]
 PinPerMotor = tuple[Pin, Pin, Pin]
-Address = Annotated[int, Field(ge=0x08, le=0x77)]
+Address = Annotated[int, Field(ge=0x08, le=0x77, description="the 7-bit addresses I2C lets us use")]
 
 
 SHORTEST_PERIOD_S = {
@@ -30,12 +30,20 @@ class StepSettings(StrictModel):
     inverted: tuple[bool, bool, bool] = (False, False, False)
     enable_active_high: bool = True
     alarm_active_high: bool = False
-    pulse_width_us: Annotated[float, Field(ge=1.0, le=1000.0)] = 5.0
-    direction_setup_us: Annotated[float, Field(ge=0.0, le=1000.0)] = 5.0
-    minimum_gap_fraction: Annotated[float, Field(ge=0.5, le=1.0)] = 0.9
+    pulse_width_us: Annotated[
+        float, Field(ge=1.0, le=1000.0, description="CL57T sees 1 us; longer than 1 ms is no pulse")
+    ] = 5.0
+    direction_setup_us: Annotated[
+        float, Field(ge=0.0, le=1000.0, description="DIR must stand before STEP; 1 ms is ample")
+    ] = 5.0
+    minimum_gap_fraction: Annotated[
+        float, Field(ge=0.5, le=1.0, description="under half the period a motor loses steps")
+    ] = 0.9
     """No two steps closer than this part of the planned distance, whatever happened before."""
-    heartbeat_s: Annotated[float, Field(ge=0.01, le=5.0)] = 0.25
-    chip: Annotated[int, Field(ge=0, le=9)] = 0
+    heartbeat_s: Annotated[
+        float, Field(ge=0.01, le=5.0, description="how long pulses outlive a dead controller")
+    ] = 0.25
+    chip: Annotated[int, Field(ge=0, le=9, description="/dev/gpiochip0 to 9")] = 0
 
     @property
     def shortest_period_s(self) -> float:
@@ -53,19 +61,25 @@ class InputSettings(StrictModel):
 class RangingSettings(StrictModel):
     """The three VL53L1X: bus, addresses, XSHUT pins, mode and what a good reading is."""
 
-    bus: Annotated[int, Field(ge=0, le=22)] = 1
+    bus: Annotated[int, Field(ge=0, le=22, description="/dev/i2c-0 to 22; a Pi has no more")] = 1
     addresses: tuple[Address, Address, Address] = (0x30, 0x31, 0x32)
     xshut_pins: PinPerMotor = (4, 20, 21)
     mode: Literal["short", "long"] = "short"
     timing_budget_ms: Literal[15, 20, 33, 50, 100, 200, 500] = 20
-    rate_hz: Annotated[float, Field(gt=0.0, le=60.0)] = 50.0
+    rate_hz: Annotated[
+        float, Field(gt=0.0, le=60.0, description="a VL53L1X ranges at most some 60 times a second")
+    ] = 50.0
     offsets_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Calibration: what is added to each reported distance (`deltactl sensors --calibrate`)."""
-    minimum_signal_mcps: Annotated[float, Field(ge=0.0)] = 0.5
-    maximum_sigma_mm: Annotated[float, Field(gt=0.0)] = 30.0
-    maximum_jump_mm: Annotated[float, Field(gt=0.0)] = 100.0
-    maximum_age_s: Annotated[float, Field(gt=0.0)] = 0.2
-    retries: Annotated[int, Field(ge=0, le=10)] = 3
+    minimum_signal_mcps: Annotated[float, Field(ge=0.0, description="a photon rate")] = 0.5
+    maximum_sigma_mm: Annotated[float, Field(gt=0.0, description="no reading has none")] = 30.0
+    maximum_jump_mm: Annotated[
+        float, Field(gt=0.0, description="with 0 every moving reading is refused")
+    ] = 100.0
+    maximum_age_s: Annotated[
+        float, Field(gt=0.0, description="with 0 every reading is too old")
+    ] = 0.2
+    retries: Annotated[int, Field(ge=0, le=10, description="more take longer than a reading")] = 3
     io_2v8: bool = True
     """Boards pull I2C up to 2.8 V or more; false only for a bare module on 1.8 V."""
 

@@ -12,12 +12,15 @@ from firmware_py.paths.path import MAX_TARGETS
 from foundation.strict_yaml import Document, StrictModel
 
 Coordinate = Annotated[float, Field(ge=-10.0, le=10.0, description="a robot arm is under 10 m")]
+MANY_TURNS = "a thousand turns are hours; use repeats for more"
 Point = tuple[Coordinate, Coordinate, Coordinate]
-ArmAngle = Annotated[float, Field(ge=-360.0, le=360.0)]
-Size = Annotated[float, Field(gt=0.0, le=2.0)]
-Spacing = Annotated[float, Field(ge=1e-6, le=0.05)]
-"""A micrometre is less than any step; beyond 5 cm the arms no longer keep to the curve."""
-Dwell = Annotated[float, Field(ge=0.0, le=3600.0)]
+ArmAngle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
+Size = Annotated[float, Field(gt=0.0, le=2.0, description="metres; no arm reaches further")]
+Spacing = Annotated[
+    float,
+    Field(ge=1e-6, le=0.05, description="1 um is below any step; arms leave the curve beyond 5 cm"),
+]
+Dwell = Annotated[float, Field(ge=0.0, le=3600.0, description="seconds, at most an hour")]
 
 
 def _not_too_many(targets: float) -> None:
@@ -41,7 +44,7 @@ class Circle(_Curve):
 
     shape: Literal["circle"]
     radius_m: Size
-    turns: Annotated[float, Field(ge=-1000.0, le=1000.0)] = 1.0
+    turns: Annotated[float, Field(ge=-1000.0, le=1000.0, description=MANY_TURNS)] = 1.0
 
     @model_validator(mode="after")
     def _has_length(self) -> Circle:
@@ -59,7 +62,7 @@ class Heart(_Curve):
 
     shape: Literal["heart"]
     width_m: Size
-    turns: Annotated[int, Field(ge=1, le=1000)] = 1
+    turns: Annotated[int, Field(ge=1, le=1000, description=MANY_TURNS)] = 1
 
     @model_validator(mode="after")
     def _bounded(self) -> Heart:
@@ -73,7 +76,7 @@ class Spiral(_Curve):
     shape: Literal["spiral"]
     inner_radius_m: Size
     outer_radius_m: Size
-    turns: Annotated[float, Field(ge=1e-3, le=1000.0)] = 3.0
+    turns: Annotated[float, Field(ge=1e-3, le=1000.0, description=MANY_TURNS)] = 3.0
 
     @model_validator(mode="after")
     def _grows(self) -> Spiral:
@@ -88,7 +91,10 @@ class Points(StrictModel):
     """Straight lines between points, with a rest at each."""
 
     shape: Literal["points"]
-    points_m: Annotated[tuple[Point, ...], Field(min_length=1, max_length=10_000)]
+    points_m: Annotated[
+        tuple[Point, ...],
+        Field(min_length=1, max_length=10_000, description="one job is planned in memory"),
+    ]
     dwell_s: Dwell = 0.0
     spacing_m: Spacing = 0.0005
 
@@ -103,7 +109,8 @@ class Joints(StrictModel):
 
     shape: Literal["joints"]
     angles_deg: Annotated[
-        tuple[tuple[ArmAngle, ArmAngle, ArmAngle], ...], Field(min_length=1, max_length=100_000)
+        tuple[tuple[ArmAngle, ArmAngle, ArmAngle], ...],
+        Field(min_length=1, max_length=100_000, description="one job is planned in memory"),
     ]
     dwell_s: Dwell = 0.0
 
@@ -115,10 +122,10 @@ class Survey(StrictModel):
     """
 
     shape: Literal["survey"]
-    count: Annotated[int, Field(ge=1, le=MAX_TARGETS)]
+    count: Annotated[int, Field(ge=1, le=MAX_TARGETS, description="one job is planned in memory")]
     angle_deg: tuple[ArmAngle, ArmAngle] = (-20.0, 110.0)
     dwell_s: Dwell = 0.0
-    seed: Annotated[int, Field(ge=0, le=2**63)] = 1
+    seed: Annotated[int, Field(ge=0, le=2**63, description="any whole number of 64 bit")] = 1
 
     @model_validator(mode="after")
     def _ordered(self) -> Survey:
@@ -145,11 +152,16 @@ class Accelerated(StrictModel):
     """Every motor keeps its own speed and acceleration limit; the path slows down where it must."""
 
     mode: Literal["accelerated"]
-    speed_mps: Annotated[float, Field(ge=1e-6, le=10.0)]
+    speed_mps: Annotated[float, Field(ge=1e-6, le=10.0, description="m/s; 1 um/s to 10 m/s")]
     """Speed of the platform along the path wherever the limits allow it."""
-    joint_speed_radps: Annotated[float, Field(ge=1e-5, le=1e3)] | None = None
+    joint_speed_radps: (
+        Annotated[float, Field(ge=1e-5, le=1e3, description="rad/s, a turn a week to 160 a second")]
+        | None
+    ) = None
     """Not above the robot file's limit; absent for that limit. So too the acceleration."""
-    joint_acceleration_radps2: Annotated[float, Field(ge=1e-4, le=1e5)] | None = None
+    joint_acceleration_radps2: (
+        Annotated[float, Field(ge=1e-4, le=1e5, description="rad/s2; beyond is a blow")] | None
+    ) = None
 
 
 def mode(timing: Any) -> Any:
@@ -187,7 +199,7 @@ class JobFile(StrictModel):
     path: PathSpec
     timing: Timing
     inverse_kinematics: Annotated[GeometryIk | NetworkIk, Field(discriminator="kind")]
-    repeats: Annotated[int, Field(ge=1, le=100_000)] = 1
+    repeats: Annotated[int, Field(ge=1, le=100_000, description="weeks of work at most")] = 1
     """Each repeat begins and ends at rest; an open path is returned to its start between them."""
     record: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
     """Name of the recording in the folder of recordings; absent: `<name>-<date>.mcap`."""

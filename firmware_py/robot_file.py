@@ -15,8 +15,8 @@ from foundation.strict_yaml import Document, StrictModel
 from models.chain.active import of_entries
 from models.robot import KINDS, DeltaRobot, Drive, EffectEntry
 
-Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
-Coordinate = Annotated[float, Field(gt=-10.0, lt=10.0)]
+Angle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
+Coordinate = Annotated[float, Field(gt=-10.0, lt=10.0, description="a robot arm is under 10 m")]
 
 I2C_PINS = (2, 3)
 """SDA and SCL of bus 1 on the 40-pin header."""
@@ -36,18 +36,28 @@ class Limits(StrictModel):
         | None
     ) = None
     """Cartesian box (x, y, z), each (low, high); the way from home into it is allowed."""
-    step_rate_hz: Annotated[float, Field(gt=0.0, le=500_000.0)] = 20_000.0
-    """CL57T takes 500 kHz; the pulse process on a Pi is good for about 10 to 20 kHz."""
-    joint_speed_radps: Annotated[float, Field(gt=0.0, le=1000.0)] = 8.0
+    step_rate_hz: Annotated[
+        float, Field(gt=0.0, le=500_000.0, description="CL57T takes 500 kHz")
+    ] = 20_000.0
+    """The pulse process on a Pi is good for about 10 to 20 kHz."""
+    joint_speed_radps: Annotated[
+        float, Field(gt=0.0, le=1000.0, description="160 turns a second are too many")
+    ] = 8.0
     """The default is what 20 kHz gives on the Zhao drive (750 rev/min of the motor)."""
-    joint_acceleration_radps2: Annotated[float, Field(gt=0.0, le=1e5)] = 20.0
+    joint_acceleration_radps2: Annotated[
+        float, Field(gt=0.0, le=1e5, description="rad/s2; beyond is a blow")
+    ] = 20.0
     """In accelerated motion; stepping together (Zhao 2023) has no ramps to limit."""
-    approach_speed_radps: Annotated[float, Field(gt=0.0, le=1000.0)] = 0.5
+    approach_speed_radps: Annotated[
+        float, Field(gt=0.0, le=1000.0, description="160 turns a second are too many")
+    ] = 0.5
     """Joint speed of the move to where a path starts."""
-    singularity_margin: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05
+    singularity_margin: Annotated[float, Field(ge=0.0, lt=1.0, description="a sine")] = 0.05
     """How near to singular a motion may come: smallest sine between a forearm and the plane of
     its upper arm, and smallest volume spanned by the three forearm directions."""
-    network_deg: Annotated[float, Field(gt=0.0, le=180.0)] = 10.0
+    network_deg: Annotated[
+        float, Field(gt=0.0, le=180.0, description="0 refuses every network, 180 none")
+    ] = 10.0
     """How far a network's arm angles may lie from the geometry's before it counts as broken:
     well above play, home offsets and length errors, well below a collision."""
 
@@ -68,8 +78,12 @@ class Homing(StrictModel):
     angle_deg: tuple[Angle, Angle, Angle] = (30.0, 30.0, 30.0)
     switch_pins: tuple[Pin, Pin, Pin] | None = None
     switch_active_high: bool = False
-    speed_radps: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
-    tolerance_m: Annotated[float, Field(gt=0.0)] = 0.03
+    speed_radps: Annotated[
+        float, Field(gt=0.0, le=1.0, description="a switch is met at walking pace")
+    ] = 0.1
+    tolerance_m: Annotated[float, Field(gt=0.0, description="sensors never agree to nothing")] = (
+        0.03
+    )
     """How far the sensors may disagree with the home angles before homing is refused."""
 
     @model_validator(mode="after")
@@ -82,9 +96,11 @@ class Homing(StrictModel):
 class SensorNoise(StrictModel):
     """Noise of a simulated ranging sensor."""
 
-    sigma_m: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0015
-    correlation: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    seed: Annotated[int, Field(ge=0)] = 1
+    sigma_m: Annotated[
+        float, Field(ge=0.0, le=0.1, description="metres; a VL53L1X has 1 to 5 mm")
+    ] = 0.0015
+    correlation: Annotated[float, Field(ge=0.0, lt=1.0, description="1 is no noise")] = 0.0
+    seed: Annotated[int, Field(ge=0, description="any whole number")] = 1
 
 
 class AsBuilt(StrictModel):

@@ -7,8 +7,15 @@ from collections.abc import Container
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 from foundation.yaml_tree import Location
+
+BOUNDS = (
+    *("greater_than", "greater_than_equal", "less_than", "less_than_equal"),
+    *("too_short", "too_long", "string_too_short", "string_too_long"),
+)
+"""The kinds of error that a bound causes; the field's description is the bound's reason."""
 
 
 def explain(
@@ -28,7 +35,9 @@ def explain(
         ) else f"'{part}' is missing"
     if kind.startswith("union_tag"):
         return _wrong_choice(found, place, in_file)
-    return place, found["msg"].removeprefix("Value error, ") + _got(found)
+    said = found["msg"].removeprefix("Value error, ") + _got(found)
+    reason = reason_of(model, found["loc"]) if kind in BOUNDS else None
+    return place, f"{said}: {reason}" if reason else said
 
 
 def _worst(error: ValidationError, in_file: Container[Location]) -> Any:
@@ -92,6 +101,30 @@ def _valid_keys(model: type[BaseModel], loc: Location) -> list[str]:
     for part in loc:
         candidates = [inner for candidate in candidates for inner in _step_into(candidate, part)]
     return sorted({name for found in candidates for name in getattr(found, "model_fields", {})})
+
+
+def reason_of(model: type[BaseModel], loc: Location) -> str | None:
+    """Why the value at `loc` is bounded: the description nearest to it, None where it has none."""
+    candidates: list[Any] = [model]
+    reason = None
+    for part in loc:
+        fields = [
+            candidate.model_fields[part]
+            for candidate in candidates
+            if part in getattr(candidate, "model_fields", {})
+        ]
+        if fields:
+            reason = next(filter(None, map(_reason, fields)), None)
+        candidates = [inner for candidate in candidates for inner in _step_into(candidate, part)]
+    return reason
+
+
+def _reason(annotated: Any) -> str | None:
+    """The description of a field, or of what its type is made of."""
+    own = annotated.description if isinstance(annotated, FieldInfo) else None
+    inner = annotated.annotation if isinstance(annotated, FieldInfo) else annotated
+    within = (*getattr(inner, "__metadata__", ()), *getattr(inner, "__args__", ()))
+    return own or next(filter(None, map(_reason, within)), None)
 
 
 def _step_into(candidate: Any, part: str | int) -> list[Any]:

@@ -20,8 +20,8 @@ ARMS = 3
 
 Length = Annotated[float, Field(gt=0.0, lt=10.0, description="a robot arm is under 10 m")]
 PerArmLength = Length | tuple[Length, Length, Length]
-Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
-Mass = Annotated[float, Field(ge=0.0, lt=1000.0)]
+Angle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
+Mass = Annotated[float, Field(ge=0.0, lt=1000.0, description="kilograms of a moving part")]
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 
 MACHINE_SECTIONS = ("steps", "inputs", "ranging", "limits", "homing", "as_built")
@@ -67,8 +67,10 @@ class Drive(StrictModel):
     """How step counts become arm angles."""
 
     kind: Literal["stepper"] = "stepper"
-    microsteps_per_rev: Annotated[int, Field(ge=1, le=1_000_000)]
-    gear_ratio: Annotated[float, Field(gt=0.0, le=1e6)]
+    microsteps_per_rev: Annotated[
+        int, Field(ge=1, le=1_000_000, description="drives offer 200 to 51200")
+    ]
+    gear_ratio: Annotated[float, Field(gt=0.0, le=1e6, description="motor turns per arm turn")]
 
     @property
     def rad_per_step(self) -> float:
@@ -79,7 +81,7 @@ class Drive(StrictModel):
 class SensorAxis(StrictModel):
     """A ranging sensor reports `offset_m + axis . p` with p the platform position."""
 
-    offset_m: Annotated[float, Field(gt=-10.0, lt=10.0)]
+    offset_m: Annotated[float, Field(gt=-10.0, lt=10.0, description="a ranging sensor sees 4 m")]
     axis: tuple[float, float, float]
 
     @model_validator(mode="after")
@@ -150,10 +152,12 @@ class ServoAxis(StrictModel):
     kind: Literal["servo_axis"]
     name: str
     motion: Literal["linear", "rotary"]
-    inertia: Annotated[float, Field(gt=0.0)] | None = None
-    effort_gain: Annotated[float, Field(gt=0.0)] = 1.0
+    inertia: Annotated[float, Field(gt=0.0, description="kg m2 or kg")] | None = None
+    effort_gain: Annotated[
+        float, Field(gt=0.0, description="turn the sign of the effort column instead")
+    ] = 1.0
     gravity: AxisGravity | None = None
-    drive_stiffness: Annotated[float, Field(gt=0.0)] | None = None
+    drive_stiffness: Annotated[float, Field(gt=0.0, description="N m/rad or N/m")] | None = None
     zero: Literal["arbitrary", "absolute"] = "absolute"
     effects: tuple[EffectEntry, ...] = ()
 

@@ -48,7 +48,8 @@ def test_a_job_written_out_is_the_same_job() -> None:
         ),
         (
             "{t_pwm_s: 1e-5}",
-            "timing.t_pwm_s: Input should be greater than or equal to 0.00005 (got 1e-05)",
+            "timing.t_pwm_s: Input should be greater than or equal to 0.00005 (got 1e-05)"
+            ": the pulse process is good for 50 us and up",
         ),
         ("5", "timing: Input should be an object (got 5)"),
         ("", "timing: Input should be an object (got None)"),
