@@ -7,32 +7,17 @@ from __future__ import annotations
 
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
 from models.chain import Chain, Commands
 from models.effects import VOCABULARY
-from models.robot import DeltaRobot, EffectEntry, FloatArray
+from models.robot import EffectEntry, FloatArray, load_delta
 
 SAMPLES = 12_000
 LIMIT_S = 0.015
-ROBOT = {
-    "kind": "delta",
-    "name": "benchmark",
-    "geometry": {
-        "base_radius_m": 0.325,
-        "platform_radius_m": 0.075,
-        "upper_arm_m": 0.25,
-        "forearm_m": 0.5,
-    },
-    "masses": {"upper_arm_kg": 0.205, "forearm_kg": 0.153, "platform_kg": 0.653},
-    "drive": {"microsteps_per_rev": 1600, "gear_ratio": 10},
-    "sensors": {
-        "x": {"offset_m": 0.6, "axis": (1, 0, 0)},
-        "y": {"offset_m": 0.6, "axis": (0, 1, 0)},
-        "z": {"offset_m": 0.9, "axis": (0, 0, 1)},
-    },
-}
+ZHAO = Path(__file__).parent.parent / "config" / "zhao-2023.yaml"
 SEVERAL = (
     EffectEntry(effect="gear_backlash", component="motor2", parameters={"width": 0.005}),
     EffectEntry(effect="following_lag", component="motor1", parameters={"time": 0.03}),
@@ -61,7 +46,7 @@ def best_ms(chain: Chain, commands: Commands, effects: tuple[EffectEntry, ...]) 
 
 
 def main() -> int:
-    robot = DeltaRobot.model_validate(ROBOT)
+    robot = load_delta(ZHAO)
     chain = Chain.delta(robot)
     commands = Commands.of_angles(*survey(SAMPLES))
     nominal, several = best_ms(chain, commands, ()), best_ms(chain, commands, SEVERAL)

@@ -3,38 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from models.chain import Chain, Commands
-from models.robot import DeltaRobot, EffectEntry
+from models.robot import DeltaRobot, EffectEntry, load_delta
 from recording.flat import FlatRecording
+
+ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 
 Record = Callable[..., FlatRecording]
 
 
 @pytest.fixture(scope="session")
 def delta() -> DeltaRobot:
-    return DeltaRobot.model_validate(
-        {
-            "kind": "delta",
-            "name": "test",
-            "geometry": {
-                "base_radius_m": 0.325,
-                "platform_radius_m": 0.075,
-                "upper_arm_m": 0.25,
-                "forearm_m": 0.5,
-            },
-            "masses": {"upper_arm_kg": 0.205, "forearm_kg": 0.153, "platform_kg": 0.653},
-            "drive": {"microsteps_per_rev": 1600, "gear_ratio": 10},
-            "sensors": {
-                "x": {"offset_m": 0.6, "axis": (1, 0, 0)},
-                "y": {"offset_m": 0.6, "axis": (0, 1, 0)},
-                "z": {"offset_m": 0.9, "axis": (0, 0, 1)},
-            },
-        }
-    )
+    return load_delta(ZHAO)
 
 
 def _survey(rng: np.random.Generator, samples: int) -> np.ndarray:
