@@ -2,34 +2,24 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from models.effects.flow import Flow
-from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.kind import MOTORS, EffectKind, Memory, Values
+from models.effects.periodic import PARAMETERS, add_periodic, size_in_words
 from models.effects.port import Port
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
-    angle = flow.measured_rad[:, index]
-    turns = 2.0 * np.pi * angle / scalar(values, "period")
-    flow.measured_rad[:, index] = angle + scalar(values, "amplitude") * np.sin(
-        turns + scalar(values, "phase")
-    )
+    add_periodic(flow.measured_rad, index, values)
 
 
 EFFECT = EffectKind(
     name="encoder_error",
     port=Port.ENCODER,
     components=MOTORS,
-    parameters=(
-        Parameter("amplitude", "rad", 0.0, 0.2, starts=(0.001,)),
-        Parameter("period", "rad", 1e-3, 2.0 * np.pi, starts=(2.0 * np.pi,), step=1e-4),
-        Parameter("phase", "rad", -np.pi, np.pi, starts=(0.0,), default=0.0),
-    ),
+    parameters=PARAMETERS,
     operate=_operate,
     says=lambda component, v: (
-        f"the angle encoder of {component} has a periodic error of {1e3 * v['amplitude']:.2f} mrad "
-        f"every {np.degrees(v['period']):.2f} degrees"
+        f"the angle encoder of {component} has a periodic error of {size_in_words(v)}"
     ),
     order=0,
 )

@@ -1,0 +1,31 @@
+"""An error that repeats with the angle: of a gear, or of the encoder that reads it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from models.effects.kind import Parameter, Values, scalar
+from models.robot import FloatArray
+
+PARAMETERS = (
+    Parameter("amplitude", "rad", 0.0, 0.2, starts=(0.001,)),
+    Parameter("period", "rad", 1e-3, 2.0 * np.pi, starts=(2.0 * np.pi,), step=1e-4),
+    Parameter("phase", "rad", -np.pi, np.pi, starts=(0.0,), default=0.0),
+)
+
+
+def add_periodic(angles_rad: FloatArray, index: int, values: Values) -> None:
+    """Add amplitude * sin(2 pi angle / period + phase) to column `index` of (n, 3), in place."""
+    angle = angles_rad[:, index]
+    turns = 2.0 * np.pi * angle / scalar(values, "period")
+    angles_rad[:, index] = angle + scalar(values, "amplitude") * np.sin(
+        turns + scalar(values, "phase")
+    )
+
+
+def size_in_words(values: Mapping[str, Any]) -> str:
+    """Amplitude and period for the effect's sentence."""
+    return f"{1e3 * values['amplitude']:.2f} mrad every {np.degrees(values['period']):.2f} degrees"
