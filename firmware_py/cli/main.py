@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from firmware_py.cli import jobs, prove, service, things
+from firmware_py.cli import collect, jobs, prove, service, things
 
 app = typer.Typer(
     name="deltactl",
@@ -30,6 +30,7 @@ jobs.register(app)
 service.register(app)
 things.register(app)
 prove.register(app)
+collect.register(app)
 
 
 def main() -> None:

@@ -1,0 +1,1 @@
+"""Surveys: commanded counts with the positions measured there, for training and calibration."""
