@@ -1,4 +1,4 @@
-"""A small float32 graph, written as a TFLite file without TensorFlow.
+"""A small graph, kept in float64 and written as a float32 TFLite file without TensorFlow.
 
 Only what a network of arm angles needs: FullyConnected, Tanh, Logistic, Mul, Reshape.
 Operator versions are the lowest that both runtimes take for float32.
@@ -15,6 +15,7 @@ import tflite
 
 from models.network.flat import IDENTIFIER
 from models.network.metadata import METADATA_NAME
+from models.robot import FloatArray
 
 Activation = Literal["tanh", "sigmoid"]
 
@@ -58,8 +59,8 @@ class Graph:
 
     def fully_connected(self, source: int, weights: Any, bias: Any) -> int:
         """`source @ weights.T + bias`; weights of shape (outputs, inputs)."""
-        w = np.asarray(weights, dtype=np.float32)
-        b = np.asarray(bias, dtype=np.float32)
+        w = np.asarray(weights, dtype=np.float64)
+        b = np.asarray(bias, dtype=np.float64)
         rows, columns = self.tensors[source].shape
         if w.ndim != 2 or w.shape[1] != columns or b.shape != (w.shape[0],):
             raise ValueError(f"weights {w.shape}, bias {b.shape} do not fit {columns} inputs")
@@ -84,9 +85,33 @@ class Graph:
         new_shape = self._constant("shape", np.array(shape, dtype=np.int32))
         return self._apply("reshape", (source, new_shape), shape)
 
+    def values(self, source: int, result: int, inputs: FloatArray) -> FloatArray:
+        """The graph in float64, what the file is checked against: (n, columns) to (n, columns)."""
+        known: dict[int, FloatArray] = {source: np.asarray(inputs, dtype=np.float64)[:, None, :]}
+        for operation in self.operations:
+            known[operation.output] = self._value(operation, known)
+        return known[result].reshape(len(inputs), -1)
+
     def to_bytes(self, source: int, result: int, description: str, metadata: bytes) -> bytes:
         """The TFLite file with `metadata` under our name."""
         return _Writer(self, source, result).write(description, metadata)
+
+    def _value(self, operation: _Operation, known: dict[int, FloatArray]) -> FloatArray:
+        first, *others = operation.inputs
+        value = known[first]
+        if operation.kind == "fully_connected":
+            weights, bias = (self.tensors[index].data for index in others)
+            assert weights is not None
+            assert bias is not None
+            product: FloatArray = value @ weights.T + bias
+            return product
+        if operation.kind == "mul":
+            return value * known[others[0]]
+        if operation.kind == "reshape":
+            return value.reshape(len(value), *self.tensors[operation.output].shape)
+        bent: FloatArray = np.tanh(value)
+        # A sigmoid written with tanh: exp would overflow for large negative values.
+        return bent if operation.kind == "tanh" else 0.5 + 0.5 * np.tanh(0.5 * value)
 
     def _constant(self, role: str, data: np.ndarray[Any, Any]) -> int:
         return self._add(_Tensor(f"{role}_{len(self.tensors)}", data.shape, data))
@@ -101,6 +126,11 @@ class Graph:
         return len(self.tensors) - 1
 
 
+def _stored(data: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """As in the file: shapes are whole numbers, all else is float32."""
+    return data if data.dtype == np.int32 else data.astype(np.float32)
+
+
 class _Writer:
     """Flatbuffers are written back to front: children before the tables that name them."""
 
@@ -111,7 +141,7 @@ class _Writer:
 
     def write(self, description: str, metadata: bytes) -> bytes:
         # Buffer 0 is empty by convention: tensors without data point at it.
-        constants = [t.data.tobytes() for t in self.graph.tensors if t.data is not None]
+        constants = [_stored(t.data).tobytes() for t in self.graph.tensors if t.data is not None]
         contents = [b"", *constants, metadata]
         buffers = self._tables([self._buffer(content) for content in contents])
         subgraphs = self._tables([self._subgraph()])

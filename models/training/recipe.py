@@ -15,10 +15,16 @@ from models.training.graph import Graph
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 Progress = Callable[[str], None]
+Follow = Callable[[int, int, str], None]
+"""Told how far a training is: done, of how many in all, and the result so far in words."""
 
 
 def silent(line: str) -> None:
     """Says nothing."""
+
+
+def unseen(done: int, total: int, text: str) -> None:
+    """Shows nothing."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +82,18 @@ class Trained:
     parameters: int
     samples: int
     settings: dict[str, float | int | str] = field(default_factory=dict)
+    seed: int = 0
+    course: tuple[tuple[int, float], ...] = ()
+    """Epochs or iterations, and the RMS error [deg] on the held-out samples at that time."""
+
+    def angles_rad_many(self, position_m: FloatArray) -> FloatArray:
+        """Angles [rad] of positions [m], both (n, 3), in float64, refusing nothing."""
+        return self.graph.values(self.source, self.result, position_m)
+
+    def rmse_deg(self, position_m: FloatArray, angles_rad: FloatArray) -> float:
+        """Root of the mean squared error [deg] over all samples and arms."""
+        error_rad = self.angles_rad_many(position_m) - angles_rad
+        return float(np.rad2deg(np.sqrt(np.mean(error_rad**2))))
 
 
 class Stopwatch:
