@@ -13,7 +13,7 @@ from drivers.settings import InputSettings, Pin, RangingSettings, StepSettings
 from foundation.errors import ConfigError, MissingFile
 from foundation.strict_yaml import Document, StrictModel
 from models.chain.active import of_entries
-from models.robot import KINDS, DeltaRobot, Drive, EffectEntry
+from models.robot import KINDS, DeltaRobot, DriveSection, EffectEntry
 
 Angle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
 Coordinate = Annotated[float, Field(gt=-10.0, lt=10.0, description="a robot arm is under 10 m")]
@@ -113,7 +113,7 @@ class AsBuilt(StrictModel):
 class RobotFile(DeltaRobot):
     """A delta robot with its wiring and limits."""
 
-    drive: Drive
+    drive: DriveSection
     steps: StepSettings = StepSettings()
     inputs: InputSettings = InputSettings()
     ranging: RangingSettings = RangingSettings()

@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from foundation.errors import ConfigError
 from foundation.strict_yaml import Document, StrictModel
+from models.servo_drive import ServoDrive
 
 AXES = ("x", "y", "z")
 ARMS = 3
@@ -64,7 +65,7 @@ class Masses(StrictModel):
 
 
 class Drive(StrictModel):
-    """How step counts become arm angles."""
+    """How a stepper's counts become arm angles."""
 
     kind: Literal["stepper"] = "stepper"
     microsteps_per_rev: Annotated[
@@ -76,6 +77,22 @@ class Drive(StrictModel):
     def rad_per_step(self) -> float:
         """Arm angle of one microstep [rad]."""
         return 2.0 * np.pi / (self.microsteps_per_rev * self.gear_ratio)
+
+
+AnyDrive = Drive | ServoDrive
+"""Either counts in `rad_per_step`: microsteps, or a servo's set-points."""
+
+
+def kind(drive: Any) -> Any:
+    """The kind that a `drive` section asks for; without one it is a stepper's."""
+    if isinstance(drive, dict):
+        return drive.get("kind", "stepper")
+    return getattr(drive, "kind", "stepper")
+
+
+DriveSection = Annotated[
+    Annotated[Drive, Tag("stepper")] | Annotated[ServoDrive, Tag("servo")], Discriminator(kind)
+]
 
 
 class SensorAxis(StrictModel):
@@ -124,7 +141,7 @@ class DeltaRobot(StrictModel):
     name: Annotated[str, Field(min_length=1, max_length=100)]
     geometry: Geometry
     masses: Masses | None = None
-    drive: Drive | None = None
+    drive: DriveSection | None = None
     sensors: Sensors | None = None
     effects: tuple[EffectEntry, ...] = ()
 

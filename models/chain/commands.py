@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from models.robot import Drive, FloatArray
+from models.robot import AnyDrive, FloatArray
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 
@@ -39,7 +39,7 @@ class Commands:
 
     @classmethod
     def of_counts(
-        cls, t_s: FloatArray, counts: FloatArray, drive: Drive, fresh: BoolArray | None = None
+        cls, t_s: FloatArray, counts: FloatArray, drive: AnyDrive, fresh: BoolArray | None = None
     ) -> Commands:
         """Commands given as microstep counts, (n, joints)."""
         angles_rad = np.asarray(counts, dtype=np.float64) * drive.rad_per_step

@@ -21,7 +21,7 @@ from pydantic import Field
 from foundation.errors import MissingFile, RecordingError
 from foundation.strict_yaml import Document, StrictModel
 from models.network.metadata import fingerprint
-from models.robot import ARMS, DeltaRobot, Drive, FloatArray, Geometry, Sensors
+from models.robot import ARMS, DeltaRobot, DriveSection, FloatArray, Geometry, Sensors
 
 IntArray = np.ndarray[Any, np.dtype[np.int64]]
 SETTINGS, SAMPLES = "settings.yaml", "samples.csv"
@@ -40,7 +40,7 @@ class DataSettings(StrictModel):
     fingerprint: str
     """`models.network.metadata.fingerprint` of `geometry`."""
     geometry: Geometry
-    drive: Drive
+    drive: DriveSection
     sensors: Sensors
     """As they were believed to be when ranges became positions."""
     machine: Literal["robot", "simulated", "as-built"]

@@ -95,7 +95,11 @@ def test_uzunovic_2013_has_the_papers_numbers():
     robot = load_robot(CONFIG_FOLDER / "uzunovic-2013.yaml")
     assert robot.geometry.upper_arm_m == 0.040
     assert robot.geometry.forearm_m == 0.068
-    assert np.rad2deg(robot.drive.rad_per_step) == pytest.approx(0.01)
+    assert robot.drive.kind == "servo"
+    assert robot.drive.encoder_deg == 0.01
+    assert robot.drive.loop_rate_hz == 10_000
+    assert robot.drive.reference_bandwidth_radps == 1200.0
+    assert (robot.drive.velocity_gain_1ps, robot.drive.position_gain_1ps2) == (100.0, 1000.0)
     # The paper's z reference starts at -0.07084 m with all joints at 30 degrees.
     home = forward(Linkage.of(robot.geometry), np.deg2rad(robot.homing.angle_deg)).position_m
     assert home == pytest.approx([0, 0, -0.0708], abs=6e-4)
