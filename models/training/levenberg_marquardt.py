@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
@@ -21,6 +22,14 @@ Jacobian = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 SHRINK, GROW = 1.0 / 3.0, 4.0
 DAMPING_RANGE = (1e-14, 1e12)
+
+
+class Normal(NamedTuple):
+    """Sum of squared residuals, J'J (p, p) and J'e (p,) at some parameters."""
+
+    cost: float
+    matrix: FloatArray
+    gradient: FloatArray
 
 
 @dataclass(frozen=True)
@@ -41,23 +50,40 @@ def steps(
     damping: float = 1e-2,
 ) -> Iterator[Step]:
     """Improve `start` for as long as the caller asks; ends when no step helps any more."""
+
+    def cost(parameters: FloatArray) -> float:
+        return float(np.sum(residuals(parameters) ** 2))
+
+    def normal(parameters: FloatArray) -> Normal:
+        error, slope = jacobian(parameters)
+        return Normal(float(error @ error), slope.T @ slope, slope.T @ error)
+
+    return steps_by_normal(cost, normal, start, damping)
+
+
+def steps_by_normal(
+    cost: Callable[[FloatArray], float],
+    normal: Callable[[FloatArray], Normal],
+    start: FloatArray,
+    damping: float = 1e-2,
+) -> Iterator[Step]:
+    """`steps` for problems whose normal equations are cheaper than their Jacobian."""
     parameters, iteration = start, 0
-    error, slope = jacobian(parameters)
-    cost = float(error @ error)
+    here = normal(parameters)
+    least = here.cost
     while True:
-        normal, gradient = slope.T @ slope, slope.T @ error
         while True:
-            trial = _solve(normal, gradient, damping, parameters)
-            trial_cost = np.inf if trial is None else float(np.sum(residuals(trial) ** 2))
-            if trial is not None and trial_cost < cost:
+            trial = _solve(here.matrix, here.gradient, damping, parameters)
+            trial_cost = np.inf if trial is None else cost(trial)
+            if trial is not None and trial_cost < least:
                 break
             damping *= GROW
             if damping > DAMPING_RANGE[1]:
                 return
         damping = max(damping * SHRINK, DAMPING_RANGE[0])
-        parameters, cost, iteration = trial, trial_cost, iteration + 1
-        yield Step(iteration, parameters, cost, damping)
-        error, slope = jacobian(parameters)
+        parameters, least, iteration = trial, trial_cost, iteration + 1
+        yield Step(iteration, parameters, least, damping)
+        here = normal(parameters)
 
 
 def _solve(

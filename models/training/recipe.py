@@ -99,10 +99,11 @@ class Trained:
 class Stopwatch:
     """Prefixes progress lines with the seconds since it was made."""
 
-    def __init__(self, progress: Progress):
+    def __init__(self, progress: Progress, about: str = ""):
         self._start_s = time.monotonic()
         self._progress = progress
+        self._about = about
 
     def say(self, text: str) -> None:
         """Pass one line on."""
-        self._progress(f"{time.monotonic() - self._start_s:6.1f} s  {text}")
+        self._progress(f"{time.monotonic() - self._start_s:6.1f} s  {self._about}{text}")

@@ -26,7 +26,11 @@ _FEWEST = 0.05
 
 
 def random_poses(
-    linkage: Linkage, count: int, angle_deg: tuple[float, float], seed: int
+    linkage: Linkage,
+    count: int,
+    angle_deg: tuple[float, float],
+    seed: int,
+    smallest_margin: float = SMALLEST_MARGIN,
 ) -> tuple[FloatArray, FloatArray]:
     """Positions [m] and commanded arm angles [rad], both (count, 3).
 
@@ -42,7 +46,7 @@ def random_poses(
             serial_margin(linkage, triples, pose.position_m).min(axis=1),
             parallel_margin(linkage, triples, pose.position_m),
         )
-        good = (pose.status == Status.OK) & (margin >= SMALLEST_MARGIN)
+        good = (pose.status == Status.OK) & (margin >= smallest_margin)
         position_m = np.concatenate([position_m, pose.position_m[good]])
         angles_rad = np.concatenate([angles_rad, triples[good]])
         drawn += len(triples)

@@ -52,6 +52,15 @@ def build(linkage: Linkage, layers: list[Layer]) -> tuple[Graph, int, int]:
 
     v^2 is made by multiplying (u, v, z) with (1, v, 1), both linear in the target.
     """
+    graph = Graph()
+    source = graph.input("position_m", (1, 3))
+    rows = graph.reshape(frame_rows(graph, source, linkage), (ARMS, 3))
+    angles = add_layers(graph, rows, layers, "tanh")
+    return graph, source, graph.reshape(angles, (1, ARMS))
+
+
+def frame_rows(graph: Graph, source: int, linkage: Linkage) -> int:
+    """Add to the graph: target (1, 3) to (u, v^2, z) of all arms, (1, 9)."""
     values, factors = np.zeros((ARMS, 3, 3)), np.zeros((ARMS, 3, 3))
     ones = np.zeros((ARMS, 3))
     for arm, azimuth_rad in enumerate(linkage.azimuth_rad):
@@ -59,13 +68,9 @@ def build(linkage: Linkage, layers: list[Layer]) -> tuple[Graph, int, int]:
         values[arm] = [[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]
         factors[arm, 1] = values[arm, 1]
         ones[arm] = [1.0, 0.0, 1.0]
-    graph = Graph()
-    source = graph.input("position_m", (1, 3))
     row = graph.fully_connected(source, values.reshape(9, 3), np.zeros(9))
     factor = graph.fully_connected(source, factors.reshape(9, 3), ones.reshape(9))
-    rows = graph.reshape(graph.multiply(row, factor), (ARMS, 3))
-    angles = add_layers(graph, rows, layers, "tanh")
-    return graph, source, graph.reshape(angles, (1, ARMS))
+    return graph.multiply(row, factor)
 
 
 def arm_rows(linkage: Linkage, position_m: FloatArray) -> FloatArray:

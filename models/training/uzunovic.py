@@ -1,0 +1,114 @@
+"""Uzunovic's network as Uzunovic 2013, section 3.2 describes it: 3-25-3, Levenberg-Marquardt.
+
+25 tansig neurons (tanh), linear outputs, the squared error of eq. (2) over all samples. Not
+described: scaling and start. Here inputs and outputs are standardised inside the file; of a few
+random starts, tried for a while, the best is trained to the end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from itertools import islice
+
+import numpy as np
+
+from foundation.errors import NetworkError
+from models.robot import ARMS, FloatArray
+from models.training.graph import Graph
+from models.training.perceptron import Perceptron, Scaling, add_layers, fold
+from models.training.recipe import Follow, Trained, unseen
+from models.training.samples_of_angles import IntArray, split
+from models.training.shallow import search
+
+RECIPE = "uzunovic"
+_REPORT_EVERY = 10
+
+
+@dataclass(frozen=True)
+class UzunovicSettings:
+    """Shape and effort; the width is the paper's."""
+
+    width: int = 25
+    iterations: int = 300
+    starts: int = 3
+    tries: int = 20
+    """Iterations given to each start before the best goes on."""
+    enough: float = 1e-5
+    """Ends when the error fell by less than this part over the last 20 iterations."""
+    hold_out: bool = True
+    """A quarter to judge by; the paper trains on, and judges by, all samples."""
+
+
+def train_uzunovic(
+    position_m: FloatArray,
+    angles_rad: FloatArray,
+    settings: UzunovicSettings | None = None,
+    seed: int = 0,
+    follow: Follow = unseen,
+) -> Trained:
+    """Train on measured positions (n, 3) [m] and arm angles (n, 3) [rad].
+
+    Raises NetworkError when a column is constant. Needs scipy (the `training` extra).
+    """
+    settings = settings or UzunovicSettings()
+    rows, held = _parts(len(position_m), seed, settings.hold_out)
+    try:
+        into, out = Scaling.of(position_m[rows]), Scaling.of(angles_rad[rows])
+    except ValueError as error:
+        raise NetworkError(f"the samples cannot be learned from: {error}") from error
+    network = Perceptron((ARMS, settings.width, ARMS))
+    inputs, wanted = into.apply(position_m), out.apply(angles_rad)
+    start = _best_start(network, inputs[rows], wanted[rows], settings, seed)
+    parameters, course, costs = start, [], []
+    total = settings.iterations
+    for step in islice(search(network, inputs[rows], wanted[rows], start), total):
+        parameters = step.parameters
+        costs.append(step.cost)
+        over = len(costs) > 20 and costs[-21] - costs[-1] < settings.enough * costs[-1]
+        if step.iteration % _REPORT_EVERY == 0 or over or step.iteration == total:
+            left = (network.values(parameters, inputs[held]) - wanted[held]) * out.deviation
+            course.append((step.iteration, float(np.rad2deg(np.sqrt(np.mean(left**2))))))
+            words = "held-out RMS" if settings.hold_out else "RMS"
+            done = total if over else step.iteration
+            follow(done, total, f"{words} {course[-1][1]:.4f} deg")
+        if over:
+            break
+    graph = Graph()
+    source = graph.input("position_m", (1, ARMS))
+    layers = fold(network.layers(parameters), into, out)
+    return Trained(
+        graph=graph,
+        source=source,
+        result=add_layers(graph, source, layers, "tanh"),
+        recipe=RECIPE,
+        architecture="-".join(map(str, network.sizes)) + " tanh",
+        parameters=network.parameters,
+        samples=len(rows),
+        settings=asdict(settings),
+        seed=seed,
+        course=tuple(course),
+    )
+
+
+def _parts(count: int, seed: int, hold_out: bool) -> tuple[IntArray, IntArray]:
+    everything = np.arange(count)
+    return split(count, seed) if hold_out else (everything, everything)
+
+
+def _best_start(
+    network: Perceptron,
+    inputs: FloatArray,
+    wanted: FloatArray,
+    settings: UzunovicSettings,
+    seed: int,
+) -> FloatArray:
+    """Some iterations from each of a few random starts; where the best of them got to."""
+    rng = np.random.default_rng(seed)
+    best, least = network.start(rng), np.inf
+    first = best
+    for trial in range(settings.starts):
+        start = network.start(rng) if trial else first
+        for step in islice(search(network, inputs, wanted, start), settings.tries):
+            if step.cost < least:
+                best, least = step.parameters, step.cost
+    return best
