@@ -84,13 +84,9 @@ class Calibrated:
         return forward(self.linkage, angles_rad + self._bent_rad(angles_rad, torque_nm)).position_m
 
     def _seen_m(self, position_m: FloatArray) -> FloatArray:
-        seen_m: FloatArray = (
-            position_m
-            + self.sensor_offset_m
-            + position_m @ self.sensor_matrix.T
-            + self.sensor_curvature_per_m * position_m**2
-        )
-        return seen_m
+        turned_m: FloatArray = position_m @ self.sensor_matrix.T
+        bowed_m: FloatArray = self.sensor_curvature_per_m * np.square(position_m)
+        return position_m + self.sensor_offset_m + turned_m + bowed_m
 
     def _bent_rad(self, angles_rad: FloatArray, torque_nm: FloatArray) -> FloatArray:
         turn = _turns(self.robot) * angles_rad
