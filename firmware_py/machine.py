@@ -6,10 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from drivers.current.fake import FakeCurrentDrives
 from drivers.fakes.bench import FakeBench
 from drivers.fakes.ranging_rig import RangingRig
 from drivers.ranging.contract import RangingSensors
 from drivers.steps.contract import StepOutput
+from firmware_py.servo.output import ServoOutput
 from firmware_py.simulation.world import SimulatedRobot
 from foundation.clock import Clock
 
@@ -26,6 +28,10 @@ class Machine:
     """The simulated drives and buttons, in simulation only."""
     rig: RangingRig | None = None
     """The simulated sensors and their bus, in simulation only."""
+    servo: ServoOutput | None = None
+    """The same as `output` on a robot with servo drives: what only they can tell."""
+    drives: FakeCurrentDrives | None = None
+    """The simulated servo drives, in simulation only."""
     home_switches: tuple[Callable[[], bool], ...] = ()
     """One for each arm, true while pressed; empty when the robot has none."""
     closers: tuple[Callable[[], None], ...] = field(default_factory=tuple)

@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from drivers.settings import InputSettings, Pin, RangingSettings, StepSettings
+from firmware_py.servo.as_built import AsBuiltServo
 from foundation.errors import ConfigError, MissingFile
 from foundation.strict_yaml import Document, StrictModel
 from models.chain.active import of_entries
@@ -108,6 +109,8 @@ class AsBuilt(StrictModel):
 
     effects: tuple[EffectEntry, ...] = ()
     noise: SensorNoise = SensorNoise()
+    servo: AsBuiltServo | None = None
+    """Only with drive.kind servo."""
 
 
 class RobotFile(DeltaRobot):
@@ -130,6 +133,7 @@ class RobotFile(DeltaRobot):
                     ("homing", "angle_deg"),
                     f"{angle:g} is outside limits.arm_deg [{low:g}, {high:g}]",
                 )
+        yield from self._servo_clashes()
         seen: dict[int, str] = {}
         if self.ranging.bus == 1:
             seen = dict.fromkeys(I2C_PINS, "the I2C bus")
@@ -141,6 +145,13 @@ class RobotFile(DeltaRobot):
                         f"GPIO {pin} is taken by {seen[pin]} already; choose a pin of its own",
                     )
                 seen[pin] = ".".join(key)
+
+    def _servo_clashes(self) -> Iterator[tuple[tuple[str, ...], str]]:
+        servo = self.drive.kind == "servo"
+        if servo and self.masses is None:
+            yield ("drive",), "kind servo needs a 'masses' section: the currents have to carry them"
+        if self.as_built.servo is not None and not servo:
+            yield ("as_built", "servo"), "only robots with drive.kind servo have this section"
 
     def _pins(self) -> Iterator[tuple[tuple[str, ...], tuple[int, ...]]]:
         """Every section's pins by their key."""

@@ -14,8 +14,10 @@ from drivers.steps.contract import MOTORS
 from firmware_py.controller.controller import Controller
 from firmware_py.machine import Machine
 from firmware_py.robot_file import RobotFile, load_robot
+from firmware_py.simulation.servo_machine import servo_machine
 from firmware_py.simulation.world import SimulatedRobot
 from foundation.clock import Clock, RealClock, VirtualClock
+from foundation.errors import ConfigError
 
 
 def build_controller(
@@ -50,6 +52,8 @@ def _load_ahead() -> None:
 def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:
     """The fakes with the simulated robot behind them."""
     clock: Clock = RealClock() if realtime else VirtualClock()
+    if robot.drive.kind == "servo":
+        return servo_machine(robot, clock)
     steps = simulated_step_output(robot.steps, robot.inputs, clock, realtime=realtime)
     world = SimulatedRobot(robot, steps.bench.counts_at, clock.now_ns)
     noise = robot.as_built.noise
@@ -72,10 +76,15 @@ def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:
 
 
 def real_machine(robot: RobotFile) -> Machine:
-    """The Pi's pins and bus. Raises HardwareError naming what is not there."""
+    """The Pi's pins and bus. Raises HardwareError naming what is not there, ConfigError."""
     from drivers.pin_factory import lgpio_pin_factory
     from drivers.ranging.robot_sensors import open_robot_sensors
 
+    if robot.drive.kind == "servo":
+        raise ConfigError(
+            f"robot '{robot.name}': there is no driver for real servo drives (drive.kind servo);"
+            " run it simulated"
+        )
     clock, homing = RealClock(), robot.homing
     pins = lgpio_pin_factory()
     sensors = open_robot_sensors(robot.ranging, clock, pins)

@@ -19,7 +19,8 @@ from foundation.clock import NS_PER_S, ns
 from models.chain import OnlineChain
 from models.robot import AXES, FloatArray
 
-CountsAt = Callable[[int], tuple[int, int, int]]
+CountsAt = Callable[[int], tuple[float, float, float]]
+"""Where the drives have brought the arms at a time, in counts."""
 
 GRID_S = 0.002
 """Step of the chain: a tenth of the shortest timing budget, so that averages are smooth."""
@@ -55,7 +56,7 @@ class SimulatedRobot:
         start_ns = now_ns()
         self._counts_at = counts_at
         self._home_rad = np.deg2rad(robot.homing.angle_deg)
-        self._rest_steps = (self._home_rad + self._droop_rad(robot)) / robot.drive.rad_per_step
+        self._rest_steps = (self._home_rad + self.droop_rad(robot)) / robot.drive.rad_per_step
         self._lock = threading.Lock()
         self._start_ns = start_ns
         self._samples: deque[_Sample] = deque(maxlen=round(MEMORY_S / GRID_S))
@@ -88,7 +89,7 @@ class SimulatedRobot:
         return bool(self.truth(self._now_ns()).angles_rad[motor] <= self._home_rad[motor])
 
     @staticmethod
-    def _droop_rad(robot: RobotFile) -> float:
+    def droop_rad(robot: RobotFile) -> float:
         """How far below its home angle an arm rests: on its stop, or hanging under its switch."""
         return DROOP_RAD if robot.homing.method == "switch" else 0.0
 

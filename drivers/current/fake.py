@@ -1,0 +1,147 @@
+"""Three simulated current drives with their encoders, on a plant.
+
+Every `set_currents_a` lets one control period of the plant pass, so whoever runs the loop runs
+the simulated time. Currents flow at once and are cut at the limit; encoders round to whole counts.
+
+Does not model: the current loop's own lag and ripple, winding temperature, encoder noise, or
+the fieldbus.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import Literal
+
+from drivers.current.contract import JOINTS, Counts, Plant
+from foundation.errors import DriveAlarm
+
+FaultKind = Literal["encoder_lost", "over_current"]
+
+SAYS: dict[str, str] = {
+    "encoder_lost": "the encoder signal of motor{joint} is lost; check its cable",
+    "over_current": "the drive of motor{joint} has tripped: over-current; check its cable",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedFault:
+    """A fault that comes by itself, `at_s` after the simulated drives were made."""
+
+    kind: FaultKind
+    joint: int
+    at_s: float
+
+
+class FakeCurrentDrives:
+    """Implements `CurrentDrives`. `fail` and `mend` are the hands of a test."""
+
+    def __init__(
+        self,
+        plant: Plant,
+        *,
+        period_s: float,
+        rad_per_count: float,
+        current_limit_a: float,
+        brakes: bool = True,
+        faults: tuple[PlannedFault, ...] = (),
+    ):
+        self.plant = plant
+        self.enabled = False
+        self._per_rad = 1.0 / rad_per_count
+        self._limit_a = current_limit_a
+        self._brakes = brakes
+        self._offset = [0] * JOINTS
+        self._present: dict[int, FaultKind] = {}
+        """Faults whose cause is there, by joint."""
+        self._tripped = ""
+        self._left = sorted(
+            ((round(fault.at_s / period_s), fault.joint, fault.kind) for fault in faults),
+            reverse=True,
+        )
+        self._periods = 0
+        self._next = self._left[-1][0] if self._left else -1
+
+    def fail(self, kind: FaultKind, joint: int) -> None:
+        """Cut an encoder's cable, or short a winding, of a joint (1 to 3)."""
+        self._present[joint] = kind
+        self._tripped = self._tripped or SAYS[kind].format(joint=joint)
+
+    def mend(self) -> None:
+        """Take every cause away; the trip stays until it is cleared."""
+        self._present.clear()
+
+    def enable(self) -> None:
+        """See CurrentDrives."""
+        self._refuse_if_tripped()
+        self.enabled = True
+
+    def make_safe(self) -> None:
+        """See CurrentDrives."""
+        self.enabled = False
+
+    def read_counts(self) -> Counts:
+        """See CurrentDrives."""
+        if self._tripped:
+            raise DriveAlarm(self._tripped)
+        first, second, third = self.plant.angles_rad()
+        per_rad, offset = self._per_rad, self._offset
+        return (
+            round(first * per_rad) + offset[0],
+            round(second * per_rad) + offset[1],
+            round(third * per_rad) + offset[2],
+        )
+
+    def set_currents_a(self, first: float, second: float, third: float) -> None:
+        """See CurrentDrives; one period passes."""
+        if self._periods == self._next:
+            self._fail_as_planned()
+        self._periods += 1
+        if not self.enabled:
+            if self._brakes:
+                self.plant.hold()
+            else:
+                self.plant.advance(0.0, 0.0, 0.0)
+            return
+        limit = self._limit_a
+        if not (
+            -limit <= first <= limit and -limit <= second <= limit and -limit <= third <= limit
+        ):
+            first, second, third = self._limited(first), self._limited(second), self._limited(third)
+        self.plant.advance(first, second, third)
+        if self._tripped:
+            raise DriveAlarm(self._tripped)
+
+    def set_counts(self, counts: Counts) -> None:
+        """See CurrentDrives."""
+        true_rad = self.plant.angles_rad()
+        self._offset = [
+            count - round(angle * self._per_rad)
+            for count, angle in zip(counts, true_rad, strict=True)
+        ]
+
+    def clear(self) -> None:
+        """See CurrentDrives."""
+        self._tripped = "; ".join(
+            SAYS[kind].format(joint=joint) for joint, kind in sorted(self._present.items())
+        )
+        self._refuse_if_tripped()
+
+    def close(self) -> None:
+        """See CurrentDrives."""
+        self.make_safe()
+
+    def _limited(self, current_a: float) -> float:
+        if not isfinite(current_a):
+            raise ValueError(f"a current must be a number, got {current_a}")
+        return max(-self._limit_a, min(self._limit_a, current_a))
+
+    def _refuse_if_tripped(self) -> None:
+        if self._tripped:
+            raise DriveAlarm(self._tripped)
+
+    def _fail_as_planned(self) -> None:
+        while self._left and self._left[-1][0] <= self._periods:
+            _, joint, kind = self._left.pop()
+            self.fail(kind, joint)
+        self._next = self._left[-1][0] if self._left else -1

@@ -1,0 +1,38 @@
+"""How a simulated servo robot differs from its file: what the control law is not told."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from drivers.current.fake import PlannedFault
+from foundation.strict_yaml import StrictModel
+
+Scale = Annotated[float, Field(ge=0.1, le=10.0, description="1 is as in the file")]
+PerJoint = tuple[Scale, Scale, Scale]
+
+
+class FaultAt(StrictModel):
+    """A fault of a simulated drive that comes by itself."""
+
+    kind: Literal["encoder_lost", "over_current"]
+    joint: Annotated[int, Field(ge=1, le=3, description="a delta has three joints")]
+    at_s: Annotated[float, Field(ge=0.0, le=1e6, description="seconds since the simulation began")]
+
+    def planned(self) -> PlannedFault:
+        """For the fake drives."""
+        return PlannedFault(self.kind, self.joint, self.at_s)
+
+
+class AsBuiltServo(StrictModel):
+    """True values over those of the file, joint by joint; a payload; faults to come."""
+
+    coulomb_scale: PerJoint = (1.0, 1.0, 1.0)
+    viscous_scale: PerJoint = (1.0, 1.0, 1.0)
+    torque_constant_scale: PerJoint = (1.0, 1.0, 1.0)
+    rotor_inertia_scale: Scale = 1.0
+    mass_scale: Scale = 1.0
+    """Of every moving mass."""
+    payload_kg: Annotated[float, Field(ge=0.0, le=100.0, description="kilograms")] = 0.0
+    faults: tuple[FaultAt, ...] = ()

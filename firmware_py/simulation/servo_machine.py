@@ -1,0 +1,69 @@
+"""The simulated machine of a robot with servo drives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from drivers.current.contract import JOINTS, Plant
+from drivers.current.fake import FakeCurrentDrives
+from drivers.fakes.bench import fake_bench
+from drivers.fakes.range_noise import RangeNoise
+from drivers.fakes.ranging_rig import build_rig
+from firmware_py.machine import Machine
+from firmware_py.robot_file import RobotFile
+from firmware_py.servo.as_built import AsBuiltServo
+from firmware_py.servo.output import ServoOutput
+from firmware_py.simulation.servo_world import ServoWorld, plant_of
+from foundation.clock import Clock, ns
+from foundation.errors import ConfigError
+from models.robot import Masses
+from models.servo_drive import ServoDrive
+
+PlantMaker = Callable[[RobotFile, ServoDrive, Masses], Plant]
+
+
+def servo_machine(robot: RobotFile, clock: Clock, make_plant: PlantMaker = plant_of) -> Machine:
+    """Fake drives and sensors around a plant; another than `models.dynamics` may be given."""
+    drive, masses = robot.drive, robot.masses
+    if not isinstance(drive, ServoDrive) or masses is None:
+        raise ConfigError(f"robot '{robot.name}' has no drive of kind servo with masses")
+    plant = make_plant(robot, drive, masses)
+    built = robot.as_built.servo or AsBuiltServo()
+    drives = FakeCurrentDrives(
+        plant,
+        period_s=drive.period_s,
+        rad_per_count=drive.rad_per_count,
+        current_limit_a=drive.current_limit_a,
+        brakes=drive.brake == "holding",
+        faults=tuple(fault.planned() for fault in built.faults),
+    )
+    bench = fake_bench(robot.steps, robot.inputs, clock, shared=False)
+    world = ServoWorld(robot, plant, clock.now_ns)
+    output = ServoOutput(
+        drive,
+        drives,
+        clock,
+        ns(robot.steps.heartbeat_s),
+        estop_pressed=lambda: bench.memory.estop_pressed,
+        on_block=world.passed,
+    )
+    noise = robot.as_built.noise
+    rig = build_rig(
+        robot.ranging,
+        clock,
+        world.distance_m,
+        RangeNoise(sigma_m=noise.sigma_m, correlation=noise.correlation, seed=noise.seed),
+    )
+    return Machine(
+        clock=clock,
+        output=output,
+        sensors=rig.bank,
+        world=world,
+        bench=bench,
+        rig=rig,
+        servo=output,
+        drives=drives,
+        home_switches=tuple(partial(world.switch_pressed, motor) for motor in range(JOINTS)),
+        closers=(bench.close,),
+    )

@@ -1,0 +1,106 @@
+"""The simulated robot with servo drives: a plant moved by currents, seen by the same sensors.
+
+The plant gives the true arm angles; from there to the sensors the chain of models/chain goes on
+as for a stepper, with what `as_built.effects` conceals. Brakes or not, whoever switches the
+drives off puts the arms against their stops, as a careful operator would.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+import numpy as np
+
+from drivers.current.contract import Plant, Three
+from firmware_py.robot_file import RobotFile
+from firmware_py.servo.as_built import AsBuiltServo
+from firmware_py.simulation.world import MEMORY_S, SimulatedRobot
+from models.chain import OnlineChain
+from models.dynamics import DeltaPlant, PlantSettings
+from models.robot import FloatArray, Masses
+from models.servo_drive import ServoDrive
+
+BLOCKS_KEPT = round(MEMORY_S / 1e-3)
+
+
+def plant_of(robot: RobotFile, drive: ServoDrive, masses: Masses) -> DeltaPlant:
+    """The plant of a robot as it was built, its arms at the home angles."""
+    built = robot.as_built.servo or AsBuiltServo()
+    heavier = {name: value * built.mass_scale for name, value in masses.model_dump().items()}
+    settings = PlantSettings(
+        geometry=robot.geometry,
+        masses=Masses(**heavier),
+        period_s=drive.period_s,
+        gear_ratio=drive.gear_ratio,
+        rotor_inertia_kgm2=drive.rotor_inertia_kgm2 * built.rotor_inertia_scale,
+        torque_constants_nmpa=_times(drive.torque_constant_nmpa, built.torque_constant_scale),
+        coulomb_nm=_times(drive.coulomb_nm, built.coulomb_scale),
+        viscous_nmsprad=_times(drive.viscous_nmsprad, built.viscous_scale),
+        payload_kg=built.payload_kg,
+        stops_rad=_stops_rad(robot),
+    )
+    return DeltaPlant(settings, rest_rad(robot))
+
+
+def rest_rad(robot: RobotFile) -> Three:
+    """True angles at which the arms rest: at home, or hanging below their home switches."""
+    offsets = np.deg2rad(robot.geometry.home_offset_deg)
+    angles = np.deg2rad(robot.homing.angle_deg) + offsets + SimulatedRobot.droop_rad(robot)
+    first, second, third = angles.tolist()
+    return first, second, third
+
+
+class ServoWorld(SimulatedRobot):
+    """See SimulatedRobot; told by the loop how far it has run."""
+
+    def __init__(self, robot: RobotFile, plant: Plant, now_ns: Callable[[], int]):
+        self._plant = plant
+        self._passed: deque[tuple[int, Three]] = deque(
+            [(now_ns(), plant.angles_rad())], maxlen=BLOCKS_KEPT
+        )
+        self._offset_rad = np.deg2rad(robot.geometry.home_offset_deg)
+        super().__init__(robot, self._angles_in_counts, now_ns)
+
+    def passed(self, t_ns: int) -> None:
+        """The loop has run up to this time."""
+        self._passed.append((t_ns, self._plant.angles_rad()))
+
+    def put_to_stops(self, t_ns: int) -> None:
+        """See SimulatedRobot."""
+        with self._lock:
+            self._advance(t_ns)
+            self._plant.place(rest_rad(self._robot))
+            self._put(np.zeros(3))
+
+    def _put(self, counts: FloatArray) -> None:
+        """The plant itself knows where the arms are."""
+        self._zero_steps = np.zeros(3)
+        self._chain = OnlineChain(self._robot, self._robot.as_built.effects)
+
+    def _angles_in_counts(self, t_ns: int) -> Three:
+        """Commanded angle that the arms stand at, at times that only increase, in set-points."""
+        passed = self._passed
+        while len(passed) > 1 and passed[1][0] <= t_ns:
+            passed.popleft()
+        (early_ns, angles), (late_ns, then) = passed[0], passed[min(1, len(passed) - 1)]
+        part = 0.0 if late_ns == early_ns else max(0.0, (t_ns - early_ns) / (late_ns - early_ns))
+        true_rad = (1.0 - part) * np.array(angles) + part * np.array(then)
+        first, second, third = (
+            (true_rad - self._offset_rad) / self._robot.drive.rad_per_step
+        ).tolist()
+        return first, second, third
+
+
+def _times(value: float, scales: Three) -> Three:
+    first, second, third = scales
+    return value * first, value * second, value * third
+
+
+def _stops_rad(robot: RobotFile) -> tuple[float, float]:
+    """Stops a little beyond the arm limits, so that a limit itself can be reached."""
+    low, high = np.deg2rad(robot.limits.arm_deg) + np.deg2rad([-BEYOND_DEG, BEYOND_DEG])
+    return float(low), float(high)
+
+
+BEYOND_DEG = 3.0
