@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from firmware_py.cli import collect, jobs, prove, service, things
+from firmware_py.cli import collect, jobs, prove, service, things, train
 
 app = typer.Typer(
     name="deltactl",
@@ -31,6 +31,7 @@ service.register(app)
 things.register(app)
 prove.register(app)
 collect.register(app)
+train.register(app)
 
 
 def main() -> None:

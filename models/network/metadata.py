@@ -59,7 +59,13 @@ class Training(StrictModel):
     samples: Count
     """Labelled positions trained on."""
     source: str
-    """Where the labels come from: geometry, or a recording."""
+    """Where the labels come from: geometry, or a data set."""
+    data: str = ""
+    """Digest of the data set."""
+    held_out: Count = 0
+    """Samples of it that were kept from the training, to judge by."""
+    versions: dict[str, str] = Field(default_factory=dict)
+    """Of Python and of the libraries that did the arithmetic."""
 
 
 class Validation(StrictModel):
@@ -68,9 +74,11 @@ class Validation(StrictModel):
     samples: Count
     rmse_deg: Degrees
     max_deg: Degrees
-    bound_deg: Degrees
+    bound_deg: Degrees | None = None
     """Holds wherever the network answers: half as much again as the largest error found, edges and
-    hard corners included."""
+    hard corners included. None where only samples are known."""
+    parity_deg: Degrees | None = None
+    """Largest difference between the file as it runs and the same network in float64."""
 
 
 class NetworkMetadata(StrictModel):

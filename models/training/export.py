@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import os
+import platform
+from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from models.network.file import NetworkFile, checked_metadata, checksum, checksum_start
+from models.network.inverse import InverseNetwork
 from models.network.metadata import (
     NO_CHECKSUM,
     NetworkMetadata,
@@ -15,8 +21,24 @@ from models.network.metadata import (
     Validation,
     fingerprint,
 )
+from models.robot import FloatArray
 from models.training.accuracy import Effort, measure
 from models.training.recipe import Task, Trained
+from models.training.samples import spread
+
+_LIBRARIES = ("numpy", "scipy", "numba")
+_PARITY_POINTS = 1000
+_UNMEASURED = Validation(samples=0, rmse_deg=0.0, max_deg=0.0)
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where samples come from."""
+
+    source: str
+    data: str = ""
+    """Digest of the data set."""
+    held_out: int = 0
 
 
 def to_file(
@@ -26,13 +48,65 @@ def to_file(
 
     The bytes are checked like any file's before they replace what was at `path`.
     """
-    unmeasured = Validation(samples=0, rmse_deg=0.0, max_deg=0.0, bound_deg=0.0)
-    draft = _file(path, trained, _metadata(trained, task, source, unmeasured))
+    draft = _file(path, trained, _metadata(trained, task, Origin(source), _UNMEASURED))
     measured = measure(draft, task, effort)
-    final = _file(path, trained, _metadata(trained, task, source, measured))
+    rng = np.random.default_rng(task.seed)
+    parity = parity_deg(draft, trained, spread(task.domain, rng, _PARITY_POINTS))
+    measured = measured.model_copy(update={"parity_deg": parity})
+    return _write(path, trained, _metadata(trained, task, Origin(source), measured))
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Samples the network was not trained on: positions [m] and angles [rad], both (n, 3)."""
+
+    position_m: FloatArray
+    angles_rad: FloatArray
+
+
+def data_to_file(
+    path: Path, trained: Trained, task: Task, origin: Origin, held: HeldOut
+) -> NetworkFile:
+    """`to_file` for a network of measured samples: it is judged by those held out.
+
+    There is no bound on its error: only the samples are known. Raises OSError.
+    """
+    draft = _file(path, trained, _metadata(trained, task, origin, _UNMEASURED))
+    running = InverseNetwork(draft).raw_rad_many(held.position_m)
+    error_deg = np.rad2deg(running - held.angles_rad)
+    measured = Validation(
+        samples=len(error_deg),
+        rmse_deg=float(np.sqrt(np.mean(error_deg**2))),
+        max_deg=float(np.abs(error_deg).max()),
+        parity_deg=parity_deg(draft, trained, held.position_m),
+    )
+    return _write(path, trained, _metadata(trained, task, origin, measured))
+
+
+def parity_deg(file: NetworkFile, trained: Trained, position_m: FloatArray) -> float:
+    """Largest difference [deg] between the file as it runs and float64, over positions (n, 3)."""
+    running = InverseNetwork(file).raw_rad_many(position_m)
+    return float(np.rad2deg(np.abs(running - trained.angles_rad_many(position_m)).max()))
+
+
+def versions() -> dict[str, str]:
+    """Of Python and the libraries that did the arithmetic, as far as they are installed."""
+    found = {"python": platform.python_version()}
+    for name in _LIBRARIES:
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+            found[name] = importlib.metadata.version(name)
+    return found
+
+
+def _write(path: Path, trained: Trained, metadata: NetworkMetadata) -> NetworkFile:
+    """Beside what is there, then in its place: a full disk leaves the old file as it was."""
+    final = _file(path, trained, metadata)
     partial = path.with_suffix(".partial")
     try:
-        partial.write_bytes(final.content)
+        with partial.open("wb") as stream:
+            stream.write(final.content)
+            stream.flush()
+            os.fsync(stream.fileno())
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
@@ -53,7 +127,9 @@ def _file(path: Path, trained: Trained, metadata: NetworkMetadata) -> NetworkFil
     return NetworkFile(path, content, checked_metadata(content, str(path)))
 
 
-def _metadata(trained: Trained, task: Task, source: str, validation: Validation) -> NetworkMetadata:
+def _metadata(
+    trained: Trained, task: Task, origin: Origin, validation: Validation
+) -> NetworkMetadata:
     geometry = task.robot.geometry
     return NetworkMetadata(
         written_by=f"deltactl {_version()}",
@@ -69,7 +145,10 @@ def _metadata(trained: Trained, task: Task, source: str, validation: Validation)
             seed=task.seed,
             settings=trained.settings,
             samples=trained.samples,
-            source=source,
+            source=origin.source,
+            data=origin.data,
+            held_out=origin.held_out,
+            versions=versions(),
         ),
         validation=validation,
     )

@@ -70,6 +70,15 @@ class Settings:
         return plain
 
 
+def plain(settings: Any) -> dict[str, float | int | str]:
+    """A dataclass of settings as the metadata has them: yes and no as words."""
+    words = {True: "yes", False: "no"}
+    return {
+        name: words[value] if isinstance(value, bool) else value
+        for name, value in asdict(settings).items()
+    }
+
+
 @dataclass(frozen=True)
 class Trained:
     """A network ready to be written."""
@@ -85,6 +94,8 @@ class Trained:
     seed: int = 0
     course: tuple[tuple[int, float], ...] = ()
     """Epochs or iterations, and the RMS error [deg] on the held-out samples at that time."""
+    remarks: tuple[tuple[str, str], ...] = ()
+    """What else there is to say, as name and words."""
 
     def angles_rad_many(self, position_m: FloatArray) -> FloatArray:
         """Angles [rad] of positions [m], both (n, 3), in float64, refusing nothing."""

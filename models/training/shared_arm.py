@@ -116,5 +116,5 @@ def _require_equal_arms(name: str, linkage: Linkage) -> None:
         if np.ptp(getattr(linkage, field)) > 0.0:
             raise NetworkError(
                 f"robot '{name}': its arms differ ({field}), one network cannot serve all three; "
-                "train one with three outputs"
+                "train with --recipe uzunovic, or ours on a data set"
             )

@@ -7,7 +7,7 @@ random starts, tried for a while, the best is trained to the end.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
@@ -16,7 +16,7 @@ from foundation.errors import NetworkError
 from models.robot import ARMS, FloatArray
 from models.training.graph import Graph
 from models.training.perceptron import Perceptron, Scaling, add_layers, fold
-from models.training.recipe import Follow, Trained, unseen
+from models.training.recipe import Follow, Trained, plain, unseen
 from models.training.samples_of_angles import IntArray, split
 from models.training.shallow import search
 
@@ -84,7 +84,7 @@ def train_uzunovic(
         architecture="-".join(map(str, network.sizes)) + " tanh",
         parameters=network.parameters,
         samples=len(rows),
-        settings=asdict(settings),
+        settings=plain(settings),
         seed=seed,
         course=tuple(course),
     )

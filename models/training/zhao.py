@@ -9,7 +9,7 @@ Added: standardised inputs and outputs (inside the file), a wider centred start,
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -19,7 +19,7 @@ from models.robot import ARMS, FloatArray
 from models.training.adam import advance
 from models.training.graph import Graph
 from models.training.perceptron import Perceptron, Scaling, add_layers, fold
-from models.training.recipe import Follow, Trained, unseen
+from models.training.recipe import Follow, Trained, plain, unseen
 from models.training.samples_of_angles import split
 from models.training.start import Start, starting_weights
 
@@ -102,7 +102,7 @@ def train_zhao(
         architecture="-".join(map(str, settings.sizes)) + " sigmoid",
         parameters=network.parameters,
         samples=len(rows),
-        settings=asdict(settings),
+        settings=plain(settings),
         seed=seed,
         course=tuple(course),
     )

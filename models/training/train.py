@@ -1,0 +1,136 @@
+"""Trains a network by one of the recipes and writes it: what `deltactl train` does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from foundation.errors import NetworkError
+from models.network.file import NetworkFile
+from models.training import shared_arm
+from models.training.export import HeldOut, Origin, data_to_file, to_file
+from models.training.ours import OurSettings, train_ours
+from models.training.recipe import Follow, Settings, Task, Trained, unseen
+from models.training.samples_of_angles import split
+from models.training.sources import Source
+from models.training.train_shipped import SHIPPED
+from models.training.uzunovic import UzunovicSettings, train_uzunovic
+from models.training.zhao import ZhaoSettings, train_zhao
+
+Recipe = Literal["zhao", "uzunovic", "ours"]
+
+
+@dataclass(frozen=True)
+class Written:
+    """A network on disk, and how its training went."""
+
+    file: NetworkFile
+    trained: Trained
+
+
+def train_from_samples(
+    source: Source,
+    recipe: Recipe,
+    path: Path,
+    seed: int = 0,
+    effort: int | None = None,
+    follow: Follow = unseen,
+) -> Written:
+    """Train on measured samples and write the file; `effort` is epochs, or iterations.
+
+    Raises NetworkError when there is nothing to learn or the file cannot be written.
+    """
+    check_writable(path)
+    trained = trained_on(source, recipe, seed, effort, follow)
+    _, held = split(len(source), seed)
+    task = Task(source.robot, source.domain, seed, source.angle_deg)
+    origin = Origin(source.words, source.digest, len(held))
+    kept = HeldOut(source.position_m[held], source.angles_rad[held])
+    try:
+        return Written(data_to_file(path, trained, task, origin, kept), trained)
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def trained_on(
+    source: Source,
+    recipe: Recipe,
+    seed: int = 0,
+    effort: int | None = None,
+    follow: Follow = unseen,
+) -> Trained:
+    """The network alone, not written."""
+    samples = source.position_m, source.angles_rad
+    if recipe == "zhao":
+        zhao = ZhaoSettings() if effort is None else ZhaoSettings(epochs=effort)
+        return train_zhao(*samples, zhao, seed, follow)
+    if recipe == "uzunovic":
+        uzunovic = UzunovicSettings() if effort is None else UzunovicSettings(iterations=effort)
+        return train_uzunovic(*samples, uzunovic, seed, follow)
+    ours = OurSettings()
+    if effort is not None:
+        ours = replace(ours, effort=replace(ours.effort, iterations=effort))
+    return train_ours(source.robot, *samples, ours, seed, follow)
+
+
+def train_exact(task: Task, settings: Settings, path: Path, follow: Follow = unseen) -> Written:
+    """Our recipe for a nominal robot: one small network shared by its arms, with a proven bound.
+
+    Raises NetworkError when the arms differ, the domain cannot be reached or the disk is full.
+    """
+    check_writable(path)
+    total = settings.rounds + 1
+    stages = iter(range(1, total + 1))
+
+    def say(line: str) -> None:
+        if "stage" in line:
+            follow(next(stages), total, line.partition("  ")[2])
+
+    trained = shared_arm.train(task, settings, say)
+    try:
+        return Written(to_file(path, trained, task), trained)
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def exact_task(source: Source, seed: int) -> tuple[Task, Settings]:
+    """Region and effort of the shipped network of this robot, or the source's own region."""
+    for shipped in SHIPPED:
+        if shipped.robot == source.robot.name:
+            return Task(source.robot, shipped.domain, seed, shipped.angle_deg), shipped.settings
+    return Task(source.robot, source.domain, seed), Settings()
+
+
+def with_iterations(settings: Settings, iterations: int | None) -> Settings:
+    """Another number of iterations, if one is given."""
+    return settings if iterations is None else replace(settings, iterations=iterations)
+
+
+def check_writable(path: Path) -> None:
+    """Raise NetworkError before any work where the result could not be put."""
+    probe = path.with_suffix(".partial")
+    try:
+        probe.write_bytes(b"")
+        probe.unlink()
+    except OSError as error:
+        raise _unwritable(path, error) from error
+    if path.is_dir():
+        raise NetworkError(f"{path}: is a folder; name a file, as net.tflite")
+
+
+def microsteps(error_deg: float, source: Source) -> float | None:
+    """An angle in microsteps of the robot's drive; None without one."""
+    drive = source.robot.drive
+    rad_per_step = getattr(drive, "rad_per_step", None)
+    return None if rad_per_step is None else float(np.deg2rad(error_deg) / rad_per_step)
+
+
+def _unwritable(path: Path, error: OSError) -> NetworkError:
+    reason = error.strerror or str(error)
+    return NetworkError(
+        f"{path}: cannot be written ({reason}); what was there is unchanged, "
+        "make room or name another place with --out"
+    )
