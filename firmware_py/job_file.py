@@ -191,6 +191,12 @@ class NetworkIk(StrictModel):
     """Sought beside the job, in `config/` and in `models/trained/`."""
 
 
+class CalibratedIk(StrictModel):
+    """As `geometry`, and refused when the robot file knows of no effect that it could correct."""
+
+    kind: Literal["calibrated"]
+
+
 class JobFile(StrictModel):
     """One job. Named files are sought beside the job, then in the project."""
 
@@ -198,7 +204,9 @@ class JobFile(StrictModel):
     robot: Annotated[str, Field(min_length=1, max_length=1000)]
     path: PathSpec
     timing: Timing
-    inverse_kinematics: Annotated[GeometryIk | NetworkIk, Field(discriminator="kind")]
+    inverse_kinematics: Annotated[
+        GeometryIk | NetworkIk | CalibratedIk, Field(discriminator="kind")
+    ]
     repeats: Annotated[int, Field(ge=1, le=100_000, description="weeks of work at most")] = 1
     """Each repeat begins and ends at rest; an open path is returned to its start between them."""
     record: Annotated[str, Field(min_length=1, max_length=1000)] | None = None

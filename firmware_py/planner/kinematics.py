@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from firmware_py.job_file import JobFile, NetworkIk
+from firmware_py.job_file import CalibratedIk, JobFile, NetworkIk
 from firmware_py.robot_file import RobotFile, find
-from models.inverse_kinematics import GeometricInverse, InverseKinematics
+from foundation.errors import ConfigError
+from models.inverse_kinematics import CalibratedInverse, GeometricInverse, InverseKinematics
 
 
 def kinematics_of(job: JobFile, robot: RobotFile, job_path: Path | None) -> InverseKinematics:
-    """Geometry of the robot file, or the network named in the job (sought beside `job_path`).
+    """Geometry and known effects of the robot file, or the network named in the job.
 
-    Raises MissingFile, or NetworkError (also for another robot's network).
+    A network is sought beside `job_path`. Raises MissingFile, NetworkError (also for another
+    robot's network), or ConfigError for a calibrated job of a robot file without effects.
     """
     chosen = job.inverse_kinematics
     if isinstance(chosen, NetworkIk):
@@ -20,4 +22,12 @@ def kinematics_of(job: JobFile, robot: RobotFile, job_path: Path | None) -> Inve
         from models.network import InverseNetwork
 
         return InverseNetwork.open(find(chosen.file, beside=job_path), robot)
+    calibrated = CalibratedInverse(robot)
+    if calibrated.effects:
+        return calibrated
+    if isinstance(chosen, CalibratedIk):
+        raise ConfigError(
+            f"inverse_kinematics: calibrated: robot '{robot.name}' has no effects in its file that "
+            "could be corrected; name a calibrated robot file, or use kind: geometry"
+        )
     return GeometricInverse(robot.geometry)

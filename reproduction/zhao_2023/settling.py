@@ -27,8 +27,8 @@ from proof.robot.run import TIMESTEP_S
 
 LOOP_ROWS = 18
 """Three for each of the six rods' ends; MuJoCo puts equality constraints first."""
-STRIDE_STEPS = 600
-"""Poses along a move are at most this far apart: 13.5 degrees."""
+STRIDES_STEPS = (600, 150, 40)
+"""Poses along a move are at most this far apart: 13.5 degrees, or less where that goes wrong."""
 CLOSED_M = 1e-9
 ROUNDS = 40
 STEEPEST_M_PER_RAD = 1.2
@@ -53,6 +53,7 @@ class SettlingRobot:
         asked = self._asked(self.counts[None])[0]
         self.data.qpos[:] = self._assembly.at(asked)
         self.arm_rad = asked
+        self._side = 0.0
         self._torque_nm = self._close(asked)
         self._rest(asked)
 
@@ -79,14 +80,19 @@ class SettlingRobot:
         After UnreachablePoint the robot stands where it stood before.
         """
         before = self.state()
-        try:
-            for asked in self._asked(_along(self.counts, counts)):
-                self._yield_to(asked)
-                self._torque_nm = self._close(self.arm_rad)
-            self._rest(asked)
-        except UnreachablePoint:
-            self.restore(before)
-            raise
+        for stride_steps in STRIDES_STEPS:
+            try:
+                for asked in self._asked(_along(self.counts, counts, stride_steps)):
+                    self._yield_to(asked)
+                    self._torque_nm = self._close(self.arm_rad)
+                self._rest(asked)
+                break
+            except UnreachablePoint as error:
+                # A long stride may make the solver miss the way that the linkage goes.
+                self.restore(before)
+                jam = error
+        else:
+            raise jam
         self.counts = np.array(counts, dtype=np.int64)
         return self.position_m
 
@@ -126,6 +132,7 @@ class SettlingRobot:
             gap = data.efc_pos[:LOOP_ROWS]
             try:
                 if np.abs(gap).max() < CLOSED_M:
+                    self._stays_on_its_side(slope[:, free])
                     follow = -np.linalg.solve(slope[:, free], slope[:, arms])
                     return self._torque(follow)
                 change = np.linalg.solve(slope[:, free], -gap)
@@ -134,6 +141,14 @@ class SettlingRobot:
             step[free] = change * min(1.0, 0.3 / max(float(np.abs(change).max()), 1e-12))
             mujoco.mj_integratePos(model, data.qpos, step, 1.0)
         raise self._jams(arm_rad)
+
+    def _stays_on_its_side(self, slope: FloatArray) -> None:
+        """The platform cannot pass through the plane of its elbows, though a solver can jump."""
+        side = float(np.linalg.slogdet(slope)[0])
+        if self._side == 0.0:
+            self._side = side
+        if side != self._side:
+            raise self._jams(self.arm_rad)
 
     def _torque(self, follow: FloatArray) -> FloatArray:
         model, data = self.model, self.data
@@ -151,12 +166,12 @@ class SettlingRobot:
         return UnreachablePoint(f"the robot as it was built jams with its arms at {angles} deg")
 
 
-def _along(start: IntArray, end: IntArray) -> IntArray:
+def _along(start: IntArray, end: IntArray, stride_steps: int) -> IntArray:
     """Counts along a move with all motors stepping together, its end last, (n, 3)."""
     left = np.abs(end - start)
     stops = {int(stop) for stop in left}
     strides = {
-        round(tick) for tick in np.linspace(0, left.max(), int(left.max()) // STRIDE_STEPS + 2)
+        round(tick) for tick in np.linspace(0, left.max(), int(left.max()) // stride_steps + 2)
     }
     ticks = np.array(sorted((stops | strides) - {0}) or [0])
     passed: IntArray = start + np.sign(end - start) * np.minimum(ticks[:, None], left)
