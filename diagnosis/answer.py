@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -24,14 +23,14 @@ from diagnosis.result import (
     Unexplained,
     Where,
 )
-from diagnosis.settle import Standing, standing
+from diagnosis.settle import Standing
 from diagnosis.sizes import covariance, parameters
 from diagnosis.words import regime
 
 SHARE_OF_AXIS = 0.2
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Outcome:
     """Everything the answer is made of."""
 
@@ -40,11 +39,10 @@ class Outcome:
     solution: Solution
     stale: Sequence[Stale]
 
-    @cached_property
+    @property
     def stands(self) -> list[Standing]:
         """How each named effect stands against its rivals, in the order of the terms."""
-        search, solution = self.explained.search, self.explained.solution
-        return [standing(search, solution, number) for number in range(len(self.solution.terms))]
+        return self.explained.stands
 
 
 def findings(outcome: Outcome) -> list[Finding]:

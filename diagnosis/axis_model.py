@@ -54,6 +54,7 @@ class AxisModel:
         self.nuisances = [self._zero()] if robot.zero == "arbitrary" else []
         self.tolerances: list[Nuisance] = []
         self.candidates = self._candidates()
+        self.groups: list[Candidate] = []
 
     def _chain(self) -> AxisChain:
         robot = self.robot

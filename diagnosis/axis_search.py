@@ -259,7 +259,9 @@ class AxisSearch(Search):
         named = sum(len(term.candidate.moved) for term in solution.terms)
         return named + sum(free.basis.shape[1] for free in solution.frees)
 
-    def trials(self, solution: Solution, without: Sequence[tuple[str, ...]] = ()) -> list[Trial]:
+    def trials(
+        self, solution: Solution, without: Sequence[tuple[str, ...]] = (), groups: bool = False
+    ) -> list[Trial]:
         """As the engine's, in the order of this search's tolls."""
         # The engine's own scan for lost steps knows the motors of a delta only.
         rad_per_step, self.rad_per_step = self.rad_per_step, 0.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -64,12 +63,12 @@ class Bank:
             self.white[:, entry.columns] = fitter.whiten(raw.astype(np.float64))
 
 
-def build(model: Model, extra: Sequence[Candidate] = ()) -> Bank:
+def build(model: Model) -> Bank:
     """Columns around the nominal machine."""
     bank = Bank()
     always = [nuisance.term for nuisance in model.nuisances]
     nominal = model.predict(always)
-    for candidate in [*model.candidates, *extra]:
+    for candidate in [*model.candidates, *model.groups]:
         seen = False
         for shape in candidate.shapes:
             raw = secants(model, candidate, shape, nominal)

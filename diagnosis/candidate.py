@@ -52,6 +52,8 @@ class Candidate:
     free: bool = False
     """A free shape: stands for 'unknown'."""
     depends_on: tuple[str, ...] = ()
+    members: tuple[str, ...] = ()
+    """Components that act together, for a group (`groups.py`)."""
 
     @property
     def effect(self) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from diagnosis.candidate import Candidate, Coordinate, Shape, Term
 from diagnosis.delta_candidates import EVENTS, candidates_of, contact, runout, tolerances
+from diagnosis.groups import groups_of
 from diagnosis.nuisance import Nuisance
 from diagnosis.own_times import OwnTimes
 from diagnosis.readings import FloatArray, gather
@@ -53,9 +54,11 @@ class DeltaModel:
         read_late = replace(
             self._late, coordinates=(Coordinate("time", step=2e-3, low=0.0, high=3.0 * half),)
         )
-        late = Nuisance(Term(read_late, np.array([half])), (0.5 * half,))
+        # Somewhere within a sample: between the middle of the exposure and its end.
+        late = Nuisance(Term(read_late, np.array([0.5 * half])), (0.5 * half,))
         self.nuisances = [late] if self._timed else []
         self.candidates = self._candidates()
+        self.groups = groups_of(self.candidates)
         self.tolerances = tolerances(self.candidates)
         if robot.drive is not None and robot.drive.gear_ratio > 1.0:
             self.tolerances += runout(robot.drive.gear_ratio)

@@ -55,7 +55,6 @@ def diagnose_model(
     explained = explain(prepared, rad_per_step, progress)
     fitter, solution = final_fit(explained, prepared.valid)
     outcome = Outcome(explained, fitter, solution, runs)
-    progress("what else it could be")
     found = findings(outcome)
     fit = _fit(outcome, prepared.valid, prepared.floor, held_out)
     left = np.where(prepared.valid, fitter.observed - solution.predicted, np.nan)

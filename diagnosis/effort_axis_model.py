@@ -63,6 +63,7 @@ class EffortAxisModel:
         self.nuisances = [self._timing(), self._holding(), self._calibrated()]
         self.tolerances: list[Nuisance] = []
         self.candidates = self._candidates()
+        self.groups: list[Candidate] = []
 
     def _of(self, number: int, recording: FlatRecording) -> Driven:
         rows = self.readings.part == number

@@ -11,6 +11,7 @@ from diagnosis.name import ALPHA, Progress, Search
 from diagnosis.noise import estimate
 from diagnosis.prepare import Prepared
 from diagnosis.readings import BoolArray, FloatArray
+from diagnosis.settle import Standing, in_parts, settle
 
 TERM_PRICE = 12.0
 """Chi-square that choosing one of a hundred candidates is worth."""
@@ -30,13 +31,15 @@ class Explained:
     """Calibrated p of 'nothing is missing' before any finding."""
     loosely_built: bool
     """Small errors of the build are fitted everywhere beside the findings."""
+    stands: list[Standing]
+    """How each term of the solution stands against its rivals, in their order."""
 
 
 def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Explained:
     """Search for few effects; then let tolerances everywhere and free shapes compete."""
     search = Search(prepared, rad_per_step, progress)
     first_p = search.first_p()
-    solution = search.run()
+    solution = search.with_group(search.run())
     loose = False
     if _looks_loose(search, solution):
         progress("comparing with a machine that is a little off everywhere")
@@ -44,8 +47,10 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
         rival = _promoted(other, other.run())
         if rival.terms and _evidence(other, rival) < _evidence(search, solution):
             search, solution, loose = other, rival, True
-    challenged = search.challenge(solution)
-    return Explained(search, challenged, first_p, loose)
+    challenged = in_parts(search, search.challenge(solution))
+    progress("what else it could be")
+    settled, stands = settle(search, challenged)
+    return Explained(search, settled, first_p, loose, stands)
 
 
 def _looks_loose(search: Search, solution: Solution) -> bool:

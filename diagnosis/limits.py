@@ -23,12 +23,15 @@ def limits(search: Search) -> tuple[list[NotTestable], list[SmallestDetectable]]
             why="nothing that was observed depends on it in this recording",
         )
         for c in bank.silent
+        if not c.members
     ]  # fmt: skip
     tests = search.calibration.tests + search.event_tests
     sigma = float(np.sqrt(chi2.isf(ALPHA / tests, 1))) + POWER_SIGMA
     smallest: dict[tuple[str, ...], SmallestDetectable] = {}
     for number, entry in enumerate(bank.entries):
         if entry.candidate is None or entry.shape is None or not entry.shape.linear:
+            continue
+        if entry.candidate.members:
             continue
         size = _size(entry, scores.information[number], sigma)
         if size is None:

@@ -20,6 +20,8 @@ class Model(Protocol):
     readings: Readings
     candidates: list[Candidate]
     """Everything of the vocabulary that can act on this machine."""
+    groups: list[Candidate]
+    """The same effect on all arms at once, as one candidate."""
     nuisances: list[Nuisance]
     """What is always fitted and never a finding."""
     tolerances: list[Nuisance]

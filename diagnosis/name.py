@@ -20,6 +20,8 @@ ALPHA = 0.003
 PRICE = 4.0
 """Chi-square each coordinate of a candidate has to earn beyond the others."""
 RELUCTANCE = {"viscous_friction": 7.0, "payload": 12.0}
+GROUP_PRICE = 10.0
+"""That three arms err alike is less likely than one other cause that looks the same."""
 EVENT_PRICE = 14.0
 FREE_PRICE = 26.0
 LEAST_SHARE = 0.012
@@ -45,7 +47,8 @@ def price(candidate: Candidate) -> float:
     """What a candidate must earn."""
     if candidate.kind.event:
         return EVENT_PRICE
-    return PRICE * len(candidate.moved) + RELUCTANCE.get(candidate.effect, 0.0)
+    together = GROUP_PRICE if candidate.members else 0.0
+    return PRICE * len(candidate.moved) + RELUCTANCE.get(candidate.effect, 0.0) + together
 
 
 def free_price(free: FreeShape) -> float:
@@ -117,13 +120,17 @@ class Search:
             found.append((free, gain, log_sf(gain, rank)))
         return sorted(found, key=lambda item: item[2])
 
-    def trials(self, solution: Solution, without: Sequence[tuple[str, ...]] = ()) -> list[Trial]:
+    def trials(
+        self, solution: Solution, without: Sequence[tuple[str, ...]] = (), groups: bool = False
+    ) -> list[Trial]:
         """The best start of every named candidate that is not in the solution, best first."""
         scores = self.scores(solution)
         taken = {term.candidate.key for term in solution.terms} | set(without)
         best: dict[tuple[str, ...], Trial] = {}
         for number, entry in enumerate(self.prepared.bank.entries):
             if entry.candidate is None or entry.key in taken:
+                continue
+            if entry.candidate.members and not groups:
                 continue
             trial = _trial(entry, scores, number)
             if trial.log_p <= 0.0 and (entry.key not in best or trial.gain > best[entry.key].gain):
@@ -222,6 +229,24 @@ class Search:
         return [
             free for free, gain, log_p in ranked[:most] if gain > least and self.p(log_p) < ALPHA
         ]
+
+    def with_group(self, solution: Solution) -> Solution:
+        """A whole group instead of several effects, where it is the better story."""
+        if len(solution.terms) < 2:
+            return solution
+        found = [t for t in self.trials(self.empty, groups=True) if t.start.candidate.members]
+        least = 0.3 * (self.empty.cost - solution.cost)
+        best = solution
+        for trial in [t for t in found if t.gain > least][:2]:
+            rival = self.fitter.solve((trial.start,), (), self.empty.nuisances)
+            for _ in range(len(solution.terms) - 1):
+                grown = self._add(rival)
+                if grown is None:
+                    break
+                rival = self._drop(grown)
+            if self.worth(rival) < self.worth(best):
+                best = rival
+        return best
 
     def challenge(self, solution: Solution) -> Solution:
         """Let free shapes compete: beside the named effects, and instead of them."""

@@ -43,6 +43,7 @@ class RangeSensorModel:
         self.nuisances: list[Nuisance] = []
         self.tolerances: list[Nuisance] = []
         self.candidates = self._candidates()
+        self.groups: list[Candidate] = []
 
     @property
     def _moves(self) -> bool:

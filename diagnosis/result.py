@@ -44,11 +44,16 @@ class Evidence(_Record):
 
 
 class Alternative(_Record):
-    """Something this recording cannot tell from the finding; delta_chi2: how much worse it fits."""
+    """Something this recording cannot tell from the finding; delta_chi2: how much worse it fits.
+
+    together: one of several that are the alternative only all at once (equal homes of all motors),
+    or an alternative to all findings of this effect at once.
+    """
 
     effect: str
     component: str
     delta_chi2: float
+    together: bool = False
 
 
 class Finding(_Record):

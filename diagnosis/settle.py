@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
+from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.fit import Solution
-from diagnosis.name import Search
+from diagnosis.groups import apart, whole_groups
+from diagnosis.name import Search, Trial
 from diagnosis.result import Alternative
+from diagnosis.twins import twins
 
 LIMIT = 11.0
 """Chi-square within which two explanations count as tied."""
 REFITTED = 6
+BETTER = 1.0
+"""What a rival must be worth more than the finding to take its place."""
+MOST_TURNS = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,28 +29,113 @@ class Standing:
     p: float
     alternatives: list[Alternative]
     rivals: list[Solution]
-    """What was fitted with each alternative in its place, in the same order."""
+    """What was fitted with each alternative in its place, the closest first.
+
+    A group (`together`) is one rival and several alternatives.
+    """
 
 
-def standing(search: Search, solution: Solution, number: int) -> Standing:
-    """Leave one term out, refit, and let every other candidate take its place."""
-    own = solution.terms[number].candidate
-    rest = (*solution.terms[:number], *solution.terms[number + 1 :])
+def settle(search: Search, solution: Solution) -> tuple[Solution, list[Standing]]:
+    """How each term stands; a rival that is worth more becomes the finding."""
+    for _ in range(MOST_TURNS):
+        stands = stands_of(search, solution)
+        rivals = [rival for stand in stands for rival in stand.rivals]
+        best = min(rivals, key=search.worth, default=solution)
+        if search.worth(best) > search.worth(solution) - BETTER:
+            return solution, stands
+        solution = in_parts(search, best)
+    return solution, stands_of(search, solution)
+
+
+def in_parts(search: Search, solution: Solution) -> Solution:
+    """Groups as their members, which may now differ a little."""
+    if not any(term.candidate.members for term in solution.terms):
+        return solution
+    terms = apart(solution.terms, search.prepared.model.candidates)
+    return search.fitter.solve(terms, solution.frees, solution.nuisances)
+
+
+def stands_of(search: Search, solution: Solution) -> list[Standing]:
+    """How each term stands, in their order; members of a whole group also as one."""
+    stands = [standing(search, solution, (i,)) for i in range(len(solution.terms))]
+    for numbers in whole_groups(solution.terms):
+        whole = standing(search, solution, numbers)
+        offered = [replace_together(one) for one in whole.alternatives]
+        for place, number in enumerate(numbers):
+            own = stands[number]
+            rivals = [*own.rivals, *whole.rivals] if place == 0 else own.rivals
+            stands[number] = replace(
+                own, alternatives=_unique([*own.alternatives, *offered]), rivals=rivals
+            )
+    return stands
+
+
+def replace_together(alternative: Alternative) -> Alternative:
+    """The same, for all findings of the group at once."""
+    return alternative.model_copy(update={"together": True})
+
+
+def standing(search: Search, solution: Solution, numbers: Sequence[int]) -> Standing:
+    """Leave some terms out, refit, and let every other candidate take their place."""
+    own = [solution.terms[i].candidate for i in numbers]
+    rest = tuple(term for i, term in enumerate(solution.terms) if i not in numbers)
     bare = search.fitter.solve(rest, solution.frees, solution.nuisances, steps=4)
     gain = max(bare.cost - solution.cost, 0.0)
-    log_p = log_sf(gain, len(own.moved))
-    rivals: list[tuple[Alternative, Solution]] = []
-    trials = [t for t in search.trials(bare, [own.key]) if t.gain > min(0.75 * gain, gain - 60.0)]
-    for trial in sorted(trials, key=lambda t: -t.gain)[:REFITTED]:
-        other = search.fitter.solve((*rest, trial.start), solution.frees, bare.nuisances)
+    log_p = log_sf(gain, sum(len(one.moved) for one in own))
+    rivals: list[tuple[Alternative, Candidate, Solution]] = []
+    for start in _starts(search, solution, bare, numbers, gain):
+        other = search.fitter.solve((*rest, start), solution.frees, bare.nuisances)
         worse = other.cost - solution.cost
         if worse < LIMIT:
-            candidate = trial.start.candidate
-            rival = Alternative(
-                effect=candidate.effect, component=candidate.component, delta_chi2=worse
+            one = start.candidate
+            entry = Alternative(
+                effect=one.effect, component=one.component, delta_chi2=max(worse, 0.0)
             )
-            rivals.append((rival, other))
-    rivals.sort(key=lambda pair: pair[0].delta_chi2)
-    return Standing(
-        gain, search.p(log_p), [rival for rival, _ in rivals], [fitted for _, fitted in rivals]
-    )
+            rivals.append((entry, one, other))
+    rivals.sort(key=lambda found: found[2].cost)
+    alternatives = [line for entry, one, _ in rivals for line in _members(entry, one)]
+    return Standing(gain, search.p(log_p), _unique(alternatives), [found[2] for found in rivals])
+
+
+def _starts(
+    search: Search, solution: Solution, bare: Solution, numbers: Sequence[int], gain: float
+) -> list[Term]:
+    """Where to start each rival: twins of what was left out, then what scores best."""
+    left_out = [solution.terms[i] for i in numbers]
+    model = search.prepared.model
+    known = {
+        term.candidate.key: term for term in twins(left_out, [*model.candidates, *model.groups])
+    }
+    effects = {term.candidate.effect for term in left_out}
+    keys = [term.candidate.key for term in left_out]
+    least = min(0.75 * gain, gain - 60.0)
+    trials = [
+        t
+        for t in search.trials(bare, keys, groups=True)
+        if t.gain > least and not _same(t, effects, numbers)
+    ]
+    trials.sort(key=lambda t: -t.gain)
+    best = [t.start for t in trials[:REFITTED] if t.start.candidate.key not in known]
+    return [*known.values(), *best]
+
+
+def _same(trial: Trial, effects: set[str], numbers: Sequence[int]) -> bool:
+    """The finding's own effect at all arms, or at one of the arms of a whole group."""
+    own = trial.start.candidate.effect in effects
+    return own and (bool(trial.start.candidate.members) or len(numbers) > 1)
+
+
+def _members(entry: Alternative, candidate: Candidate) -> list[Alternative]:
+    """A group as one line for each member."""
+    if not candidate.members:
+        return [entry]
+    together = {"together": True}
+    return [entry.model_copy(update={"component": name, **together}) for name in candidate.members]
+
+
+def _unique(alternatives: Sequence[Alternative]) -> list[Alternative]:
+    """One line for each effect and component, the closest."""
+    best: dict[tuple[str, str], Alternative] = {}
+    for one in sorted(alternatives, key=lambda a: a.delta_chi2):
+        best.setdefault((one.effect, one.component), one)
+    return list(best.values())
