@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 JOB    ?= config/heart.yaml
 
-.PHONY: run test check benchmarks clean
+.PHONY: run test check hil-aarch64 benchmarks clean
 
 run: $(VENV)/.run
 	$(BIN)/deltactl run $(JOB)
@@ -19,6 +19,10 @@ check: $(VENV)/.test
 	@# Types are checked against one numpy, that of Python 3.11; numpy 2 has other stubs.
 	if $(BIN)/python -c 'import sys; sys.exit(sys.version_info >= (3, 12))'; \
 	then $(BIN)/mypy; else echo "mypy: run on Python 3.11 only"; fi
+
+# The hardware-in-the-loop tests once more, on an emulated 64-bit ARM machine.
+hil-aarch64:
+	tests/hil/aarch64/run $(PYTHON) build/aarch64
 
 benchmarks: $(VENV)/.test
 	for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done
@@ -37,4 +41,4 @@ $(VENV)/.test: $(VENV)/bin/python pyproject.toml constraints.txt
 	touch $@ $(VENV)/.run
 
 clean:
-	rm -rf $(VENV) *.egg-info .mypy_cache .ruff_cache
+	rm -rf $(VENV) build *.egg-info .mypy_cache .ruff_cache
