@@ -49,7 +49,7 @@ class SettlingRobot:
         self._free = self._assembly.free
         self._platform_q = int(self.model.joint("platform").qposadr[0])
         self._platform_v = int(self.model.joint("platform").dofadr[0])
-        self.counts = np.array(counts, dtype=np.int64)
+        self.counts = np.array(counts, dtype=np.float64)
         asked = self._asked(self.counts[None])[0]
         self.data.qpos[:] = self._assembly.at(asked)
         self.arm_rad = asked
@@ -70,12 +70,14 @@ class SettlingRobot:
 
     def restore(self, state: list[float]) -> None:
         """Be where `state` was taken."""
-        self.counts = np.array(state[:3]).astype(np.int64)
+        self.counts = np.array(state[:3])
         self.arm_rad, self._torque_nm = np.array(state[3:6]), np.array(state[6:9])
         self.data.qpos[:] = state[9:]
 
-    def move(self, counts: IntArray) -> FloatArray:
+    def move(self, counts: IntArray | FloatArray) -> FloatArray:
         """Go to counts (3,), all motors stepping together, and rest; the platform there, (3,) [m].
+
+        Counts need not be whole.
 
         After UnreachablePoint the robot stands where it stood before.
         """
@@ -93,11 +95,13 @@ class SettlingRobot:
                 jam = error
         else:
             raise jam
-        self.counts = np.array(counts, dtype=np.int64)
+        self.counts = np.array(counts, dtype=np.float64)
         return self.position_m
 
-    def _asked(self, counts: IntArray) -> FloatArray:
-        return asked_angles(counts.astype(np.float64), np.zeros(len(counts)), self.joints)
+    def _asked(self, counts: FloatArray) -> FloatArray:
+        return asked_angles(
+            np.asarray(counts, dtype=np.float64), np.zeros(len(counts)), self.joints
+        )
 
     def _rest(self, asked: FloatArray) -> None:
         """Let angles and torques agree."""
@@ -166,13 +170,13 @@ class SettlingRobot:
         return UnreachablePoint(f"the robot as it was built jams with its arms at {angles} deg")
 
 
-def _along(start: IntArray, end: IntArray, stride_steps: int) -> IntArray:
+def _along(start: FloatArray, end: IntArray | FloatArray, stride_steps: int) -> FloatArray:
     """Counts along a move with all motors stepping together, its end last, (n, 3)."""
     left = np.abs(end - start)
-    stops = {int(stop) for stop in left}
+    stops = {float(stop) for stop in left}
     strides = {
-        round(tick) for tick in np.linspace(0, left.max(), int(left.max()) // stride_steps + 2)
+        float(tick) for tick in np.linspace(0, left.max(), int(left.max()) // stride_steps + 2)
     }
-    ticks = np.array(sorted((stops | strides) - {0}) or [0])
-    passed: IntArray = start + np.sign(end - start) * np.minimum(ticks[:, None], left)
+    ticks = np.array(sorted((stops | strides) - {0.0}) or [0.0])
+    passed: FloatArray = start + np.sign(end - start) * np.minimum(ticks[:, None], left)
     return passed
