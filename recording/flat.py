@@ -24,6 +24,7 @@ UNITS: dict[str, str] = {
     **{f"pos_{axis}": "m" for axis in "xyz"},
     "t_pwm": "s",
     **{f"current_{motor}": "A" for motor in (1, 2, 3)},
+    **{f"disturbance_{motor}": "A" for motor in (1, 2, 3)},
     "temp_c": "deg C",
     "position": "rad or m",
     "command": "rad or m",

@@ -50,6 +50,21 @@ class ReadingLike(Protocol):
     def gate(self) -> _Named: ...
 
 
+class ServoLike(Protocol):
+    """What is recorded of a servo's loop; `firmware_py.servo.samples.ServoSample` has it."""
+
+    @property
+    def t_ns(self) -> int: ...
+    @property
+    def reference_rad(self) -> Sequence[float]: ...
+    @property
+    def angle_rad(self) -> Sequence[float]: ...
+    @property
+    def current_a(self) -> Sequence[float]: ...
+    @property
+    def disturbance_a(self) -> Sequence[float]: ...
+
+
 def target(t_ns: int, index: int, position_m: Three, steps: Steps) -> Message:
     """Fields of `/target`."""
     return {"t_ns": t_ns, "index": int(index)} | _position(position_m) | counts(steps)
@@ -84,6 +99,19 @@ def truth(t_ns: int, position_m: Three, angles_rad: Three) -> Message:
     first, second, third = angles_rad
     angles = {"theta_1_rad": first, "theta_2_rad": second, "theta_3_rad": third}
     return {"t_ns": t_ns} | _position(position_m) | _numbers(angles)
+
+
+def servo(t_ns: int, sample: ServoLike) -> Message:
+    """Fields of `/servo`."""
+    message: Message = {"t_ns": t_ns}
+    for stem, unit, values in (
+        ("reference", "rad", sample.reference_rad),
+        ("theta", "rad", sample.angle_rad),
+        ("current", "a", sample.current_a),
+        ("disturbance", "a", sample.disturbance_a),
+    ):
+        message |= _numbers({f"{stem}_{n}_{unit}": one for n, one in enumerate(values, start=1)})
+    return message
 
 
 def settings(t_ns: int, t_pwm_s: float | None) -> Message:

@@ -15,12 +15,13 @@ from recording.channels import (
     EDGES,
     EVENT,
     READINGS,
+    SERVO,
     SETTINGS,
     TARGET,
     TRUTH,
 )
 from recording.columns import Columns, Int64Array
-from recording.run import Commanded, Edges, Event, Readings, Run, Settings, Targets, Truth
+from recording.run import Commanded, Edges, Event, Readings, Run, Servo, Settings, Targets, Truth
 from recording.scan import Scan
 
 
@@ -62,6 +63,7 @@ def _build(scan: Scan, columns: dict[str, Columns]) -> Run:
             readings={axis: _readings(axis, columns[ch.topic]) for axis, ch in READINGS.items()},
             events=_events(columns[EVENT.topic]),
             truth=_truth(columns[TRUTH.topic]),
+            servo=_servo(columns[SERVO.topic]),
             settings=_settings(columns[SETTINGS.topic]),
         )
     except ValueError as error:
@@ -144,6 +146,20 @@ def _truth(columns: Columns) -> Truth:
     t_ns, order = _order(columns)
     angles_rad = columns.numbers("theta_1_rad", "theta_2_rad", "theta_3_rad")
     return Truth(t_ns, columns.numbers("x_m", "y_m", "z_m")[order], angles_rad[order])
+
+
+def _servo(columns: Columns) -> Servo:
+    t_ns, order = _order(columns)
+    parts = [
+        columns.numbers(*(f"{stem}_{motor}_{unit}" for motor in (1, 2, 3)))[order]
+        for stem, unit in (
+            ("reference", "rad"),
+            ("theta", "rad"),
+            ("current", "a"),
+            ("disturbance", "a"),
+        )
+    ]
+    return Servo(t_ns, *parts)
 
 
 def _settings(columns: Columns) -> Settings:

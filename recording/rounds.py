@@ -10,6 +10,7 @@ from foundation.errors import RecordingError
 from recording.columns import FloatArray, Int64Array
 from recording.flat import AnyArray, FlatRecording
 from recording.run import BoolArray, Readings, Run
+from recording.servo_rows import servo_rows
 
 AXES = ("x", "y", "z")
 _NS = 1e-9
@@ -62,8 +63,11 @@ def flatten(run: Run, with_truth: bool = False) -> FlatRecording:
     an empty cell. `steps_i` is what was really sent up to `t`. `with_truth` adds
     `truth_x_m..truth_z_m` and `truth_theta_1_rad..3` of a simulated robot.
 
+    The run of a servo has a row for each sample of its loop instead, see `servo_rows`.
     Raises RecordingError when the run holds no readings.
     """
+    if len(run.servo.t_ns):
+        return _flatten_servo(run, with_truth)
     rounds = gather(run)
     columns = _steps(run, rounds.t_ns) | _named("range", rounds.pick("distance_m"))
     columns |= _named("status", rounds.pick("status"))
@@ -74,6 +78,14 @@ def flatten(run: Run, with_truth: bool = False) -> FlatRecording:
     if with_truth:
         extra |= _truth(run, rounds.t_ns)
     return FlatRecording(rounds.t_s, columns, extra, str(run.path))
+
+
+def _flatten_servo(run: Run, with_truth: bool) -> FlatRecording:
+    fresh = {axis: _fresh(run.readings[axis]) for axis in AXES}
+    t_ns, columns, extra = servo_rows(run, fresh)
+    if with_truth:
+        extra |= _truth(run, t_ns)
+    return FlatRecording(t_ns * _NS, columns, extra, str(run.path))
 
 
 def _fresh(samples: Readings) -> Readings:

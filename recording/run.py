@@ -108,6 +108,20 @@ class Truth:
 
 
 @dataclass(frozen=True, slots=True)
+class Servo:
+    """Means over stretches of a servo's loop; empty on a stepper robot.
+
+    t_ns: (n,). reference_rad, angle_rad, current_a, disturbance_a: (n, 3).
+    """
+
+    t_ns: Int64Array
+    reference_rad: FloatArray
+    angle_rad: FloatArray
+    current_a: FloatArray
+    disturbance_a: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
 class Settings:
     """Step periods in force from each time on (NaN: every motor its own). Arrays (n,)."""
 
@@ -138,6 +152,7 @@ class Run:
     readings: dict[str, Readings]
     events: tuple[Event, ...]
     truth: Truth
+    servo: Servo
     settings: Settings
 
     @property

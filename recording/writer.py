@@ -23,6 +23,7 @@ from recording.channels import (
     EVENT,
     FORMAT,
     READINGS,
+    SERVO,
     SETTINGS,
     TARGET,
     TRUTH,
@@ -37,7 +38,7 @@ from recording.configuration import (
 from recording.container import Attachment, Container
 from recording.disk import DiskThread
 from recording.edges import Int8Array, Int64Array, blocks, counts_set
-from recording.messages import Message, ReadingLike, Steps, Three
+from recording.messages import Message, ReadingLike, ServoLike, Steps, Three
 from recording.spool import WAITING_BYTES, Spool
 
 RESERVE_BYTES = 64 * 2**20
@@ -135,6 +136,10 @@ class RunRecorder:
     def truth(self, t_ns: int, position_m: Three, angles_rad: Three) -> None:
         """Where the simulated robot really is."""
         self._add(TRUTH, messages.truth(self._run_ns(t_ns), position_m, angles_rad))
+
+    def servo(self, sample: ServoLike) -> None:
+        """What a servo's loop did over a stretch of ticks."""
+        self._add(SERVO, messages.servo(self._run_ns(sample.t_ns), sample))
 
     def settings(self, t_ns: int, t_pwm_s: float | None) -> None:
         """The step period from `t_ns` on; None where every motor has its own."""

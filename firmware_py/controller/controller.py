@@ -12,26 +12,21 @@ import threading
 from collections import deque
 from pathlib import Path
 
-import numpy as np
-
-from drivers.ranging.contract import Reading
 from drivers.steps.contract import OutputState, OutputStatus
 from firmware_py.controller.active_job import ActiveJob, Phase
 from firmware_py.controller.contract import JobResult, Status
-from firmware_py.controller.feeder import LEAD_S
-from firmware_py.controller.homing import Homer, wait_until_still
+from firmware_py.controller.homing import Homer
 from firmware_py.controller.job_queue import QueuedJob, prepare
 from firmware_py.controller.journal import Journal
+from firmware_py.controller.observer import Observer
 from firmware_py.controller.progress import Progress
 from firmware_py.controller.ranging_loop import RangingLoop
 from firmware_py.controller.report_status import Running, snapshot
+from firmware_py.controller.results import Results
 from firmware_py.controller.states import Request, State, require
-from firmware_py.controller.step_watch import StepWatch
 from firmware_py.machine import Machine
-from firmware_py.planner.approach import approach
-from firmware_py.planner.step_gate import StepGate
 from firmware_py.robot_file import RobotFile
-from foundation.clock import NS_PER_S, Task, TaskHandle, ns, sleep_s
+from foundation.clock import NS_PER_S, Task, TaskHandle, ns
 from foundation.errors import DeltactlError, NotReady
 
 CONTROL_PERIOD_NS = 10_000_000
@@ -51,16 +46,17 @@ class Controller:
         self.job: ActiveJob | None = None
         self.queue: deque[QueuedJob] = deque()
         self.journal = Journal()
+        self._observer = Observer(robot, machine, self.journal)
         self.ranging = RangingLoop(
             machine.sensors,
             self.clock,
             robot.ranging.rate_hz,
-            self._on_reading,
+            self._observer.reading,
             self._on_sensor_event,
         )
         self._robot_file = robot_file
         self._recordings = recordings
-        self._results: dict[int, JobResult] = {}
+        self._results = Results()
         self._numbers = itertools.count(1)
         self._lock = threading.RLock()
         self._loops = 0
@@ -68,7 +64,6 @@ class Controller:
         self._beat_ns = self.clock.now_ns()
         self._progress = Progress()
         self._homer = Homer(robot, machine, self.ranging)
-        self._watch = StepWatch(robot)
         self._ranging_task: TaskHandle | None = None
         self._control_task = self._start_control()
 
@@ -100,14 +95,12 @@ class Controller:
             was_ready = self.state is State.READY
             self._enter(State.UNHOMED, "homing")
         try:
-            seen = self._homer.home(self._go_home if was_ready else None)
+            seen = self._homer.home(already_homed=was_ready)
         except BaseException:
             self._enter_if(State.UNHOMED, State.UNHOMED)
             raise
         with self._lock:
-            output = self.machine.output
-            self.journal.sent(output.take_sent())  # of before: the watch counts from here on
-            self._watch.reset(output.status().counts, self.clock.now_ns())
+            self._observer.restart(self.clock.now_ns())
         self._enter_if(State.UNHOMED, State.READY)
         self._note("home", seen)
 
@@ -149,7 +142,9 @@ class Controller:
                 raise NotReady(f"job {job_id} is neither running nor queued; see 'deltactl status'")
             for waiting in dropped:
                 self.queue.remove(waiting)
-                self._finish(waiting.number, waiting.name, "cancelled", "cancelled while queued")
+                self._results.never_ran(
+                    waiting.number, waiting.name, "cancelled", "cancelled while queued"
+                )
             if running and self.job is not None:
                 self.job.cancel(self.clock.now_ns())
                 self._enter(State.RUNNING)
@@ -187,7 +182,7 @@ class Controller:
 
     def result(self, job_id: int) -> JobResult | None:
         """How a job ended; None while it is queued or running."""
-        return self._results.get(job_id)
+        return self._results.of(job_id)
 
     def progress_count(self) -> int:
         """Grows only while both loops go round (in OFF, STOPPED and FAULT: the control loop)."""
@@ -204,22 +199,6 @@ class Controller:
             self._control_task.stop()
         self.machine.close()
         self.journal.close()
-
-    def _go_home(self) -> None:
-        """Bring a homed robot back to its home angles, and wait."""
-        output = self.machine.output
-        here = output.status().counts
-        goal_rad = np.deg2rad(self.robot.homing.angle_deg)
-        step_rad = self.robot.drive.rad_per_step
-        schedule = approach(self.robot, np.array(here) * step_rad, goal_rad)
-        start_ns = self.clock.now_ns() + ns(LEAD_S)
-        gate = StepGate()
-        gate.rules(*schedule.gate_ns)
-        for ticks in schedule.play(0, len(schedule.reached_ns) - 1, start_ns, gate):
-            while output.room() < len(ticks):
-                sleep_s(self.clock, LEAD_S)
-            output.push(ticks)
-        wait_until_still(self.machine, schedule.duration_ns / NS_PER_S)
 
     # The loops
 
@@ -247,9 +226,7 @@ class Controller:
             # The pulses ran dry in mid-motion before the player missed us: do not just go on.
             output.stop(f"no heartbeat: the controller hung for {silent_ns / NS_PER_S:.1f} s")
         output.beat()
-        sent = output.take_sent()
-        self.journal.sent(sent)
-        self._watch.sent(sent)
+        self._observer.collect()
         seen = output.status()
         if seen.state is OutputState.STOPPED:
             self._on_output_stopped(seen)
@@ -264,7 +241,7 @@ class Controller:
             self.job.begin(now_ns)
         except DeltactlError as error:
             self.job = None
-            self._finish(queued.number, queued.name, "refused", str(error))
+            self._results.never_ran(queued.number, queued.name, "refused", str(error))
             return
         # Opening a file may take long on a slow disk; nothing moved meanwhile.
         self._beat_ns = self.clock.now_ns()
@@ -280,9 +257,8 @@ class Controller:
             self._on_output_stopped(seen)  # a stop came between the look and the feeding
 
     def _drive_job(self, job: ActiveJob, now_ns: int) -> None:
-        loss = self._watch.look(now_ns)
+        loss = self._observer.lost_steps(now_ns)
         if loss is not None:
-            self._watch.forgive()
             job.lost_steps(loss)
             if job.stops_on_step_loss:
                 self.machine.output.stop(loss.says())
@@ -291,15 +267,8 @@ class Controller:
         job.advance(now_ns)
         if job.phase is Phase.ENDED:
             self.job = None
-            outcome = "cancelled" if job.cancelled else "done"
-            self._finish_job(job, outcome, "")
+            self._results.ran(job, "cancelled" if job.cancelled else "done", "")
             self._enter(State.READY)
-
-    def _on_reading(self, reading: Reading) -> None:
-        self.journal.reading(reading)
-        self._watch.reading(reading)
-        if self.machine.world is not None and reading.axis == "x":
-            self.journal.truth(self.machine.world.truth(reading.t_ns))
 
     def _on_sensor_event(self, text: str) -> None:
         self._note("sensor", text)
@@ -323,29 +292,19 @@ class Controller:
                 self._halt(State.FAULT, why)
 
     def _halt(self, state: State, why: str) -> None:
-        self.journal.sent(self.machine.output.take_sent())
+        self._observer.collect()
         self._note("stop" if state is State.STOPPED else "fault", why)
         outcome = "stopped" if state is State.STOPPED else "fault"
         if self.job is not None:
             job, self.job = self.job, None
             job.abort()
-            self._finish_job(job, outcome, why)
+            self._results.ran(job, outcome, why)
         for waiting in self.queue:
-            self._finish(waiting.number, waiting.name, outcome, why)
+            self._results.never_ran(waiting.number, waiting.name, outcome, why)
         self.queue.clear()
         self._enter(state, why)
 
     # Small things
-
-    def _finish(self, number: int, name: str, outcome: str, why: str) -> None:
-        """Note how a job ended that never ran."""
-        self._results[number] = JobResult(number, name, outcome, why, None)
-
-    def _finish_job(self, job: ActiveJob, outcome: str, why: str) -> None:
-        """Note how a job ended that ran."""
-        self._results[job.number] = JobResult(
-            job.number, job.name, outcome, why, job.recording, job.recording_error, job.warning
-        )
 
     def _enter(self, state: State, why: str = "") -> None:
         with self._lock:

@@ -7,16 +7,17 @@ agree with the home angles before the robot counts as homed.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from drivers.steps.contract import MOTORS, OutputState, Ticks
+from firmware_py.controller.feeder import LEAD_S
 from firmware_py.controller.ranging_loop import RangingLoop
 from firmware_py.machine import Machine
+from firmware_py.planner.approach import approach
 from firmware_py.planner.check import home_counts
+from firmware_py.planner.step_gate import StepGate
 from firmware_py.robot_file import RobotFile
-from foundation.clock import NS_PER_S, sleep_s
+from foundation.clock import NS_PER_S, ns, sleep_s
 from foundation.errors import NotReady, PulseFault
 from models.linkage import Linkage, forward
 from models.robot import AXES, FloatArray
@@ -81,16 +82,16 @@ class Homer:
         self._machine = machine
         self._ranging = ranging
 
-    def home(self, move_home: Callable[[], None] | None = None) -> str:
-        """Home the robot; `move_home` brings a homed robot back to its home angles first.
+    def home(self, already_homed: bool = False) -> str:
+        """Home the robot; one that is homed already is brought back to its home angles first.
 
         Returns what the sensors said. Raises NotReady, or PulseFault when the output stopped.
         """
         if self._robot.homing.method == "switch":
             for motor in range(MOTORS):
                 self._seek_switch(motor)
-        elif move_home is not None:
-            move_home()
+        elif already_homed:
+            self._go_home()
         try:
             seen = check_plausible(self._robot, self._listen())
         except NotReady as error:
@@ -100,6 +101,21 @@ class Homer:
             raise NotReady(f"{error} (simulated: 'deltactl off', then 'deltactl on')") from error
         self._machine.output.set_counts(home_counts(self._robot))
         return seen
+
+    def _go_home(self) -> None:
+        """Bring a homed robot back to its home angles, and wait."""
+        output, clock = self._machine.output, self._machine.clock
+        step_rad = self._robot.drive.rad_per_step
+        goal_rad = np.deg2rad(self._robot.homing.angle_deg)
+        schedule = approach(self._robot, np.array(output.status().counts) * step_rad, goal_rad)
+        start_ns = clock.now_ns() + ns(LEAD_S)
+        gate = StepGate()
+        gate.rules(*schedule.gate_ns)
+        for ticks in schedule.play(0, len(schedule.reached_ns) - 1, start_ns, gate):
+            while output.room() < len(ticks):
+                sleep_s(clock, LEAD_S)
+            output.push(ticks)
+        wait_until_still(self._machine, schedule.duration_ns / NS_PER_S)
 
     def _listen(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         """Median of the good readings of each axis over `LOOK_S` [m]."""

@@ -6,9 +6,11 @@ A recorder that fails (full disk) is reported once and never stops the motion.
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterable
 
 from drivers.ranging.contract import Reading
 from drivers.steps.contract import Counts, Ticks
+from firmware_py.servo.samples import ServoSample
 from firmware_py.simulation.world import Truth
 from recording.writer import RunRecorder
 
@@ -79,6 +81,12 @@ class Journal:
         """A sample of a ranging sensor."""
         if self._recorder is not None:
             self._recorder.reading(reading)
+
+    def servo(self, samples: Iterable[ServoSample]) -> None:
+        """What the servos' loop did."""
+        if self._recorder is not None:
+            for sample in samples:
+                self._recorder.servo(sample)
 
     def truth(self, truth: Truth) -> None:
         """Where the simulated robot really is."""

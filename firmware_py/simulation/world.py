@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from firmware_py.robot_file import RobotFile
+from firmware_py.simulation.nominal import NominalRobot, Three
 from foundation.clock import NS_PER_S, ns
 from models.chain import OnlineChain
 from models.robot import AXES, FloatArray
@@ -39,12 +41,11 @@ class Truth:
     angles_rad: tuple[float, float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class _Sample:
+class _Sample(NamedTuple):
     t_ns: int
-    position_m: FloatArray
-    angles_rad: FloatArray
-    ranges_m: FloatArray
+    position_m: Three
+    angles_rad: Three
+    ranges_m: Three
 
 
 class SimulatedRobot:
@@ -72,6 +73,9 @@ class SimulatedRobot:
     def _put(self, counts: FloatArray) -> None:
         self._zero_steps = self._rest_steps - counts
         self._chain = OnlineChain(self._robot, self._robot.as_built.effects)
+        robot = self._robot
+        plain = robot.sensors is not None and not (robot.effects or robot.as_built.effects)
+        self._nominal = NominalRobot(robot) if plain else None
 
     def distance_m(self, axis: str, start_ns: int, end_ns: int) -> float:
         """Distance a sensor on `axis` sees on average from `start_ns` to `end_ns` [m]."""
@@ -79,10 +83,7 @@ class SimulatedRobot:
             self._advance(end_ns)
             samples = self._window(start_ns, end_ns)
         column = AXES.index(axis)
-        known_ns = np.array([sample.t_ns for sample in samples])
-        ranges_m = np.array([sample.ranges_m[column] for sample in samples])
-        at_ns = np.linspace(start_ns, end_ns, AVERAGED)
-        return float(np.interp(at_ns, known_ns, ranges_m).mean())
+        return _mean([(one.t_ns, one.ranges_m[column]) for one in samples], start_ns, end_ns)
 
     def switch_pressed(self, motor: int) -> bool:
         """Whether the home switch of an arm (0 to 2) is closed: it stands at home or above."""
@@ -98,12 +99,7 @@ class SimulatedRobot:
         with self._lock:
             self._advance(t_ns)
             sample = self._window(t_ns, t_ns)[-1]
-        position, angles = sample.position_m, sample.angles_rad
-        return Truth(
-            sample.t_ns,
-            (float(position[0]), float(position[1]), float(position[2])),
-            (float(angles[0]), float(angles[1]), float(angles[2])),
-        )
+        return Truth(sample.t_ns, sample.position_m, sample.angles_rad)
 
     def _window(self, start_ns: int, end_ns: int) -> list[_Sample]:
         """Samples within the window and the ones next to it; the oldest if it is forgotten."""
@@ -125,12 +121,38 @@ class SimulatedRobot:
         count = (until_ns - self._next_ns) // step_ns + 1
         if count <= 0:
             return
-        times_ns = self._next_ns + step_ns * np.arange(count, dtype=np.int64)
-        moved = np.array([self._counts_at(int(t)) for t in times_ns], dtype=np.float64)
-        t_s = (times_ns - self._start_ns) / NS_PER_S
-        out = self._chain.advance(t_s, moved + self._zero_steps)
-        for index, t_ns in enumerate(times_ns):
-            self._samples.append(
-                _Sample(int(t_ns), out.position[index], out.theta[index], out.ranges[index])
-            )
-        self._next_ns = int(times_ns[-1]) + step_ns
+        times_ns = range(self._next_ns, self._next_ns + count * step_ns, step_ns)
+        counts = [self._counts_at(t_ns) for t_ns in times_ns]
+        simulate = self._by_chain if self._nominal is None else self._nominally
+        self._samples.extend(simulate(times_ns, counts))
+        self._next_ns = times_ns[-1] + step_ns
+
+    def _by_chain(self, times_ns: range, counts: list[Three]) -> Iterator[_Sample]:
+        t_s = (np.array(times_ns, dtype=np.int64) - self._start_ns) / NS_PER_S
+        out = self._chain.advance(t_s, np.array(counts, dtype=np.float64) + self._zero_steps)
+        parts = (out.position.tolist(), out.theta.tolist(), out.ranges.tolist())
+        for t_ns, position_m, angles_rad, ranges_m in zip(times_ns, *parts, strict=True):
+            yield _Sample(t_ns, tuple(position_m), tuple(angles_rad), tuple(ranges_m))
+
+    def _nominally(self, times_ns: range, counts: list[Three]) -> Iterator[_Sample]:
+        """Without effects there is nothing to remember, and numpy costs more than it saves."""
+        assert self._nominal is not None
+        zero = self._zero_steps.tolist()
+        for t_ns, (first, second, third) in zip(times_ns, counts, strict=True):
+            steps = (first + zero[0], second + zero[1], third + zero[2])
+            yield _Sample(t_ns, *self._nominal.at(steps))
+
+
+def _mean(known: list[tuple[int, float]], start_ns: int, end_ns: int) -> float:
+    """Mean of a course over evenly spaced times, straight between its points, level beyond."""
+    total, index, last = 0.0, 0, len(known) - 1
+    for number in range(AVERAGED):
+        at_ns = start_ns + (end_ns - start_ns) * number / (AVERAGED - 1)
+        while index < last and known[index + 1][0] <= at_ns:
+            index += 1
+        t_ns, value = known[index]
+        if index < last and at_ns > t_ns:
+            then_ns, then = known[index + 1]
+            value += (then - value) * (at_ns - t_ns) / (then_ns - t_ns)
+        total += value
+    return total / AVERAGED

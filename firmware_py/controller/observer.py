@@ -1,0 +1,51 @@
+"""What a controller sees of its machine while it runs: noted, and looked through for lost steps."""
+
+from __future__ import annotations
+
+from drivers.ranging.contract import Reading
+from firmware_py.controller.journal import Journal
+from firmware_py.controller.step_watch import StepLoss, StepWatch
+from firmware_py.machine import Machine
+from firmware_py.robot_file import RobotFile
+
+
+class Observer:
+    """Hands everything to the journal, and what steppers did to the watch.
+
+    A servo robot has encoders: it sees by itself when an arm does not follow.
+    """
+
+    def __init__(self, robot: RobotFile, machine: Machine, journal: Journal):
+        self._machine = machine
+        self._journal = journal
+        self._watch = StepWatch(robot) if machine.servo is None else None
+
+    def collect(self) -> None:
+        """Take what the output has done since the last call."""
+        sent = self._machine.output.take_sent()
+        self._journal.sent(sent)
+        if self._watch is not None:
+            self._watch.sent(sent)
+        if self._machine.servo is not None:
+            self._journal.servo(self._machine.servo.take_samples())
+
+    def restart(self, now_ns: int) -> None:
+        """The counters were set: what was before says nothing about what comes."""
+        self.collect()
+        if self._watch is not None:
+            self._watch.reset(self._machine.output.status().counts, now_ns)
+
+    def reading(self, reading: Reading) -> None:
+        """A sample of a ranging sensor, from the ranging loop."""
+        self._journal.reading(reading)
+        if self._watch is not None:
+            self._watch.reading(reading)
+        if self._machine.world is not None and reading.axis == "x":
+            self._journal.truth(self._machine.world.truth(reading.t_ns))
+
+    def lost_steps(self, now_ns: int) -> StepLoss | None:
+        """Steps the sensors see to be lost, told once."""
+        loss = self._watch.look(now_ns) if self._watch is not None else None
+        if loss is not None and self._watch is not None:
+            self._watch.forgive()
+        return loss

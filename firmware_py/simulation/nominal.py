@@ -1,0 +1,34 @@
+"""A robot with sensors and without any effects, one sample at a time in plain floats."""
+
+from __future__ import annotations
+
+from firmware_py.robot_file import RobotFile
+from models.linkage import Linkage
+from models.linkage.scalar_forward import forward_one
+
+Three = tuple[float, float, float]
+
+
+class NominalRobot:
+    """What models/chain gives without effects: position, arm angles and ranges of step counts."""
+
+    def __init__(self, robot: RobotFile):
+        self._linkage = Linkage.of(robot.geometry)
+        self._step_rad = robot.drive.rad_per_step
+        sensors = robot.sensors
+        assert sensors is not None
+        rows = zip(sensors.offsets_m.tolist(), sensors.axes.tolist(), strict=True)
+        self._rows = [(offset, *axis) for offset, axis in rows]
+        self._at: Three | None = None
+
+    def at(self, steps: Three) -> tuple[Three, Three, Three]:
+        """Platform [m], true arm angles [rad] and ranges [m] at commanded counts."""
+        if steps != self._at:  # the arms stand still most of the time
+            self._at, self._found = steps, self._find(steps)
+        return self._found
+
+    def _find(self, steps: Three) -> tuple[Three, Three, Three]:
+        first, second, third = (count * self._step_rad for count in steps)
+        x, y, z = position_m = forward_one(self._linkage, (first, second, third))
+        ranges = [offset + a * x + b * y + c * z for offset, a, b, c in self._rows]
+        return position_m, (first, second, third), (ranges[0], ranges[1], ranges[2])
