@@ -105,7 +105,8 @@ class FakeI2cBus:
         """Carry out the messages; (errno or None, bits on the wire)."""
         failure, bits = self._blocked(), 1
         for count, message in enumerate(messages):
-            chips = [] if failure else [c for c in self.chips if c.answers(message.addr)]
+            address = message.addr
+            chips = [] if failure else [c for c in self.chips if c.answers(address)]
             if chips and count == 0:
                 failure = self._disturbed(chips)
             if failure or not chips:

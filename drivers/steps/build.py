@@ -21,12 +21,17 @@ from foundation.clock import NS_PER_S, Clock, VirtualClock, ns
 from foundation.errors import ConfigError
 
 POLL_NS = 1_000_000
+VIRTUAL_POLL_NS = 10_000_000
+"""On a virtual clock nothing happens between tasks, and the last look is right at each edge."""
 CHECK_AHEAD_NS = 60_000
 """In the pulse process: longer than one look takes, far shorter than a hand."""
 
 
 def player_settings(
-    settings: StepSettings, inputs: InputSettings, check_ahead_ns: int = 0
+    settings: StepSettings,
+    inputs: InputSettings,
+    check_ahead_ns: int = 0,
+    poll_ns: int = POLL_NS,
 ) -> PlayerSettings:
     """What the player needs of the settings."""
     alarms = ALARM_BITS if settings.alarm_pins is not None else 0
@@ -43,7 +48,7 @@ def player_settings(
         enable_level=int(settings.enable_active_high),
         input_mask=alarms | estop,
         input_idle=idle,
-        poll_ns=POLL_NS,
+        poll_ns=poll_ns,
         check_ahead_ns=check_ahead_ns,
     )
 
@@ -143,4 +148,7 @@ def _task_output(
     settings: StepSettings, inputs: InputSettings, clock: Clock, lines: Any
 ) -> TaskStepOutput:
     period_ns = minimum_period_ns(settings, clock)
-    return TaskStepOutput(lines, player_settings(settings, inputs), clock, period_ns)
+    poll_ns = VIRTUAL_POLL_NS if isinstance(clock, VirtualClock) else POLL_NS
+    return TaskStepOutput(
+        lines, player_settings(settings, inputs, poll_ns=poll_ns), clock, period_ns
+    )

@@ -12,6 +12,8 @@ Codes = np.ndarray[Any, np.dtype[np.uint8]]
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 
 _MOTORS = np.arange(MOTORS, dtype=np.uint8)
+_STEPPING = np.array([1, 2, 4], dtype=np.uint8)
+_NEGATIVE = _STEPPING << 3
 
 
 def as_ticks(ticks: Ticks) -> tuple[Int64Array, Codes]:
@@ -24,9 +26,8 @@ def as_ticks(ticks: Ticks) -> tuple[Int64Array, Codes]:
         raise ValueError(f"ticks must be whole numbers, not {due_ns.dtype} and {steps.dtype}")
     if np.abs(steps).max(initial=0) > 1:
         raise ValueError("a tick steps each motor by -1, 0 or +1")
-    stepping_bits = ((steps != 0).astype(np.uint8) << _MOTORS).sum(axis=1)
-    negative_bits = ((steps < 0).astype(np.uint8) << (_MOTORS + 3)).sum(axis=1)
-    return due_ns.astype(np.int64), (stepping_bits | negative_bits).astype(np.uint8)
+    codes = (steps != 0) @ _STEPPING | (steps < 0) @ _NEGATIVE
+    return due_ns.astype(np.int64, copy=False), codes
 
 
 def as_steps(codes: Codes) -> Int8Array:

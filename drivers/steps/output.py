@@ -135,6 +135,8 @@ class PlayerStepOutput:
         with self._lock:
             self._collect()
             sent, self._sent = self._sent, []
+        if len(sent) == 1:
+            return Ticks(*sent[0])
         empty = (np.empty(0, np.int64), np.empty((0, 3), np.int8))
         return Ticks(
             np.concatenate([empty[0], *(due for due, _ in sent)]),

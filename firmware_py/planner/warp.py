@@ -65,6 +65,8 @@ class _Pace:
 
     def run_at(self, motion_ns: Int64Array) -> Int64Array:
         """Run times at which motion times are due; the largest integer for never."""
+        if self.goal and not self.ramp_ns:  # at full speed, as nearly always: only a shift
+            return self.run_ns + np.maximum(motion_ns - self.motion_ns, 0)
         ahead = (motion_ns - self.motion_ns).astype(np.float64)
         root = np.sqrt(np.maximum(self.rate**2 + 2.0 * self.slope * ahead, 0.0)) + self.rate
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -71,11 +71,15 @@ class SimulatedRobot:
             self._put(np.asarray(self._counts_at(t_ns), dtype=np.float64))
 
     def _put(self, counts: FloatArray) -> None:
-        self._zero_steps = self._rest_steps - counts
+        self._zero_steps = self._zero_at(counts)
         self._chain = OnlineChain(self._robot, self._robot.as_built.effects)
         robot = self._robot
         plain = robot.sensors is not None and not (robot.effects or robot.as_built.effects)
         self._nominal = NominalRobot(robot) if plain else None
+
+    def _zero_at(self, counts: FloatArray) -> FloatArray:
+        """Where count 0 is, in steps, while the arms rest at these counts."""
+        return self._rest_steps - counts
 
     def distance_m(self, axis: str, start_ns: int, end_ns: int) -> float:
         """Distance a sensor on `axis` sees on average from `start_ns` to `end_ns` [m]."""
