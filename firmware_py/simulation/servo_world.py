@@ -16,7 +16,6 @@ from drivers.current.contract import Plant, Three
 from firmware_py.robot_file import RobotFile
 from firmware_py.servo.as_built import AsBuiltServo
 from firmware_py.simulation.world import MEMORY_S, SimulatedRobot
-from models.chain import OnlineChain
 from models.dynamics import DeltaPlant, PlantSettings
 from models.robot import FloatArray, Masses
 from models.servo_drive import ServoDrive
@@ -73,10 +72,9 @@ class ServoWorld(SimulatedRobot):
             self._plant.place(rest_rad(self._robot))
             self._put(np.zeros(3))
 
-    def _put(self, counts: FloatArray) -> None:
+    def _zero_at(self, counts: FloatArray) -> FloatArray:
         """The plant itself knows where the arms are."""
-        self._zero_steps = np.zeros(3)
-        self._chain = OnlineChain(self._robot, self._robot.as_built.effects)
+        return np.zeros(3)
 
     def _angles_in_counts(self, t_ns: int) -> Three:
         """Commanded angle that the arms stand at, at times that only increase, in set-points."""
