@@ -73,6 +73,11 @@ class MicroPlant:
         q, (a, b, c), per = self._qpos, self._rows, self._per_count
         return floor(q[a] * per + 0.5), floor(q[b] * per + 0.5), floor(q[c] * per + 0.5)
 
+    def counts_at(self, angles_rad: Three) -> Counts:
+        """What the encoders would say of these angles."""
+        first, second, third = (floor(angle * self._per_count + 0.5) for angle in angles_rad)
+        return first, second, third
+
     def speeds_radps(self) -> FloatArray:
         """True arm speeds, (3,)."""
         return np.array([self.data.qvel[self.model.joint(f"arm_{n}").dofadr[0]] for n in range(3)])
