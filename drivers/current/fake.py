@@ -10,7 +10,7 @@ the fieldbus.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 from typing import Literal
 
 from drivers.current.contract import JOINTS, Counts, Plant
@@ -26,11 +26,12 @@ SAYS: dict[str, str] = {
 
 @dataclass(frozen=True, slots=True)
 class PlannedFault:
-    """A fault that comes by itself, `at_s` after the simulated drives were made."""
+    """A fault that comes by itself, `at_s` after the simulated drives were made, for a while."""
 
     kind: FaultKind
     joint: int
     at_s: float
+    lasts_s: float = inf
 
 
 class FakeCurrentDrives:
@@ -55,21 +56,18 @@ class FakeCurrentDrives:
         self._present: dict[int, FaultKind] = {}
         """Faults whose cause is there, by joint."""
         self._tripped = ""
-        self._left = sorted(
-            ((round(fault.at_s / period_s), fault.joint, fault.kind) for fault in faults),
-            reverse=True,
-        )
+        self._plan = _plan(faults, period_s)
         self._periods = 0
-        self._next = self._left[-1][0] if self._left else -1
+        self._next = self._plan[-1][0] if self._plan else -1
 
     def fail(self, kind: FaultKind, joint: int) -> None:
         """Cut an encoder's cable, or short a winding, of a joint (1 to 3)."""
         self._present[joint] = kind
         self._tripped = self._tripped or SAYS[kind].format(joint=joint)
 
-    def mend(self) -> None:
-        """Take every cause away; the trip stays until it is cleared."""
-        self._present.clear()
+    def mend(self, joint: int) -> None:
+        """Take the cause at a joint away; the trip stays until it is cleared."""
+        self._present.pop(joint, None)
 
     def enable(self) -> None:
         """See CurrentDrives."""
@@ -95,7 +93,7 @@ class FakeCurrentDrives:
     def set_currents_a(self, first: float, second: float, third: float) -> None:
         """See CurrentDrives; one period passes."""
         if self._periods == self._next:
-            self._fail_as_planned()
+            self._go_by_plan()
         self._periods += 1
         if not self.enabled:
             if self._brakes:
@@ -140,8 +138,23 @@ class FakeCurrentDrives:
         if self._tripped:
             raise DriveAlarm(self._tripped)
 
-    def _fail_as_planned(self) -> None:
-        while self._left and self._left[-1][0] <= self._periods:
-            _, joint, kind = self._left.pop()
-            self.fail(kind, joint)
-        self._next = self._left[-1][0] if self._left else -1
+    def _go_by_plan(self) -> None:
+        while self._plan and self._plan[-1][0] <= self._periods:
+            _, joint, kind = self._plan.pop()
+            if kind is None:
+                self.mend(joint)
+            else:
+                self.fail(kind, joint)
+        self._next = self._plan[-1][0] if self._plan else -1
+
+
+def _plan(
+    faults: tuple[PlannedFault, ...], period_s: float
+) -> list[tuple[int, int, FaultKind | None]]:
+    """What happens in which period at which joint (None: mended), the last first."""
+    plan: list[tuple[int, int, FaultKind | None]] = []
+    for fault in faults:
+        plan.append((round(fault.at_s / period_s), fault.joint, fault.kind))
+        if isfinite(fault.lasts_s):
+            plan.append((round((fault.at_s + fault.lasts_s) / period_s), fault.joint, None))
+    return sorted(plan, key=lambda one: one[0], reverse=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -20,9 +21,13 @@ class FaultAt(StrictModel):
     joint: Annotated[int, Field(ge=1, le=3, description="a delta has three joints")]
     at_s: Annotated[float, Field(ge=0.0, le=1e6, description="seconds since the simulation began")]
 
+    lasts_s: Annotated[float, Field(gt=0.0, le=1e6, description="seconds")] | None = None
+    """Absent: until the simulation ends."""
+
     def planned(self) -> PlannedFault:
         """For the fake drives."""
-        return PlannedFault(self.kind, self.joint, self.at_s)
+        lasts_s = inf if self.lasts_s is None else self.lasts_s
+        return PlannedFault(self.kind, self.joint, self.at_s, lasts_s)
 
 
 class AsBuiltServo(StrictModel):

@@ -65,9 +65,7 @@ def loop_gain(
     return loop
 
 
-def margins(
-    settings: LawSettings, inertia_kgm2: float, torque_constant_nmpa: float
-) -> Margins:
+def margins(settings: LawSettings, inertia_kgm2: float, torque_constant_nmpa: float) -> Margins:
     """Margins of the loop; every crossing up to half the loop's rate is looked at."""
     fastest = np.pi / settings.period_s
     frequency = np.geomspace(fastest * 1e-5, fastest * (1.0 - 1e-6), LOOKS)

@@ -1,0 +1,74 @@
+"""Stability margins: against closed forms, and against the loop itself at and beyond them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from firmware_py.servo.law import LawSettings
+from firmware_py.servo.margins import loop_gain, margins
+
+
+def of(settings, drive, factor: float = 1.0):
+    return margins(settings, factor * drive.nominal_inertia_kgm2, drive.torque_constant_nmpa)
+
+
+def test_the_shipped_loop_s_margins(drive) -> None:
+    """What docs/decisions/acceleration-control.md says."""
+    found = of(LawSettings.of(drive), drive)
+    assert found.phase_deg == pytest.approx(45.1, abs=0.1)
+    assert found.gain == pytest.approx(7.22, abs=0.05)
+    assert found.crossover_radps == pytest.approx(2169, abs=5)
+    # Half the inertia that the law believes in doubles the loop's gain.
+    assert of(LawSettings.of(drive), drive, 0.5).phase_deg > 25.0
+    assert of(LawSettings.of(drive), drive, 2.0).phase_deg > found.phase_deg
+
+
+def test_without_observer_and_filters_it_is_the_textbook_loop(drive) -> None:
+    """kd / s + kp / s^2 crosses 1 where w^4 = kd^2 w^2 + kp^2, with margin atan(kd w / kp)."""
+    ideal = replace(
+        LawSettings.of(drive),
+        period_s=1e-6,
+        velocity_bandwidth_radps=1e6,
+        disturbance_observer=False,
+    )
+    found = of(ideal, drive)
+    kd, kp = 100.0, 1000.0
+    crossing = np.sqrt((kd**2 + np.sqrt(kd**4 + 4 * kp**2)) / 2)
+    assert found.crossover_radps == pytest.approx(crossing, rel=1e-3)
+    assert found.phase_deg == pytest.approx(np.rad2deg(np.arctan(kd * crossing / kp)), abs=0.1)
+
+
+def test_with_the_observer_it_is_the_continuous_loop_at_low_frequency(drive) -> None:
+    """C = m/K (kd s + kp + g s^2/(s+g)) V/s (s+g)/s with V = g_v s/(s+g_v), P = K / (m s^2).
+
+    The observer sees the current one period late, so that its g counts as (1 - exp(-g T)) / T.
+    """
+    law = LawSettings.of(drive)
+    w = np.array([20.0, 60.0, 200.0, 500.0])
+    s = 1j * w
+    g = law.share(law.disturbance_bandwidth_radps) / law.period_s
+    gv = law.velocity_bandwidth_radps
+    speed = gv * s / (s + gv)
+    wanted = 100.0 * speed + 1000.0 + g * s / (s + g) * speed
+    continuous = wanted * (s + g) / s / s**2
+    found = loop_gain(law, w, drive.nominal_inertia_kgm2, drive.torque_constant_nmpa)
+    assert np.abs(found / continuous - 1.0).max() < 0.1
+    assert np.abs(found / continuous - 1.0)[0] < 0.01
+
+
+@pytest.mark.parametrize("velocity", [1500.0, 3000.0])
+@pytest.mark.parametrize("disturbance", [500.0, 1500.0])
+def test_the_gain_margin_is_where_the_loop_begins_to_swing(
+    joint, fine, drive, velocity, disturbance
+) -> None:
+    law = replace(fine, velocity_bandwidth_radps=velocity, disturbance_bandwidth_radps=disturbance)
+    highest = of(law, drive).gain
+    for share, swings in ((0.95, False), (1.05, True)):
+        # The observer must see the current as the joint does: gain by a lighter joint.
+        lighter = drive.nominal_inertia_kgm2 / (share * highest)
+        angle, _, _ = joint(law, start_rad=1e-3, inertia_kgm2=lighter).run(0.3, lambda t: 0.0)
+        late, later = np.abs(angle[1000:1500]).max(), np.abs(angle[-500:]).max()
+        assert (later > late) == swings, (share, late, later)
