@@ -1,0 +1,64 @@
+"""`deltactl reproduce`: what a paper did, over again, beside what it printed."""
+
+from __future__ import annotations
+
+import time
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from firmware_py.cli.output import errors, say
+from foundation.errors import ConfigError
+
+
+class Paper(StrEnum):
+    """Which paper."""
+
+    ZHAO = "zhao-2023"
+    UZUNOVIC = "uzunovic-2013"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command of this file."""
+    app.command()(reproduce)
+
+
+def reproduce(
+    paper: Annotated[Paper, typer.Argument(help="Whose experiments.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for data, networks and report; gone on with.")
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A short version that shows that it runs.")
+    ] = False,
+) -> None:
+    """Do a paper's experiments on a simulated robot; tables and one HTML report.
+
+    ```
+    deltactl reproduce zhao-2023 --out zhao
+    deltactl reproduce uzunovic-2013 --quick
+    ```
+    """
+    folder = out or Path("reproduced") / f"{paper.value}{'-quick' if quick else ''}"
+    started_s = time.monotonic()
+
+    def tell(text: str) -> None:
+        errors.print(f"{time.monotonic() - started_s:6.0f} s  {text}", soft_wrap=True)
+
+    try:
+        if paper is Paper.ZHAO:
+            from reproduction.zhao_2023.run import reproduce as run
+        else:
+            from reproduction.uzunovic_2013.run import reproduce as run
+    except ImportError as error:
+        raise ConfigError(
+            f"reproduce needs {error.name}, which is not installed: "
+            "pip install 'deltactl[proof,training]'"
+        ) from error
+    outcome = run(folder, quick, tell)
+    for sheet in outcome.sheets:
+        say(sheet.text())
+    say(f"report: {outcome.report}")
+    say(f"tables: {outcome.tables}")

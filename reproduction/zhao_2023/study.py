@@ -1,0 +1,175 @@
+"""Data, models and runs of the reproduction, each made once and kept in a folder."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firmware_py.robot_file import RobotFile
+from foundation.errors import NetworkError, UnreachablePoint
+from models.calibration.fit import Calibration, calibrate
+from models.inverse_kinematics import CalibratedInverse, GeometricInverse
+from models.network.file import NetworkFile
+from models.network.inverse import InverseNetwork
+from models.robot import FloatArray, Sensors
+from models.training.dataset import DataSet, IntArray, load_dataset
+from models.training.sources import of_dataset
+from models.training.train import Recipe, train_from_samples
+from proof.recorded import Machine
+from reproduction.kept import Arrays, kept
+from reproduction.zhao_2023.as_built import AsBuiltFile, machine_of
+from reproduction.zhao_2023.collecting import collect
+from reproduction.zhao_2023.curves import CURVES, TRAINED_T_PWM_S, targets
+from reproduction.zhao_2023.limit import ExpectedMap
+from reproduction.zhao_2023.on_curve import collect_on_curve
+from reproduction.zhao_2023.scale import Scale
+from reproduction.zhao_2023.tracking import Track, follow
+
+Say = Callable[[str], None]
+GEOMETRY, LIMIT = "geometry", "limit"
+RECIPES: tuple[Recipe, ...] = ("zhao", "uzunovic", "ours")
+CALIBRATED = "calibrated"
+SEED = 1
+
+
+@dataclass
+class Study:
+    """A folder with everything. Models are named `geometry`, `limit`, `<recipe>-<samples>`,
+    `calibrated-<samples>`, `zhao-on-<curve>` and `zhao-again-<curve>`."""
+
+    folder: Path
+    robot: RobotFile
+    built: AsBuiltFile
+    scale: Scale
+    say: Say
+    _calibrations: dict[int, Calibration] = field(default_factory=dict)
+
+    @cached_property
+    def machine(self) -> Machine:
+        """The as-built robot."""
+        return machine_of(self.built, self.robot)
+
+    @cached_property
+    def data(self) -> DataSet:
+        """The survey, as many samples as the largest training needs."""
+        samples = max(self.scale.samples)
+        self.say(f"collecting {samples} samples")
+        collect(self.folder / "data", self.robot, self.built, samples, SEED, _unseen)
+        return load_dataset(self.folder / "data").first(samples)
+
+    def network(self, model: str) -> InverseNetwork:
+        """A trained network, trained now if it is not there. Raises NetworkError."""
+        effort = "" if self.scale.effort is None else f"-{self.scale.effort}"
+        path = self.folder / f"networks{effort}" / f"{model}.tflite"
+        recipe, _, rest = model.partition("-")
+        data = self.data.first(int(rest)) if rest.isdigit() else self._curve_data(rest)
+        try:
+            file = NetworkFile.load(path)
+            if file.metadata.training.data == data.digest:
+                return InverseNetwork(file)
+        except (NetworkError, OSError):
+            pass
+        self.say(f"training {model}")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        source = of_dataset(data, self.robot)
+        written = train_from_samples(source, _recipe(recipe), path, 0, self.scale.effort)
+        return InverseNetwork(written.file)
+
+    def calibration(self, samples: int) -> Calibration:
+        """The calibration on the first so many samples."""
+        if samples not in self._calibrations:
+            self._calibrations[samples] = calibrate(self.data.first(samples), self.robot)
+        return self._calibrations[samples]
+
+    def targets(self, curve: str) -> FloatArray:
+        """Points of a curve, (n, 3) [m]."""
+        return targets(curve)[:: self.scale.every]
+
+    def counts(self, model: str, curve: str) -> IntArray:
+        """What a model commands for a curve, (n, 3); kept within the arm limits."""
+        target_m = self.targets(curve)
+        if model == LIMIT:
+            near = self._whole(self._calibrated(self.scale.main).angles_rad_at_once(target_m[:1]))
+            expected = ExpectedMap(self.machine, self._sensors)
+            return expected.counts_of(target_m, near[0])
+        return self._whole(self._angles(model, target_m))
+
+    def track(self, model: str, curve: str, t_pwm_s: float = TRAINED_T_PWM_S) -> Track:
+        """A run of the as-built robot along a curve."""
+        name = f"{model}-{curve}-{t_pwm_s:g}"
+        path_mark = hashlib.sha256(self.targets(curve).tobytes()).hexdigest()[:12]
+        mark = f"{self.built.mark} {self._model_mark(model)} {path_mark}"
+
+        def run() -> Arrays:
+            self.say(f"running {curve} at T_PWM {t_pwm_s:g} s: {model}")
+            rng = np.random.default_rng([SEED, CURVES.index(curve), round(1e4 * t_pwm_s)])
+            counts = self.counts(model, curve)
+            track = follow(self.machine, self._sensors, self.targets(curve), counts, t_pwm_s, rng)
+            return {item.name: np.asarray(getattr(track, item.name)) for item in fields(Track)}
+
+        arrays = kept(self.folder / "tracks" / f"{name}.npz", mark, run)
+        plain: dict[str, Any] = dict(arrays)
+        for name in ("length_m", "seconds"):
+            plain[name] = float(plain[name])
+        return Track(**plain)
+
+    @property
+    def _sensors(self) -> Sensors:
+        assert self.robot.sensors is not None
+        return self.robot.sensors
+
+    def _angles(self, model: str, target_m: FloatArray) -> FloatArray:
+        if model == GEOMETRY:
+            return GeometricInverse(self.robot.geometry).angles_rad_many(target_m)
+        name, _, rest = model.partition("-")
+        if name == CALIBRATED:
+            return self._calibrated(int(rest)).angles_rad_at_once(target_m)
+        # Without refusing targets beyond the samples: the paper's program does not either.
+        return self.network(model).raw_rad_many(target_m)
+
+    def _calibrated(self, samples: int) -> CalibratedInverse:
+        return CalibratedInverse(self.calibration(samples).robot)
+
+    def _whole(self, angles_rad: FloatArray) -> IntArray:
+        if not np.isfinite(angles_rad).all():
+            raise UnreachablePoint("a model gives no angles for part of a curve")
+        low, high = np.radians(self.robot.limits.arm_deg) / self.robot.drive.rad_per_step
+        steps = np.clip(angles_rad / self.robot.drive.rad_per_step, low, high)
+        counts: IntArray = np.rint(steps).astype(np.int64)
+        return counts
+
+    def _model_mark(self, model: str) -> str:
+        if model == GEOMETRY:
+            return model
+        if model == LIMIT:
+            return f"{model} {hashlib.sha256(repr(self.scale).encode()).hexdigest()[:8]}"
+        name, _, rest = model.partition("-")
+        if name == CALIBRATED:
+            values = self.calibration(int(rest)).values
+            return f"{model} {hashlib.sha256(np.round(values, 6).tobytes()).hexdigest()[:12]}"
+        return f"{model} {self.network(model).metadata.sha256[:12]}"
+
+    def _curve_data(self, rest: str) -> DataSet:
+        """`on-circle`: a circle as geometry drove it; `again-circle`: as Zhao's network does."""
+        how, _, curve = rest.partition("-")
+        driver = GEOMETRY if how == "on" else f"zhao-{self.scale.main}"
+        return collect_on_curve(
+            self.folder / f"data-{rest}", self.robot, self.built, curve, self.track(driver, curve)
+        )
+
+
+def _recipe(name: str) -> Recipe:
+    for recipe in RECIPES:
+        if recipe == name:
+            return recipe
+    raise ValueError(name)
+
+
+def _unseen(done: int) -> None:
+    return
