@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from math import inf, isfinite
 from typing import Literal
 
-from drivers.current.contract import JOINTS, Counts, Plant
+from drivers.current.contract import JOINTS, Counts, Plant, Three
 from foundation.errors import DriveAlarm
 
 FaultKind = Literal["encoder_lost", "over_current"]
@@ -52,6 +52,7 @@ class FakeCurrentDrives:
         self._per_rad = 1.0 / rad_per_count
         self._limit_a = current_limit_a
         self._brakes = brakes
+        self._in_hand = True
         self._offset = [0] * JOINTS
         self._present: dict[int, FaultKind] = {}
         """Faults whose cause is there, by joint."""
@@ -69,10 +70,15 @@ class FakeCurrentDrives:
         """Take the cause at a joint away; the trip stays until it is cleared."""
         self._present.pop(joint, None)
 
+    def put(self, angles_rad: Three) -> None:
+        """Hands put the arms at these angles and hold them until the drives do."""
+        self.plant.place(angles_rad)
+        self._in_hand = True
+
     def enable(self) -> None:
         """See CurrentDrives."""
         self._refuse_if_tripped()
-        self.enabled = True
+        self.enabled, self._in_hand = True, False
 
     def make_safe(self) -> None:
         """See CurrentDrives."""
@@ -96,7 +102,7 @@ class FakeCurrentDrives:
             self._go_by_plan()
         self._periods += 1
         if not self.enabled:
-            if self._brakes:
+            if self._brakes or self._in_hand:
                 self.plant.hold()
             else:
                 self.plant.advance(0.0, 0.0, 0.0)

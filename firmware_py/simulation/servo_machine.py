@@ -39,7 +39,7 @@ def servo_machine(robot: RobotFile, clock: Clock, make_plant: PlantMaker = plant
         faults=tuple(fault.planned() for fault in built.faults),
     )
     bench = fake_bench(robot.steps, robot.inputs, clock, shared=False)
-    world = ServoWorld(robot, plant, clock.now_ns)
+    world = ServoWorld(robot, drives, clock.now_ns)
     output = ServoOutput(
         drive,
         drives,

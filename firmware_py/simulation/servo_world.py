@@ -12,7 +12,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from drivers.current.contract import Plant, Three
+from drivers.current.contract import Three
+from drivers.current.fake import FakeCurrentDrives
 from firmware_py.robot_file import RobotFile
 from firmware_py.servo.as_built import AsBuiltServo
 from firmware_py.simulation.world import MEMORY_S, SimulatedRobot
@@ -53,23 +54,23 @@ def rest_rad(robot: RobotFile) -> Three:
 class ServoWorld(SimulatedRobot):
     """See SimulatedRobot; told by the loop how far it has run."""
 
-    def __init__(self, robot: RobotFile, plant: Plant, now_ns: Callable[[], int]):
-        self._plant = plant
+    def __init__(self, robot: RobotFile, drives: FakeCurrentDrives, now_ns: Callable[[], int]):
+        self._drives = drives
         self._passed: deque[tuple[int, Three]] = deque(
-            [(now_ns(), plant.angles_rad())], maxlen=BLOCKS_KEPT
+            [(now_ns(), drives.plant.angles_rad())], maxlen=BLOCKS_KEPT
         )
         self._offset_rad = np.deg2rad(robot.geometry.home_offset_deg)
         super().__init__(robot, self._angles_in_counts, now_ns)
 
     def passed(self, t_ns: int) -> None:
         """The loop has run up to this time."""
-        self._passed.append((t_ns, self._plant.angles_rad()))
+        self._passed.append((t_ns, self._drives.plant.angles_rad()))
 
     def put_to_stops(self, t_ns: int) -> None:
         """See SimulatedRobot."""
         with self._lock:
             self._advance(t_ns)
-            self._plant.place(rest_rad(self._robot))
+            self._drives.put(rest_rad(self._robot))
             self._put(np.zeros(3))
 
     def _zero_at(self, counts: FloatArray) -> FloatArray:
