@@ -15,6 +15,7 @@ import numpy as np
 from models.robot import DeltaRobot, FloatArray
 from models.training.arm_networks import train_arms
 from models.training.calibrate import Calibrated, Plausible, calibrate
+from models.training.one_thread import one_thread
 from models.training.recipe import Follow, Settings, Trained, unseen
 from models.training.samples_of_angles import SMALLEST_MARGIN, random_poses, split
 
@@ -44,6 +45,7 @@ class OurSettings:
         }
 
 
+@one_thread
 def train_ours(
     robot: DeltaRobot,
     position_m: FloatArray,

@@ -12,6 +12,7 @@ from foundation.errors import NetworkError
 from models.network.file import NetworkFile
 from models.training import shared_arm
 from models.training.export import HeldOut, Origin, data_to_file, to_file
+from models.training.one_thread import one_thread
 from models.training.ours import OurSettings, train_ours
 from models.training.recipe import Follow, Settings, Task, Trained, unseen
 from models.training.samples_of_angles import split
@@ -76,6 +77,7 @@ def trained_on(
     return train_ours(source.robot, *samples, ours, seed, follow)
 
 
+@one_thread
 def train_exact(task: Task, settings: Settings, path: Path, follow: Follow = unseen) -> Written:
     """Our recipe for a nominal robot: one small network shared by its arms, with a proven bound.
 

@@ -15,6 +15,7 @@ import numpy as np
 from foundation.errors import NetworkError
 from models.robot import ARMS, FloatArray
 from models.training.graph import Graph
+from models.training.one_thread import one_thread
 from models.training.perceptron import Perceptron, Scaling, add_layers, fold
 from models.training.recipe import Follow, Trained, plain, unseen
 from models.training.samples_of_angles import IntArray, split
@@ -39,6 +40,7 @@ class UzunovicSettings:
     """A quarter to judge by; the paper trains on, and judges by, all samples."""
 
 
+@one_thread
 def train_uzunovic(
     position_m: FloatArray,
     angles_rad: FloatArray,

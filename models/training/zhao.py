@@ -18,6 +18,7 @@ from foundation.errors import NetworkError
 from models.robot import ARMS, FloatArray
 from models.training.adam import advance
 from models.training.graph import Graph
+from models.training.one_thread import one_thread
 from models.training.perceptron import Perceptron, Scaling, add_layers, fold
 from models.training.recipe import Follow, Trained, plain, unseen
 from models.training.samples_of_angles import split
@@ -61,6 +62,7 @@ AS_PRINTED = ZhaoSettings(standardise=False, start="glorot", rate=1e-3, schedule
 """The paper's recipe on metres and degrees."""
 
 
+@one_thread
 def train_zhao(
     position_m: FloatArray,
     angles_rad: FloatArray,
