@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from firmware_py.cli import collect, jobs, prove, reproduce, service, things, train
+from firmware_py.cli import collect, evaluate, jobs, prove, reproduce, service, things, train
 
 app = typer.Typer(
     name="deltactl",
@@ -32,6 +32,7 @@ things.register(app)
 prove.register(app)
 collect.register(app)
 train.register(app)
+evaluate.register(app)
 reproduce.register(app)
 
 

@@ -1,4 +1,4 @@
-"""What a calibration looks for, how large each error may well be, and its place in the vocabulary."""
+"""What a calibration looks for, and how large each error may well be."""
 
 from __future__ import annotations
 

@@ -6,10 +6,11 @@ import numpy as np
 
 from charts.figures import LineChart
 from charts.spec import Colour, Series, Style
-from reproduction.zhao_2023.beyond import by_samples
-from reproduction.zhao_2023.curves import CURVES, TITLES
+from models.robot import FloatArray
+from reproduction.zhao_2023.beyond import apart_by_samples, by_samples
+from reproduction.zhao_2023.curves import TITLES
 from reproduction.zhao_2023.measures import slow_m
-from reproduction.zhao_2023.study import GEOMETRY, LIMIT, Study
+from reproduction.zhao_2023.study import GEOMETRY, LIMIT, TRUSTING, Study
 
 MM = 1e3
 LOOKS = {
@@ -19,6 +20,7 @@ LOOKS = {
     "calibrated": ("calibrated", Colour.GOOD),
     GEOMETRY: ("geometry", Colour.BAD),
     LIMIT: ("limit", Colour.QUIET),
+    TRUSTING: ("ours, trusting the sensors", Colour.FIRST),
 }
 
 
@@ -110,25 +112,27 @@ def error_charts(study: Study, figure: int, curve: str, model: str) -> list[Line
     return charts
 
 
-def samples_chart(study: Study) -> LineChart:
+def samples_charts(study: Study) -> list[LineChart]:
     """Issue 5, item 4 (d): logarithms of error and of samples."""
+    return [
+        _by_samples(study, "Error against the truth", by_samples(study)),
+        _by_samples(study, "Distance from the limit's own run", apart_by_samples(study)),
+    ]
+
+
+def _by_samples(study: Study, title: str, found: dict[str, FloatArray]) -> LineChart:
     counts = np.log10(np.array(study.scale.samples, dtype=np.float64))
     series = []
-    for model, values in by_samples(study).items():
+    for model, values in found.items():
         words, colour = LOOKS[model]
         flat = model in (GEOMETRY, LIMIT)
         series.append(Series(words, counts, np.log10(MM * values), colour, dashed=flat))
     sizes = ", ".join(f"{count} = {np.log10(count):.2f}" for count in study.scale.samples)
     return LineChart(
-        "Error against the truth by number of samples",
+        f"{title} by number of samples",
         "log10 of samples",
         "log10 of RMS distance [mm]",
         series,
         height_px=360,
         note=f"Mean of the three curves at T_PWM 0.006 s. Samples: {sizes}. 0 is 1 mm, 1 is 10 mm.",
     )
-
-
-def all_curves() -> tuple[str, ...]:
-    """In the paper's order."""
-    return CURVES

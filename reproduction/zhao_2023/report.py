@@ -42,7 +42,8 @@ def sheets(study: Study) -> list[Sheet]:
         tables.ablation_trajectory(study),
         beyond.above_the_limit(study),
         beyond.few_samples(study),
-        beyond.samples_table(study),
+        beyond.apart_from_the_limit(study),
+        *beyond.samples_tables(study),
     ]
 
 
@@ -68,7 +69,7 @@ def html(study: Study) -> str:
             number += 1
     parts += [heading("How much data, and which"), *(sheet.html() for sheet in found[3:5])]
     parts += [heading("Beyond the paper"), *(sheet.html() for sheet in found[5:])]
-    parts += [figures.samples_chart(study).html()]
+    parts += [chart.html() for chart in figures.samples_charts(study)]
     return page(TITLE, parts, LEAD)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from firmware_py.robot_file import RobotFile
 from foundation.errors import NetworkError, UnreachablePoint
 from models.calibration.fit import Calibration, calibrate
+from models.calibration.frame import true_m
 from models.inverse_kinematics import CalibratedInverse, GeometricInverse
 from models.network.file import NetworkFile
 from models.network.inverse import InverseNetwork
@@ -34,14 +35,15 @@ from reproduction.zhao_2023.tracking import Track, follow
 Say = Callable[[str], None]
 GEOMETRY, LIMIT = "geometry", "limit"
 RECIPES: tuple[Recipe, ...] = ("zhao", "uzunovic", "ours")
-CALIBRATED = "calibrated"
+CALIBRATED, TRUSTING = "calibrated", "trusting"
+"""The calibrated geometry; and the same asked for what the sensors will say, not for the truth."""
 SEED = 1
 
 
 @dataclass
 class Study:
     """A folder with everything. Models are named `geometry`, `limit`, `<recipe>-<samples>`,
-    `calibrated-<samples>`, `zhao-on-<curve>` and `zhao-again-<curve>`."""
+    `calibrated-<samples>`, `trusting-<samples>`, `zhao-on-<curve>` and `zhao-again-<curve>`."""
 
     folder: Path
     robot: RobotFile
@@ -128,7 +130,9 @@ class Study:
         if model == GEOMETRY:
             return GeometricInverse(self.robot.geometry).angles_rad_many(target_m)
         name, _, rest = model.partition("-")
-        if name == CALIBRATED:
+        if name in (CALIBRATED, TRUSTING):
+            if name == TRUSTING:
+                target_m = true_m(self.calibration(int(rest)).robot, target_m)
             return self._calibrated(int(rest)).angles_rad_at_once(target_m)
         # Without refusing targets beyond the samples: the paper's program does not either.
         return self.network(model).raw_rad_many(target_m)
@@ -150,7 +154,7 @@ class Study:
         if model == LIMIT:
             return f"{model} {hashlib.sha256(repr(self.scale).encode()).hexdigest()[:8]}"
         name, _, rest = model.partition("-")
-        if name == CALIBRATED:
+        if name in (CALIBRATED, TRUSTING):
             values = self.calibration(int(rest)).values
             return f"{model} {hashlib.sha256(np.round(values, 6).tobytes()).hexdigest()[:12]}"
         return f"{model} {self.network(model).metadata.sha256[:12]}"

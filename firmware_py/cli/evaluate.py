@@ -1,0 +1,155 @@
+"""`deltactl evaluate`: how wrong a network is, beside geometry and a calibration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from firmware_py.cli.collect import SHIPPED_AS_BUILT
+from firmware_py.cli.jobs import JsonOption
+from firmware_py.cli.output import console, errors, print_json, say
+from firmware_py.robot_file import RobotFile, find, load_robot
+from foundation.errors import ConfigError
+
+if TYPE_CHECKING:
+    from firmware_py.evaluating.held_out import Angles, Errors
+    from models.training.dataset import DataSet
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command of this file."""
+    app.command()(evaluate)
+
+
+def evaluate(
+    network: Annotated[Path, typer.Argument(help="A trained network (.tflite).")],
+    data: Annotated[Path, typer.Option(help="Folder that deltactl collect wrote.")],
+    robot: Annotated[
+        str | None, typer.Option(help="Robot file; that of the data set if not given.")
+    ] = None,
+    as_built: Annotated[
+        str | None,
+        typer.Option(help="Also run curves on this as-built robot (a file, or zhao-2023)."),
+    ] = None,
+    thin: Annotated[
+        int, typer.Option(min=1, help="Use every so many of a curve's targets: faster, rougher.")
+    ] = 1,
+    save_robot: Annotated[
+        Path | None, typer.Option(help="Write the robot file with the calibration's effects here.")
+    ] = None,
+    json_out: JsonOption = False,
+) -> None:
+    """Judge a network by samples it did not see, and on curves of an as-built robot.
+
+    Beside it stand the robot file's geometry, and that geometry calibrated on the same samples.
+
+    ```
+    deltactl evaluate zhao.tflite --data data
+    deltactl evaluate zhao.tflite --data data --as-built zhao-2023 --save-robot calibrated.yaml
+    ```
+    """
+    try:
+        from models.calibration.fit import calibrate
+        from models.calibration.save import save_calibrated
+    except ImportError as error:
+        raise ConfigError(
+            f"evaluate needs {error.name}, which is not installed: pip install 'deltactl[training]'"
+        ) from error
+    from dataclasses import replace
+
+    from firmware_py.evaluating.held_out import errors as errors_of
+    from firmware_py.evaluating.held_out import held_out
+    from models.inverse_kinematics import CalibratedInverse
+    from models.linkage import Linkage, inverse
+    from models.network.inverse import InverseNetwork
+    from models.training.dataset import load_dataset
+
+    samples = load_dataset(data)
+    path = find(robot or f"{samples.settings.robot}.yaml")
+    described = load_robot(path)
+    samples.check(described)
+    running = InverseNetwork.open(network, described)
+    held = held_out(samples, running.metadata)
+    part = replace(
+        samples, counts=samples.counts[held.trained], position_m=samples.position_m[held.trained]
+    )
+    try:
+        calibration = calibrate(part, described)
+    except ImportError as error:
+        raise ConfigError(
+            f"evaluate needs {error.name}, which is not installed: pip install 'deltactl[training]'"
+        ) from error
+    linkage = Linkage.of(described.geometry)
+    models: dict[str, Angles] = {
+        "network": running.raw_rad_many,
+        "geometry": lambda position_m: inverse(linkage, position_m).angles_rad,
+        "calibrated": CalibratedInverse(calibration.robot).angles_rad_at_once,
+    }
+    found = {
+        name: errors_of(angles, samples, described, held.judged) for name, angles in models.items()
+    }
+    answer: dict[str, Any] = {
+        "network": str(network),
+        "judged_by": held.words,
+        "held_out": {name: one.as_json() for name, one in found.items()},
+    }
+    if not json_out:
+        _show(held.words, found)
+    if as_built is not None:
+        answer["curves"] = _curves(as_built, described, samples, models, thin, json_out)
+    if save_robot is not None:
+        words = f"{len(part)} samples of {data.name} ({samples.digest})"
+        save_calibrated(path, calibration, words, save_robot)
+        if not json_out:
+            say(f"calibrated robot file: {save_robot}")
+    if json_out:
+        print_json(answer)
+
+
+def _show(words: str, found: dict[str, Errors]) -> None:
+    from reproduction.sheet import Sheet
+
+    rows = [
+        [
+            name,
+            *(f"{value:.3f}" for value in one.joint_median_deg),
+            *(f"{value:.3f}" for value in one.joint_rms_deg),
+            f"{one.joint_max_deg.max():.2f}",
+            *(f"{1e3 * value:.2f}" for value in one.axis_rms_m),
+            f"{1e3 * one.axis_max_m.max():.1f}",
+            str(one.unanswered),
+        ]
+        for name, one in found.items()
+    ]
+    head = ["model", "median 1", "2", "3", "RMS 1", "2", "3", "max [deg]", "RMS x", "y", "z",
+            "max [mm]", "no answer"]  # fmt: skip
+    title = f"Errors on {words}: per joint [deg], per axis [mm]"
+    say(Sheet(title, head, rows).text())
+
+
+def _curves(
+    name: str,
+    robot: RobotFile,
+    samples: DataSet,
+    models: dict[str, Angles],
+    thin: int,
+    quiet: bool,
+) -> list[dict[str, Any]]:
+    try:
+        from reproduction.zhao_2023 import evaluation
+        from reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built
+    except ImportError as error:
+        raise ConfigError(
+            f"--as-built needs {error.name}, which is not installed: pip install 'deltactl[proof]'"
+        ) from error
+    file = AS_BUILT_FILE if name == SHIPPED_AS_BUILT else Path(name)
+    built = load_as_built(file, robot)
+    evaluation.check_same(samples, built, file)
+    with errors.status("") as status:
+        rows = evaluation.evaluate(models, robot, built, thin, status.update)
+    if not quiet:
+        console.print()
+        say(evaluation.sheet(rows).text())
+    return [row.as_json() for row in rows]

@@ -1,0 +1,1 @@
+"""How wrong a network is on samples it was not trained on."""
