@@ -68,7 +68,8 @@ def sent_chart(run: Run, robot: RobotFile) -> LineChart:
         ],
         marks=_marks(run),
         group=TIME_GROUP,
-        note="Counts of the step edges that went out, through the gear ratio of the robot file.",
+        note="Counts of the edges (of a servo: set-points) that went out, as the robot file"
+        " turns them into angles.",
     )
 
 

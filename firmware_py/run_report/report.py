@@ -13,6 +13,7 @@ from charts.page import HINT, columns, facts, folded, heading, page, paragraph, 
 from firmware_py.robot_file import RobotFile
 from firmware_py.run_report import curves
 from firmware_py.run_report.health import health_strip, sensor_health
+from firmware_py.run_report.servo import servo_section
 from firmware_py.run_report.tracking import RunTracking, Tracking, asked_path, robot_of, track
 from foundation.errors import RecordingError
 from models.robot import AXES
@@ -49,6 +50,7 @@ def report_html(run: Run, robot: RobotFile) -> str:
         *_warnings(run, tracking),
         columns([facts(_facts(run, robot, tracking)), _errors(tracking)]),
         *_curves(asked_path(run, robot), robot, tracking),
+        *servo_section(run, tracking.windows_ns),
         *_sensors(run),
         *_events(run),
         *_files(run),
@@ -84,7 +86,8 @@ def _facts(run: Run, robot: RobotFile, tracking: RunTracking) -> Iterable[tuple[
     on_path_ns = sum(end - start for start, end in tracking.windows_ns)
     yield "on the path", f"{on_path_ns / 1e9:.2f} s"
     yield "targets", f"{len(run.targets.t_ns)}"
-    yield "step edges sent", f"{int((run.edges.steps != 0).any(axis=1).sum())}"
+    sent = "set-points passed" if len(run.servo.t_ns) else "step edges sent"
+    yield sent, f"{int((run.edges.steps != 0).any(axis=1).sum())}"
     for name, value in configuration.settings.items():
         yield name.replace("_", " "), _readable(value)
     yield "recording", str(run.path)

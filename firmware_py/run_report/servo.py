@@ -1,0 +1,120 @@
+"""What the servo drives of a run did: how closely the arms followed, and what it took."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from charts.figures import LineChart
+from charts.page import heading, paragraph, table
+from charts.spec import Colour, Series
+from firmware_py.run_report.curves import TIME_GROUP
+from firmware_py.run_report.tracking import seconds
+from models.robot import FloatArray
+from recording.run import Run
+
+COLOURS = (Colour.FIRST, Colour.SECOND, Colour.THIRD)
+
+
+@dataclass(frozen=True, slots=True)
+class Following:
+    """How the arms followed their references on the path; every array has shape (3,)."""
+
+    swing_rad: FloatArray
+    """Peak to peak of the reference."""
+    max_rad: FloatArray
+    rms_rad: FloatArray
+    current_rms_a: FloatArray
+    current_max_a: FloatArray
+
+    @property
+    def max_percent(self) -> FloatArray:
+        """Largest error in per cent of peak to peak, as Uzunovic 2013 section 5 gives it."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            percent: FloatArray = 100.0 * self.max_rad / self.swing_rad
+        return percent
+
+
+def following(run: Run, windows_ns: tuple[tuple[int, int], ...]) -> Following | None:
+    """Figures over the time on the path; None when there is nothing to look at."""
+    servo = run.servo
+    inside = np.zeros(len(servo.t_ns), dtype=np.bool_)
+    for start_ns, end_ns in windows_ns:
+        inside |= (servo.t_ns >= start_ns) & (servo.t_ns <= end_ns)
+    if not inside.any():
+        return None
+    reference, current = servo.reference_rad[inside], servo.current_a[inside]
+    error = servo.angle_rad[inside] - reference
+    return Following(
+        swing_rad=np.ptp(reference, axis=0),
+        max_rad=np.abs(error).max(axis=0),
+        rms_rad=np.sqrt((error**2).mean(axis=0)),
+        current_rms_a=np.sqrt((current**2).mean(axis=0)),
+        current_max_a=np.abs(current).max(axis=0),
+    )
+
+
+def servo_section(run: Run, windows_ns: tuple[tuple[int, int], ...]) -> list[str]:
+    """Table and curves; nothing for a stepper's run."""
+    if not len(run.servo.t_ns):
+        return []
+    parts = [heading("Servo drives")]
+    found = following(run, windows_ns)
+    if found is not None:
+        parts.append(_table(found))
+        parts.append(paragraph("Errors are encoder angle minus reference, on the path.", "note"))
+    return [*parts, *(chart.html() for chart in _charts(run))]
+
+
+def _table(found: Following) -> str:
+    head = (
+        *("arm", "reference peak to peak [deg]", "largest error [deg]", "[% of peak to peak]"),
+        *("error RMS [deg]", "current RMS [A]", "largest current [A]"),
+    )
+    rows = [
+        (
+            f"{arm + 1}",
+            f"{np.rad2deg(found.swing_rad[arm]):.2f}",
+            f"{np.rad2deg(found.max_rad[arm]):.3f}",
+            f"{found.max_percent[arm]:.2f}",
+            f"{np.rad2deg(found.rms_rad[arm]):.4f}",
+            f"{found.current_rms_a[arm]:.3f}",
+            f"{found.current_max_a[arm]:.3f}",
+        )
+        for arm in range(3)
+    ]
+    return table(head, rows)
+
+
+def _charts(run: Run) -> list[LineChart]:
+    servo = run.servo
+    error_deg = np.rad2deg(servo.angle_rad - servo.reference_rad)
+    return [
+        _chart(run, "Arm angles by the encoders", "angle [deg]", np.rad2deg(servo.angle_rad)),
+        _chart(run, "Following error", "encoder minus reference [deg]", error_deg),
+        _chart(run, "Motor currents", "current [A]", servo.current_a),
+        _chart(
+            run,
+            "Disturbance estimates",
+            "current [A]",
+            servo.disturbance_a,
+            note="Of each current what the nominal inertia's acceleration does not explain:"
+            " gravity, friction, the other arms, and what is not as the robot file says.",
+        ),
+    ]
+
+
+def _chart(run: Run, title: str, y_label: str, values: FloatArray, note: str = "") -> LineChart:
+    t_s = seconds(run.servo.t_ns)
+    return LineChart(
+        title=title,
+        x_label="run time [s]",
+        y_label=y_label,
+        series=[
+            Series(f"arm {arm + 1}", t_s, values[:, arm], colour)
+            for arm, colour in enumerate(COLOURS)
+        ],
+        group=TIME_GROUP,
+        note=note,
+    )
