@@ -15,6 +15,7 @@ from foundation.errors import ConfigError, MissingFile
 from foundation.strict_yaml import Document, StrictModel
 from models.chain.active import of_entries
 from models.robot import KINDS, DeltaRobot, DriveSection, EffectEntry
+from recording.keeping import KeptRecordings
 
 Angle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
 Coordinate = Annotated[float, Field(gt=-10.0, lt=10.0, description="a robot arm is under 10 m")]
@@ -122,6 +123,7 @@ class RobotFile(DeltaRobot):
     ranging: RangingSettings = RangingSettings()
     limits: Limits = Limits()
     homing: Homing = Homing()
+    recordings: KeptRecordings = KeptRecordings()
     as_built: AsBuilt = AsBuilt()
 
     def clashes(self) -> Iterator[tuple[tuple[str, ...], str]]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import os
 import shutil
+import stat
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,9 +50,10 @@ def _recordings(folder: Path) -> list[_Old]:
         return []
     found = []
     for path in folder.glob("*.mcap"):
-        if path.is_file() and not path.is_symlink():
-            state = path.stat()
-            found.append(_Old(path, state.st_size, state.st_mtime))
+        with contextlib.suppress(FileNotFoundError):  # somebody else deleted it meanwhile
+            state = path.lstat()
+            if stat.S_ISREG(state.st_mode):
+                found.append(_Old(path, state.st_size, state.st_mtime))
     return found
 
 

@@ -30,6 +30,8 @@ from foundation.clock import NS_PER_S, Task, TaskHandle, ns
 from foundation.errors import DeltactlError, NotReady
 
 CONTROL_PERIOD_NS = 10_000_000
+MOST_QUEUED = 100
+"""A queued job holds its whole plan in memory."""
 MOVING = frozenset({State.RUNNING, State.PAUSED})
 EMERGENCY = ("e-stop", "stop requested")
 
@@ -112,6 +114,8 @@ class Controller:
         queued = prepare(number, job, record, self.robot, self._robot_file, self._recordings)
         with self._lock:
             require(Request.RUN, self.state, self.why)
+            if len(self.queue) >= MOST_QUEUED:
+                raise NotReady(f"cannot run: {MOST_QUEUED} jobs wait already; let some end first")
             self.queue.append(queued)
         return number
 

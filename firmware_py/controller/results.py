@@ -6,22 +6,33 @@ from firmware_py.controller.active_job import ActiveJob
 from firmware_py.controller.contract import JobResult
 
 
+KEPT = 2000
+"""So many results are remembered: whoever waits for one asks within seconds."""
+
+
 class Results:
-    """The result of every job that ended, by its number."""
+    """The results of the jobs that ended last, by their number."""
 
     def __init__(self) -> None:
         self._by_number: dict[int, JobResult] = {}
 
     def of(self, number: int) -> JobResult | None:
-        """How a job ended; None while it is queued or running."""
+        """How a job ended; None while it is queued or running, or when it is forgotten."""
         return self._by_number.get(number)
 
     def never_ran(self, number: int, name: str, outcome: str, why: str) -> None:
         """Note how a job ended that never ran."""
-        self._by_number[number] = JobResult(number, name, outcome, why, None)
+        self._keep(JobResult(number, name, outcome, why, None))
 
     def ran(self, job: ActiveJob, outcome: str, why: str) -> None:
         """Note how a job ended that ran."""
-        self._by_number[job.number] = JobResult(
-            job.number, job.name, outcome, why, job.recording, job.recording_error, job.warning
+        self._keep(
+            JobResult(
+                job.number, job.name, outcome, why, job.recording, job.recording_error, job.warning
+            )
         )
+
+    def _keep(self, result: JobResult) -> None:
+        self._by_number[result.job_id] = result
+        while len(self._by_number) > KEPT:
+            del self._by_number[next(iter(self._by_number))]

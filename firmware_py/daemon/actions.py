@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import platform
 import threading
+from collections import deque
 from collections.abc import Callable
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError
@@ -22,6 +23,9 @@ from foundation.errors import ConfigError, DeltactlError, NotReady, ServiceError
 NOTED: Final = SLOW | {"pause", "resume", "cancel", "stop"}
 """These are noted with who asked."""
 
+JOBS_KNOWN: Final = 1000
+"""Of so many jobs, the newest, the result can be asked for."""
+
 Note = Callable[[str], None]
 _log = logging.getLogger(__name__)
 
@@ -33,7 +37,7 @@ class Actions:
         self._controller = controller
         self._jobs = jobs
         self._note = note or (lambda text: None)
-        self._submitted: set[int] = set()
+        self._submitted: deque[int] = deque(maxlen=JOBS_KNOWN)
         self._ending = threading.Event()
         self._table: dict[str, Callable[[Request], Message]] = {
             "ping": self._ping,
@@ -115,7 +119,7 @@ class Actions:
 
     def _submit(self, job: Path, record: Path | None) -> int:
         number = self._controller.submit(job, record)
-        self._submitted.add(number)
+        self._submitted.append(number)
         return number
 
     def _cancel(self, request: Request) -> Message:
@@ -124,8 +128,10 @@ class Actions:
 
     def _result(self, request: Request) -> Message:
         number = request.arguments.get("job_id")
-        if number not in self._submitted:
-            raise ServiceError(f"the daemon knows no job {number}; was it restarted since?")
+        if not isinstance(number, int) or number not in self._submitted:
+            raise ServiceError(
+                f"the daemon knows no job {number}; it was restarted since, or that was long ago"
+            )
         result = self._controller.result(number)
         return {"result": None if result is None else asdict(result)}
 

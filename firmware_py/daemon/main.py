@@ -19,6 +19,7 @@ from firmware_py.daemon.server import Server
 from firmware_py.daemon.signals import EndSignals
 from firmware_py.daemon.watchdog import Watchdog, check_period_s
 from foundation.errors import DeltactlError
+from recording.keeping import RecordingKeeper
 
 SETTLE_S = 5.0
 """How long a job may take to decelerate when the daemon is told to end."""
@@ -59,7 +60,10 @@ def serve(robot: Path, socket: Path | None, simulated: bool, recordings: Path) -
             controller.journal.event(controller.clock.now_ns(), "request", text)
 
         server = Server(controller, listener, _jobs_folder(recordings), note)
-        return run_daemon(controller, server, notifier, signals)
+        keeper = RecordingKeeper(recordings, controller.robot.recordings)
+        keeper.start()
+        with closing(keeper):
+            return run_daemon(controller, server, notifier, signals)
 
 
 def run_daemon(
