@@ -5,7 +5,6 @@ from __future__ import annotations
 from firmware_py.controller.active_job import ActiveJob
 from firmware_py.controller.contract import JobResult
 
-
 KEPT = 2000
 """So many results are remembered: whoever waits for one asks within seconds."""
 
