@@ -51,14 +51,12 @@ def evaluate(
     ```
     """
     try:
-        from models.calibration.fit import calibrate
-        from models.calibration.save import save_calibrated
+        from models.training.calibrate import calibrate
+        from models.training.calibrated_file import calibrated_robot, save_calibrated
     except ImportError as error:
         raise ConfigError(
             f"evaluate needs {error.name}, which is not installed: pip install 'deltactl[training]'"
         ) from error
-    from dataclasses import replace
-
     from firmware_py.evaluating.held_out import errors as errors_of
     from firmware_py.evaluating.held_out import held_out
     from models.inverse_kinematics import CalibratedInverse
@@ -72,20 +70,14 @@ def evaluate(
     samples.check(described)
     running = InverseNetwork.open(network, described)
     held = held_out(samples, running.metadata)
-    part = replace(
-        samples, counts=samples.counts[held.trained], position_m=samples.position_m[held.trained]
+    found_robot = calibrate(
+        described, samples.position_m[held.trained], samples.angles_rad[held.trained]
     )
-    try:
-        calibration = calibrate(part, described)
-    except ImportError as error:
-        raise ConfigError(
-            f"evaluate needs {error.name}, which is not installed: pip install 'deltactl[training]'"
-        ) from error
     linkage = Linkage.of(described.geometry)
     models: dict[str, Angles] = {
         "network": running.raw_rad_many,
         "geometry": lambda position_m: inverse(linkage, position_m).angles_rad,
-        "calibrated": CalibratedInverse(calibration.robot).angles_rad_at_once,
+        "calibrated": CalibratedInverse(calibrated_robot(found_robot)).angles_rad_at_once,
     }
     found = {
         name: errors_of(angles, samples, described, held.judged) for name, angles in models.items()
@@ -100,8 +92,8 @@ def evaluate(
     if as_built is not None:
         answer["curves"] = _curves(as_built, described, samples, models, thin, json_out)
     if save_robot is not None:
-        words = f"{len(part)} samples of {data.name} ({samples.digest})"
-        save_calibrated(path, calibration, words, save_robot)
+        words = f"{len(held.trained)} samples of {data.name} ({samples.digest})"
+        save_calibrated(path, found_robot, words, save_robot)
         if not json_out:
             say(f"calibrated robot file: {save_robot}")
     if json_out:

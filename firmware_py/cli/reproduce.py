@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from firmware_py.cli.output import errors, say
 from foundation.errors import ConfigError
+
+if TYPE_CHECKING:
+    from reproduction.outcome import Outcome
 
 
 class Paper(StrEnum):
@@ -48,17 +52,23 @@ def reproduce(
         errors.print(f"{time.monotonic() - started_s:6.0f} s  {text}", soft_wrap=True)
 
     try:
-        if paper is Paper.ZHAO:
-            from reproduction.zhao_2023.run import reproduce as run
-        else:
-            from reproduction.uzunovic_2013.run import reproduce as run
+        outcome = _run(paper, folder, quick, tell)
     except ImportError as error:
         raise ConfigError(
             f"reproduce needs {error.name}, which is not installed: "
             "pip install 'deltactl[proof,training]'"
         ) from error
-    outcome = run(folder, quick, tell)
     for sheet in outcome.sheets:
         say(sheet.text())
     say(f"report: {outcome.report}")
     say(f"tables: {outcome.tables}")
+
+
+def _run(paper: Paper, folder: Path, quick: bool, tell: Callable[[str], None]) -> Outcome:
+    if paper is Paper.ZHAO:
+        from reproduction.zhao_2023 import run as zhao
+
+        return zhao.reproduce(folder, quick, tell)
+    from reproduction.uzunovic_2013 import run as uzunovic
+
+    return uzunovic.reproduce(folder, quick, tell)

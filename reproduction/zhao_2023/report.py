@@ -47,9 +47,8 @@ def sheets(study: Study) -> list[Sheet]:
     ]
 
 
-def html(study: Study) -> str:
-    """The page; stages that are missing are run."""
-    found = sheets(study)
+def html(study: Study, found: list[Sheet]) -> str:
+    """The page."""
     network = f"zhao-{study.scale.main}"
     parts = [paragraph(HINT, "note"), *(sheet.html() for sheet in found[:3])]
     parts += [heading("Where ours differs from print, and why")]
@@ -65,7 +64,7 @@ def html(study: Study) -> str:
     for curve in CURVES:
         for model in (GEOMETRY, network):
             charts = figures.error_charts(study, number, curve, model)
-            parts += [columns(chart.html() for chart in charts)]
+            parts += [chart.html() for chart in charts]
             number += 1
     parts += [heading("How much data, and which"), *(sheet.html() for sheet in found[3:5])]
     parts += [heading("Beyond the paper"), *(sheet.html() for sheet in found[5:])]
@@ -73,10 +72,10 @@ def html(study: Study) -> str:
     return page(TITLE, parts, LEAD)
 
 
-def markdown(study: Study, command: str) -> str:
+def markdown(found: list[Sheet], command: str) -> str:
     """The tables for docs, with the command that made them."""
     lines = [f"Printed by `{command}`.", ""]
-    for sheet in sheets(study):
+    for sheet in found:
         lines += [sheet.markdown(), ""]
     lines += ["**Where ours differs from print, and why**", ""]
     lines += [f"- {text}" for text in DIFFERS]

@@ -45,10 +45,10 @@ def table_3(study: Study) -> Sheet:
                 ]
             )
     head = ["Curve", "Algorithm", "T_PWM"]
-    for words in ("", " printed", " true"):
-        head += [f"RMS e_{axis}{words}" for axis in "xyz"]
+    for words in ("", "printed ", "true "):
+        head += [f"{words}e_{axis}" for axis in "xyz"]
     return Sheet(
-        "Table 3: trajectory-tracking errors [m]",
+        "Table 3: RMS trajectory-tracking errors [m]",
         head,
         rows,
         2,
