@@ -31,7 +31,7 @@ WRONG = [
     ("loop_rate_hz: 10000", "loop_rate_hz: 500", "slower is no current loop"),
     ("loop_rate_hz: 10000", "loop_rate_hz: 2500", "must be a whole number of kHz"),
     ("loop_rate_hz: 10000", "loop_rate_hz: 2000", "velocity_bandwidth_radps is too fast"),
-    ("velocity_bandwidth_radps: 3000", "velocity_bandwidth_radps: 100", "must not exceed velocity"),
+    ("velocity_bandwidth_radps: 3500", "velocity_bandwidth_radps: 100", "must not exceed velocity"),
     ("brake: holding", "brake: hand", "drive.brake: .*'holding' or 'none'"),
     ("following_error_deg: 2.0", "following_error_deg: 0", "it follows nothing"),
 ]
