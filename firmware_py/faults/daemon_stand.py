@@ -70,13 +70,7 @@ class DaemonStand:
 
     def bench(self) -> BenchMemory:
         """Where the simulated drives note every step; outlives the process."""
-        folder = Path(f"/proc/{self.process.pid}/fd")
-        found = next(one for one in folder.iterdir() if "deltactl-bench" in os.readlink(one))
-        descriptor = os.open(found, os.O_RDWR)
-        try:
-            return BenchMemory(mmap(descriptor, BENCH_BYTES))
-        finally:
-            os.close(descriptor)
+        return bench_of(self.process.pid)
 
     def pulse_pid(self) -> int:
         """Number of the pulse process."""
@@ -104,6 +98,17 @@ class DaemonStand:
         with suppress(DeltactlError):
             return daemon_answers(self.socket)
         return False
+
+
+def bench_of(pid: int) -> BenchMemory:
+    """Memory of the simulated drives of a daemon that runs."""
+    folder = Path(f"/proc/{pid}/fd")
+    found = next(one for one in folder.iterdir() if "deltactl-bench" in os.readlink(one))
+    descriptor = os.open(found, os.O_RDWR)
+    try:
+        return BenchMemory(mmap(descriptor, BENCH_BYTES))
+    finally:
+        os.close(descriptor)
 
 
 def kill_daemon(stand: DaemonStand, chance: Random) -> Verdict:
