@@ -81,6 +81,7 @@ def train(
         ) from error
     started_s = time.monotonic()
     source = _source(dataset, robot, samples, seed)
+    training.check_writable(out)
     with _bar(quiet=json_out) as show:
         if dataset is None and recipe is Recipe.OURS:
             task, settings = training.exact_task(source, seed)

@@ -99,8 +99,10 @@ class Scaling:
     def of(cls, values: FloatArray) -> Scaling:
         """From data of shape (n, columns). Raises ValueError for a constant column."""
         mean, deviation = values.mean(axis=0), values.std(axis=0)
-        if not (deviation > 0.0).all():
-            raise ValueError(f"column {int(np.argmin(deviation))} is constant; nothing to learn")
+        # Not by the deviation: rounding leaves it a little above 0.
+        varies = np.ptp(values, axis=0) > 0.0
+        if not varies.all():
+            raise ValueError(f"column {int(np.argmin(varies))} is constant; nothing to learn")
         return cls(mean, deviation)
 
     def apply(self, values: FloatArray) -> FloatArray:

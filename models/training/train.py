@@ -73,7 +73,8 @@ def trained_on(
         return train_uzunovic(*samples, uzunovic, seed, follow)
     ours = OurSettings()
     if effort is not None:
-        ours = replace(ours, effort=replace(ours.effort, iterations=effort))
+        rounds = {"iterations": effort, "iterations_a_round": max(effort // 5, 1)}
+        ours = replace(ours, effort=replace(ours.effort, **rounds))
     return train_ours(source.robot, *samples, ours, seed, follow)
 
 

@@ -21,8 +21,8 @@ PAPER_TABLE_1 = {
 Z_SIGN = (
     "z has the other sign in print. It cannot have that of the paper's own definition: at the "
     "start all joints are at 30 degrees, where the geometric model with the printed lengths has "
-    "z = -71.30 mm, and eq. (1) starts at -70.84 mm: calculated less measured is -455 um, outside the "
-    "printed range, +455 um inside it."
+    "z = -71.30 mm, and eq. (1) starts at -70.84 mm: calculated less measured is -455 um, outside "
+    "the printed range, +455 um inside it."
 )
 CHOSEN = (
     "The robot's errors were chosen for ranges and sizes like the printed ones, so the first two "
