@@ -73,8 +73,9 @@ def trained_on(
         return train_uzunovic(*samples, uzunovic, seed, follow)
     ours = OurSettings()
     if effort is not None:
-        rounds = {"iterations": effort, "iterations_a_round": max(effort // 5, 1)}
-        ours = replace(ours, effort=replace(ours.effort, **rounds))
+        a_round = max(effort // 5, 1)
+        short = replace(ours.effort, iterations=effort, iterations_a_round=a_round)
+        ours = replace(ours, effort=short)
     return train_ours(source.robot, *samples, ours, seed, follow)
 
 
