@@ -45,7 +45,10 @@ def save_corrected(robot_file: Path, diagnosis: Diagnosis, out: Path) -> None:
 
 def _lasts(finding: Finding) -> bool:
     kind = VOCABULARY.get(finding.effect)
-    return kind is not None and not kind.event
+    if kind is None or kind.event:
+        return False
+    # A servo delta's friction is a torque here and a width there: only what the file can say.
+    return set(finding.parameters) <= {parameter.name for parameter in kind.parameters}
 
 
 def _entry(finding: Finding) -> dict[str, Any]:
