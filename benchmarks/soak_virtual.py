@@ -49,7 +49,7 @@ class VirtualSoak:
             ROBOT, simulated=True, realtime=False, recordings=self.folder
         )
         self.clock = self.controller.clock
-        self._actions = Actions(self.controller, JobStore(folder / "sent"), self._note)
+        self._actions = Actions(self.controller, JobStore(folder / "sent"), self.folder, self._note)
         self._edges_told = [0, 0, 0]
         self._offset = (0, 0, 0)
         self._sampled_s = 0.0

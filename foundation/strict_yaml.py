@@ -9,13 +9,14 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from foundation.errors import ConfigError, MissingFile
+from foundation.errors import ConfigError
 from foundation.explain import explain
+from foundation.plain_file import TooLong, read_plain
 from foundation.yaml_tree import Location, Tree, YamlError
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
-MAX_CHARACTERS = 20_000_000
+MAX_BYTES = 20_000_000
 """Several times the largest job (100,000 joint poses); a wrong file must not fill the memory."""
 
 
@@ -38,18 +39,12 @@ class Document:
     def read(cls, path: Path) -> Document:
         """Read a file. Raises MissingFile when unreadable, ConfigError when no YAML."""
         try:
-            with path.open(encoding="utf-8-sig") as file:
-                text = file.read(MAX_CHARACTERS + 1)
+            text = read_plain(path, MAX_BYTES).decode("utf-8-sig")
         except UnicodeDecodeError as error:
             raise ConfigError(f"{path}: is not a text file in UTF-8") from error
-        except OSError as error:
-            reason = error.strerror or str(error)
-            raise MissingFile(f"{path}: cannot be read ({reason}); check the path") from error
-        except ValueError as error:
-            raise MissingFile(f"{str(path)!a}: is not a file name ({error})") from error
-        if len(text) > MAX_CHARACTERS:
-            raise ConfigError(f"{path}: is longer than {MAX_CHARACTERS:,} characters")
-        return cls(path, text)
+        except TooLong:
+            raise ConfigError(f"{path}: is longer than {MAX_BYTES:,} bytes") from None
+        return cls(path, text.replace("\r\n", "\n"))
 
     def line_of(self, location: Location) -> int:
         """Line of the deepest part of `location` that stands in the file (1 if none does)."""

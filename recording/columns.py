@@ -14,6 +14,8 @@ from recording.channels import Channel
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 Int64Array = np.ndarray[Any, np.dtype[np.int64]]
+_WRONG = (ValueError, KeyError, TypeError, OverflowError, AttributeError, RecursionError)
+"""What messages that are not as they should be make `json` and arrays raise."""
 
 
 class Columns:
@@ -37,7 +39,7 @@ class Columns:
                 numbers.extend([message.get(name, math.nan) for message in messages])
             for name, texts in self._texts.items():
                 texts.extend([str(message[name]) for message in messages])
-        except (ValueError, KeyError, TypeError, OverflowError, AttributeError) as error:
+        except _WRONG as error:
             raise RecordingError(
                 f"a message of {self._channel.topic} is not what its schema says ({error!r})"
             ) from error

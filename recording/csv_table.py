@@ -20,6 +20,8 @@ _EMPTY_CELL = re.compile(r"(?:^(?=,)|(?<=,)(?=,|$))", re.MULTILINE)
 _NO_VALUE = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 _FIRST_LINE = 2
 _GZIP_LEVEL = 6
+_MOST_BYTES = 2**29
+"""Unpacked: a day of rows at 50 Hz. Tables take about five times that in memory."""
 
 
 def read_csv(path: Path) -> FlatRecording:
@@ -55,9 +57,10 @@ def _is_packed(path: Path) -> bool:
 def read_text(path: Path) -> str:
     """Text of a file, unpacked if need be. Raises RecordingError when it is none."""
     try:
-        data = path.read_bytes()
-        if _is_packed(path):
-            data = gzip.decompress(data)
+        with gzip.open(path) if _is_packed(path) else path.open("rb") as file:
+            data = file.read(_MOST_BYTES + 1)
+        if len(data) > _MOST_BYTES:
+            raise RecordingError(f"{path}: has more than {_MOST_BYTES // 2**20} MiB; cut it up")
         text = data.decode("utf-8-sig")
     except (gzip.BadGzipFile, EOFError, zlib.error) as error:
         raise RecordingError(f"{path}: is not a whole gzip file ({error})") from error

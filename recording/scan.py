@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import struct
 import zlib
 from collections.abc import Iterator
@@ -20,10 +21,16 @@ from mcap.opcode import Opcode
 from foundation.errors import RecordingError
 from recording.container import MAGIC
 
+_PIECE_BYTES = 2**20
 _HEAD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
-_MAXIMUM_RECORD_BYTES = 2**30
+_MAXIMUM_RECORD_BYTES = 2**28
 """A longer record is damage; it must not make a reader ask for that much memory."""
+_MAXIMUM_CHUNK_BYTES = 2**26
+"""Of one chunk, unpacked; ours have about 30 kB, other writers' some MB."""
+_SLACK_BYTES, _MAXIMUM_RATIO = 2**23, 100
+"""All chunks together may unpack to so much, and to so many times what they take in the file:
+ours have 5 to 15 times. A bomb of a few kB may not become gigabytes, or hours of parsing."""
 
 
 @dataclass(slots=True)
@@ -37,6 +44,8 @@ class Scan:
     channels: dict[int, records.Channel] = field(default_factory=dict)
     complete: bool = False
     damage: list[str] = field(default_factory=list)
+    _packed: int = 0
+    _unpacked: int = 0
 
     def chunks(self) -> Iterator[dict[int, list[bytes]]]:
         """Messages by channel, one dictionary a chunk.
@@ -75,13 +84,20 @@ class Scan:
     ) -> dict[int, list[bytes]] | None:
         try:
             if opcode == Opcode.CHUNK:
-                data = _chunk_data(body, whole=len(body) == length)
+                data = _chunk_data(body, len(body) == length, self._room(len(body)))
+                self._unpacked += len(data)
                 return self._split(data)
             if opcode in (Opcode.CHANNEL, Opcode.MESSAGE) and len(body) == length:
                 return self._split(_HEAD.pack(opcode, length) + body)
         except _UNREADABLE as error:
             self.damage.append(f"damaged at byte {start} ({error}); that piece is left out")
         return None
+
+    def _room(self, packed: int) -> int:
+        """How much the next chunk may unpack to."""
+        self._packed += packed
+        left = _SLACK_BYTES + _MAXIMUM_RATIO * self._packed - self._unpacked
+        return min(left, _MAXIMUM_CHUNK_BYTES)
 
     def _split(self, data: bytes) -> dict[int, list[bytes]]:
         """Messages among uncompressed records, up to the last whole one."""
@@ -126,22 +142,34 @@ def _check_magic(path: Path, head: bytes) -> None:
         raise RecordingError(f"{path}: is not an MCAP recording (it starts with {head!r})")
 
 
-def _chunk_data(body: bytes, whole: bool) -> bytes:
+def _chunk_data(body: bytes, whole: bool, most: int) -> bytes:
     """The records inside a chunk; of a chunk that was cut, what can still be unpacked."""
     chunk = records.Chunk.read(_stream(body))
-    data = _unpack(chunk.compression, chunk.data, chunk.uncompressed_size, whole)
+    if chunk.uncompressed_size > most:
+        raise RecordingError("unpacks to more than a recording holds")
+    data = _unpack(chunk.compression, chunk.data, chunk.uncompressed_size)
     if whole and chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
         raise RecordingError("wrong checksum")
     return data
 
 
-def _unpack(compression: str, data: bytes, size: int, whole: bool) -> bytes:
+def _unpack(compression: str, data: bytes, most: int) -> bytes:
+    """Unpack up to the size that the chunk names; what comes after it is not looked at."""
     if compression == "":
         return data
-    if size > _MAXIMUM_RECORD_BYTES:
-        raise RecordingError("chunk too large")
     if compression == "zstd":
-        return zstandard.ZstdDecompressor().decompressobj().decompress(data)
+        with zstandard.ZstdDecompressor().stream_reader(BytesIO(data)) as stream:
+            return _all_of(stream, most)
     if compression == "lz4":
-        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data))
+        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=most))
     raise RecordingError(f"unknown compression {compression!r}")
+
+
+def _all_of(stream: BinaryIO, most: int) -> bytes:
+    """What can be read, up to a size; a stream that breaks off gives what it has."""
+    parts: list[bytes] = []
+    with contextlib.suppress(zstandard.ZstdError):
+        while most > 0 and (part := stream.read(min(most, _PIECE_BYTES))):
+            parts.append(part)
+            most -= len(part)
+    return b"".join(parts)

@@ -71,7 +71,7 @@ def _say_where(simulate: bool, quiet: bool) -> None:
 
 def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet: bool) -> JobResult:
     with Client(socket) as client:
-        number = client.submit(path.resolve(), record.resolve() if record else None)
+        number = client.submit(path.resolve(), record)
         return follow(client, number, time.sleep, POLL_S, quiet)
 
 

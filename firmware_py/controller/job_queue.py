@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from firmware_py.job_file import load_job
-from firmware_py.planner.check import plan_of
+from firmware_py.job_file import JobFile
+from firmware_py.planner.check import make_plan
+from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.planner.plan import Plan
 from firmware_py.robot_file import RobotFile, find, load_robot
 from foundation.errors import ConfigError, RecordingError
-from recording.names import fresh_path
+from foundation.strict_yaml import Document
+from recording.names import confined, fresh_path
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,16 +42,17 @@ def prepare(
     Raises ConfigError (also when the job is for another robot), NetworkError, MotionError,
     RecordingError. Takes as long as mapping the whole path does.
     """
-    job = load_job(job_file)
+    document = Document.read(job_file)
+    job = document.check(JobFile)
     wanted = find(job.robot, beside=job_file)
     if wanted.resolve() != robot_file.resolve() and load_robot(wanted) != robot:
         raise ConfigError(
             f"{job_file}: is for robot file {job.robot}, but this robot runs {robot_file.name};"
             " change 'robot' in the job, or start the daemon with the other file"
         )
-    plan = plan_of(job_file, robot)
+    plan = make_plan(job, robot, kinematics_of(job, robot, job_file))
     # Not beside the working directory: a service has none worth the name.
-    chosen = record or (recordings / job.record if job.record else None)
+    chosen = record or (confined(recordings, job.record) if job.record else None)
     return QueuedJob(
         number,
         job.name,
@@ -57,7 +60,7 @@ def prepare(
         plan,
         _place(job.name, chosen, recordings),
         robot_file.read_text(encoding="utf-8"),
-        job_file.read_text(encoding="utf-8"),
+        document.text,
     )
 
 

@@ -16,9 +16,10 @@ from typing import Final
 from firmware_py.controller.contract import RobotController, Status
 from firmware_py.daemon import protocol, wire_errors
 from firmware_py.daemon.address import Peer
-from firmware_py.daemon.job_store import JobStore, check_job, check_record
+from firmware_py.daemon.job_store import JobStore, check_job
 from firmware_py.daemon.protocol import SLOW, Message, Request
 from foundation.errors import ConfigError, DeltactlError, NotReady, ServiceError
+from recording.names import confined
 
 NOTED: Final = SLOW | {"pause", "resume", "cancel", "stop"}
 """These are noted with who asked."""
@@ -33,9 +34,16 @@ _log = logging.getLogger(__name__)
 class Actions:
     """Carries out requests on a controller. Any thread may call."""
 
-    def __init__(self, controller: RobotController, jobs: JobStore, note: Note | None = None):
+    def __init__(
+        self,
+        controller: RobotController,
+        jobs: JobStore,
+        recordings: Path,
+        note: Note | None = None,
+    ):
         self._controller = controller
         self._jobs = jobs
+        self._recordings = recordings
         self._note = note or (lambda text: None)
         self._submitted: deque[int] = deque(maxlen=JOBS_KNOWN)
         self._ending = threading.Event()
@@ -104,7 +112,7 @@ class Actions:
 
     def _run(self, request: Request) -> Message:
         record = request.text("record")
-        target = check_record(record) if record else None
+        target = confined(self._recordings, record) if record else None
         named, text = request.text("job"), request.text("job_text")
         if (named is None) == (text is None):
             raise ConfigError("'run' needs either 'job', a path, or 'job_text' with a 'name'")

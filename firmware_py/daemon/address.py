@@ -11,7 +11,10 @@ from pathlib import Path
 SERVICE_FOLDER = Path("/run/deltactl")
 """RuntimeDirectory of systemd/deltactl.service."""
 NAME = "deltactl.sock"
-_UCRED = struct.Struct("3i")
+_SO_PEERGROUPS = 59
+"""asm-generic/socket.h, since Linux 4.13: the other groups of the peer, 32 bits each."""
+_MOST_GROUPS = 1024
+_UCRED = struct.Struct("3I")
 """struct ucred of unix(7): pid, uid, gid."""
 
 
@@ -55,13 +58,30 @@ class Peer:
 
     pid: int
     uid: int
+    groups: frozenset[int] = frozenset()
 
     @classmethod
     def of(cls, connection: socket.socket) -> Peer:
         """Ask the kernel; it noted the ids when the peer connected."""
         raw = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _UCRED.size)
-        pid, uid, _ = _UCRED.unpack(raw)
-        return cls(pid, uid)
+        pid, uid, gid = _UCRED.unpack(raw)
+        return cls(pid, uid, frozenset({gid, *_more_groups(connection)}))
+
+    def may_use(self, owner: int, group: int) -> bool:
+        """Whether it is root, the owner of the socket, or in its group.
+
+        The kernel has asked the file's mode already; this holds when somebody changes that.
+        """
+        return self.uid in (0, owner) or group in self.groups
 
     def __str__(self) -> str:
         return f"uid {self.uid} (process {self.pid})"
+
+
+def _more_groups(connection: socket.socket) -> tuple[int, ...]:
+    """Supplementary groups; none where the kernel does not tell, which lets nobody in."""
+    try:
+        raw = connection.getsockopt(socket.SOL_SOCKET, _SO_PEERGROUPS, 4 * _MOST_GROUPS)
+    except OSError:
+        return ()
+    return struct.unpack(f"{len(raw) // 4}I", raw)

@@ -65,9 +65,12 @@ class Client:
         self._ask("home")
 
     def submit(self, job: Path, record: Path | None = None) -> int:
-        """Check and queue a job; its text is sent when the daemon cannot read the file."""
+        """Check and queue a job; its text is sent when the daemon cannot read the file.
+
+        `record` is a name in the daemon's folder of recordings.
+        """
         job = job.absolute()
-        extra = {} if record is None else {"record": str(record.absolute())}
+        extra = {} if record is None else {"record": str(record)}
         try:
             answer = self._ask("run", job=str(job), **extra)
         except MissingFile as error:

@@ -40,14 +40,6 @@ def check_job(named: str) -> Path:
     return path
 
 
-def check_record(named: str) -> Path:
-    """Where a client wants the recording. Raises ConfigError."""
-    path = Path(named)
-    if not path.is_absolute() or path.suffix != ".mcap":
-        raise ConfigError(f"{named}: a recording needs a whole path, from / on, that ends in .mcap")
-    return path
-
-
 class JobStore:
     """Keeps the text of jobs that were sent, in one folder of the daemon."""
 

@@ -29,7 +29,9 @@ class Listener:
             self.socket = _bound(path)
             # Nobody can connect between bind and listen, so nobody slips in before chmod.
             os.chmod(path, MODE)
-            self._inode = path.stat().st_ino
+            found = path.stat()
+            self._inode = found.st_ino
+            self.owner, self.group = found.st_uid, found.st_gid
             self.socket.listen(backlog)
         except BaseException:
             self._lock.close()

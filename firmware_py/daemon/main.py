@@ -59,7 +59,7 @@ def serve(robot: Path, socket: Path | None, simulated: bool, recordings: Path) -
         def note(text: str) -> None:
             controller.journal.event(controller.clock.now_ns(), "request", text)
 
-        server = Server(controller, listener, _jobs_folder(recordings), note)
+        server = Server(controller, listener, _jobs_folder(recordings), recordings, note)
         keeper = RecordingKeeper(recordings, controller.robot.recordings)
         keeper.start()
         with closing(keeper):

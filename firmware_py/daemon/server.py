@@ -13,6 +13,7 @@ from types import TracebackType
 from firmware_py.controller.contract import RobotController
 from firmware_py.daemon import protocol, wire_errors
 from firmware_py.daemon.actions import Actions, Note
+from firmware_py.daemon.address import Peer
 from firmware_py.daemon.connection import Connection
 from firmware_py.daemon.desk import Desk
 from firmware_py.daemon.job_store import JobStore
@@ -30,7 +31,8 @@ _log = logging.getLogger(__name__)
 class Server:
     """Serves a controller on a listening Unix socket, which it closes in the end.
 
-    `jobs` is a folder for jobs that clients send as text; `note` writes into the event log.
+    `jobs` is a folder for jobs that clients send as text; recordings they ask for lie in
+    `recordings`; `note` writes into the event log.
     """
 
     def __init__(
@@ -38,11 +40,12 @@ class Server:
         controller: RobotController,
         listener: Listener,
         jobs: Path,
+        recordings: Path,
         note: Note | None = None,
         limits: Limits | None = None,
     ):
         self._limits = limits or Limits()
-        self._actions = Actions(controller, JobStore(jobs), note)
+        self._actions = Actions(controller, JobStore(jobs), recordings, note)
         self._desk = Desk(self._actions, self._limits.waiting_commands)
         self._clients: set[Connection] = set()
         self._changed = threading.Lock()
@@ -109,12 +112,16 @@ class Server:
                 time.sleep(ACCEPT_PAUSE_S)
 
     def _let_in(self, peer_socket: socket.socket) -> None:
-        limits = self._limits
+        limits, peer = self._limits, Peer.of(peer_socket)
+        if not peer.may_use(self._listener.owner, self._listener.group):
+            _log.warning("%s is not in the group of the socket, and is turned away", peer)
+            _turn_away(peer_socket, "you are not in the group that may use this robot")
+            return
         with self._changed:
             stop_only = sum(client.stop_only for client in self._clients)
             full = len(self._clients) - stop_only >= limits.clients
             if full and stop_only >= limits.stop_only_clients:
-                _turn_away(peer_socket)
+                _turn_away(peer_socket, "too many clients are connected; close some, and try again")
                 return
             client = Connection(
                 peer_socket, self._actions, self._desk, limits, self._forget, stop_only=full
@@ -127,9 +134,8 @@ class Server:
             self._clients.discard(client)
 
 
-def _turn_away(peer_socket: socket.socket) -> None:
-    error = ServiceError("too many clients are connected; close some, and try again")
-    answer = protocol.refusal(None, wire_errors.as_message(error))
+def _turn_away(peer_socket: socket.socket, why: str) -> None:
+    answer = protocol.refusal(None, wire_errors.as_message(ServiceError(why)))
     with peer_socket:
         peer_socket.setblocking(False)
         peer_socket.send(protocol.encode(answer))

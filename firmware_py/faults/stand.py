@@ -59,6 +59,7 @@ class Stand:
 
     def __init__(self, folder: Path):
         self.folder = folder
+        self.recordings = folder / "recordings"
         self.job = folder / "heart.yaml"
         self.network = folder / NETWORK
         self.job.write_text(JOB)
@@ -125,10 +126,12 @@ class Stand:
 
     def _start(self) -> None:
         self.controller: Controller = build_controller(
-            ROBOT_FILE, simulated=True, realtime=True, recordings=self.folder / "recordings"
+            ROBOT_FILE, simulated=True, realtime=True, recordings=self.recordings
         )
         self.socket = self.folder / "d.sock"
-        self.server = Server(self.controller, Listener(self.socket), self.folder / "jobs")
+        self.server = Server(
+            self.controller, Listener(self.socket), self.folder / "jobs", self.recordings
+        )
         self.server.start()
 
     def _make_ready(self) -> None:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from foundation.errors import MissingFile, NetworkError
+from foundation.errors import NetworkError
+from foundation.plain_file import TooLong, read_plain
 from models.network.flat import FlatError, metadata_span
 from models.network.metadata import METADATA_NAME, NO_CHECKSUM, NetworkMetadata, fingerprint
 from models.robot import DeltaRobot, Geometry
@@ -96,13 +97,11 @@ def checksum_start(content: bytes) -> int:
 
 def _read(path: Path) -> bytes:
     try:
-        size = path.stat().st_size
-        if size > LARGEST_BYTES:
-            raise NetworkError(f"{path}: has {size} bytes; a network has a few thousand")
-        return path.read_bytes()
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise MissingFile(f"{path}: cannot be read ({reason}); check the path") from error
+        return read_plain(path, LARGEST_BYTES)
+    except TooLong:
+        raise NetworkError(
+            f"{path}: has more than {LARGEST_BYTES} bytes; a network has a few thousand"
+        ) from None
 
 
 def _parse(text: bytes, where: str) -> NetworkMetadata:

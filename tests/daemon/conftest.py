@@ -217,7 +217,9 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
     def make(limits: Limits | None = None, start: bool = True, **options: float) -> Daemon:
         controller, notes = MemoryController(**options), []
         path = tmp_path / "d.sock"
-        server = Server(controller, Listener(path), tmp_path / "jobs", notes.append, limits)
+        server = Server(
+            controller, Listener(path), tmp_path / "jobs", tmp_path, notes.append, limits
+        )
         daemons.append(Daemon(controller, server, path, notes))
         if start:
             server.start()

@@ -11,7 +11,7 @@ import pytest
 
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.daemon.line import Line
-from foundation.errors import ConfigError, MissingFile, NotReady, ServiceError
+from foundation.errors import ConfigError, MissingFile, NotReady, RecordingError, ServiceError
 
 
 def test_a_job_from_power_on_to_its_result(serve, job, wait_until):
@@ -134,9 +134,34 @@ def test_the_recording_goes_where_it_was_asked_for(serve, job, tmp_path):
         client.power_on()
         client.home()
         client.submit(job, tmp_path / "run.mcap")
-        with pytest.raises(ConfigError, match=r"ends in \.mcap"):
-            client.submit(job, tmp_path / "authorized_keys")
-    assert daemon.controller.jobs[0].record == tmp_path / "run.mcap"
+        client.submit(job, Path("other.mcap"))
+    records = [one.record for one in daemon.controller.jobs]
+    assert records == [tmp_path / "run.mcap", tmp_path / "other.mcap"]
+
+
+@pytest.mark.parametrize(
+    "wanted",
+    [
+        "/etc/cron.d/x.mcap",
+        "../x.mcap",
+        "sub/x.mcap",
+        "sub/../../x.mcap",
+        "..",
+        ".hidden.mcap",
+        "a" * 300,
+        "{folder}/../x.mcap",
+        "{folder}/link/x.mcap",
+    ],
+)
+def test_a_recording_stays_in_its_folder(serve, job, tmp_path, wanted):
+    (tmp_path / "link").symlink_to("/tmp")
+    daemon = serve()
+    with daemon.client() as client:
+        client.power_on()
+        client.home()
+        with pytest.raises(RecordingError, match=r"plain name|may have 200"):
+            client.submit(job, Path(wanted.replace("{folder}", str(tmp_path))))
+    assert daemon.controller.jobs == []
 
 
 def test_unknown_jobs_have_no_result(serve):

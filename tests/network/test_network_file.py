@@ -110,7 +110,7 @@ def test_a_file_that_is_far_too_large_is_not_read(
     monkeypatch.setattr("models.network.file.LARGEST_BYTES", 10)
     path = tmp_path / "big.tflite"
     path.write_bytes(bytes(11))
-    with pytest.raises(NetworkError, match="11 bytes"):
+    with pytest.raises(NetworkError, match="more than 10 bytes"):
         NetworkFile.load(path)
 
 

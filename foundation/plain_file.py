@@ -1,0 +1,36 @@
+"""Whole plain files, bounded: a pipe, a device or a disk image must hold nobody up."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from foundation.errors import MissingFile
+
+
+class TooLong(Exception):
+    """A file has more bytes than its kind ever has."""
+
+
+def read_plain(path: Path, most_bytes: int) -> bytes:
+    """The bytes of a plain file, never waiting for a writer.
+
+    Raises MissingFile (one line) when it cannot be read or is no plain file, TooLong.
+    """
+    content = None
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY)
+        with os.fdopen(descriptor, "rb") as file:
+            if stat.S_ISREG(os.fstat(descriptor).st_mode):
+                content = file.read(most_bytes + 1)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise MissingFile(f"{path}: cannot be read ({reason}); check the path") from error
+    except ValueError as error:
+        raise MissingFile(f"{str(path)!a}: is not a file name ({error})") from error
+    if content is None:
+        raise MissingFile(f"{path}: is no plain file; name one")
+    if len(content) > most_bytes:
+        raise TooLong
+    return content
