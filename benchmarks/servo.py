@@ -77,8 +77,10 @@ def simulated_tick(drive: ServoDrive) -> tuple[float, float]:
         start_ns = loop.due_ns
         for block in range(BLOCKS):
             now_ns = start_ns + block * block_ns
-            steps = np.full((1, 3), 1 if block // 500 % 2 else -1, dtype=np.int8)
-            loop.setpoints.push(Ticks(np.array([now_ns + block_ns // 2]), steps), now_ns)
+            if block % 10 == 0:  # as the controller feeds
+                due_ns = now_ns + block_ns // 4 * np.arange(1, 41)
+                steps = np.full((40, 3), 1 if block // 500 % 2 else -1, dtype=np.int8)
+                loop.setpoints.push(Ticks(due_ns, steps), now_ns)
             wrong = loop.run(now_ns + block_ns)
             assert not wrong, wrong
         loop.take_samples()

@@ -7,8 +7,6 @@ simulated robot does not need.
 
 from __future__ import annotations
 
-import numpy as np
-
 from drivers.current.contract import CurrentDrives, Three
 from firmware_py.servo.guard import Guard
 from firmware_py.servo.law import AccelerationControl, LawSettings
@@ -25,11 +23,11 @@ class ServoLoop:
 
     def __init__(self, drive: ServoDrive, drives: CurrentDrives, start_ns: int):
         self.drives = drives
-        self.setpoints = Setpoints(drive.rad_per_step)
+        self._period_ns = NS_PER_S // drive.loop_rate_hz
+        self.setpoints = Setpoints(drive.rad_per_step, self._period_ns)
         self.control = AccelerationControl(LawSettings.of(drive))
         self.due_ns = start_ns
         """When the next tick is due."""
-        self._period_ns = NS_PER_S // drive.loop_rate_hz
         self._rad_per_count = drive.rad_per_count
         self._step_rad = drive.rad_per_step
         self._guard = Guard(drive)
@@ -58,8 +56,7 @@ class ServoLoop:
         ticks = (until_ns - self.due_ns) // self._period_ns + 1
         if ticks <= 0:
             return ""
-        times_ns = self.due_ns + self._period_ns * np.arange(ticks, dtype=np.float64)
-        references = self.setpoints.references_rad(times_ns)
+        references = self.setpoints.references_rad(self.due_ns, ticks)
         last_ns = self.due_ns + self._period_ns * (ticks - 1)
         self.due_ns = last_ns + self._period_ns
         first, second, third = self.control.joints

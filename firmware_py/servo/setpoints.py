@@ -14,13 +14,16 @@ from drivers.steps.contract import Counts, Ticks
 from models.robot import FloatArray
 
 NOTHING = Ticks(np.empty(0, dtype=np.int64), np.empty((0, JOINTS), dtype=np.int8))
+AHEAD = 100
+"""References are worked out for so many ticks at once: an array costs little more than a number."""
 
 
 class Setpoints:
     """A queue of ticks; `references_rad` walks along it."""
 
-    def __init__(self, rad_per_step: float):
+    def __init__(self, rad_per_step: float, period_ns: int):
         self._step_rad = rad_per_step
+        self._period_ns = period_ns
         self._sent: list[Ticks] = []
         self.restart((0, 0, 0), 0)
 
@@ -29,10 +32,13 @@ class Setpoints:
         self.counts = counts
         self._ticks = NOTHING
         self._after = np.empty((0, JOINTS), dtype=np.int64)
+        self._passed = 0
         self._known = [(np.array([float(now_ns)]), np.array([float(one)])) for one in counts]
+        self._ready: list[list[float]] = [[], [], []]
+        self._ready_ns = now_ns
 
     def __len__(self) -> int:
-        return len(self._ticks)
+        return len(self._ticks) - self._passed
 
     def push(self, ticks: Ticks, now_ns: int) -> None:
         """Queue ticks, all due after `now_ns`."""
@@ -48,26 +54,25 @@ class Setpoints:
                 np.concatenate([times, ticks.due_ns[stepped]]),
                 np.concatenate([places, half]),
             )
+        passed, self._passed = self._passed, 0
         self._ticks = Ticks(
-            np.concatenate([self._ticks.due_ns, ticks.due_ns]),
-            np.concatenate([self._ticks.steps, ticks.steps]),
+            np.concatenate([self._ticks.due_ns[passed:], ticks.due_ns]),
+            np.concatenate([self._ticks.steps[passed:], ticks.steps]),
         )
-        self._after = np.concatenate([self._after, after])
+        self._after = np.concatenate([self._after[passed:], after])
+        self._ready = [[], [], []]
 
-    def references_rad(self, times_ns: FloatArray) -> list[list[float]]:
-        """The arms' references at increasing times (n,): three lists of n; earlier is forgotten."""
-        passed = int(np.searchsorted(self._ticks.due_ns, times_ns[-1], side="right"))
-        if passed:
-            self._pass(passed)
-        found = []
-        for motor, (times, places) in enumerate(self._known):
-            if len(times) == 1:
-                found.append([float(places[0]) * self._step_rad] * len(times_ns))
-                continue
-            found.append((np.interp(times_ns, times, places) * self._step_rad).tolist())
-            keep = int(np.searchsorted(times, times_ns[-1], side="right")) - 1
-            if keep > 0:
-                self._known[motor] = (times[keep:], places[keep:])
+    def references_rad(self, start_ns: int, ticks: int) -> list[list[float]]:
+        """The arms' references at so many ticks of the loop: three lists.
+
+        Calls go forwards in time; what is due by the last tick counts as passed.
+        """
+        self._pass(start_ns + self._period_ns * (ticks - 1))
+        if self._ready_ns != start_ns or len(self._ready[0]) < ticks:
+            self._make_ready(start_ns, max(ticks, AHEAD))
+        found = [ready[:ticks] for ready in self._ready]
+        self._ready = [ready[ticks:] for ready in self._ready]
+        self._ready_ns = start_ns + self._period_ns * ticks
         return found
 
     def take_sent(self) -> Ticks:
@@ -85,9 +90,25 @@ class Setpoints:
         first, second, third = self.counts
         return first * self._step_rad, second * self._step_rad, third * self._step_rad
 
-    def _pass(self, passed: int) -> None:
-        first, second, third = self._after[passed - 1].tolist()
+    def _make_ready(self, start_ns: int, ticks: int) -> None:
+        times_ns: FloatArray = start_ns + self._period_ns * np.arange(ticks, dtype=np.float64)
+        self._ready = []
+        for motor, (times, places) in enumerate(self._known):
+            if len(times) == 1:
+                self._ready.append([float(places[0]) * self._step_rad] * ticks)
+                continue
+            angles = np.interp(times_ns, times, places) * self._step_rad
+            self._ready.append(angles.tolist())
+            keep = int(np.searchsorted(times, start_ns, side="right")) - 1
+            if keep > 0:
+                self._known[motor] = (times[keep:], places[keep:])
+
+    def _pass(self, until_ns: int) -> None:
+        due_ns, before = self._ticks.due_ns, self._passed
+        if before == len(due_ns) or due_ns[before] > until_ns:
+            return
+        self._passed = int(np.searchsorted(due_ns, until_ns, side="right"))
+        first, second, third = self._after[self._passed - 1].tolist()
         self.counts = (first, second, third)
-        self._sent.append(Ticks(self._ticks.due_ns[:passed], self._ticks.steps[:passed]))
-        self._ticks = Ticks(self._ticks.due_ns[passed:], self._ticks.steps[passed:])
-        self._after = self._after[passed:]
+        part = slice(before, self._passed)
+        self._sent.append(Ticks(due_ns[part], self._ticks.steps[part]))

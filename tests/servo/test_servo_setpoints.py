@@ -38,41 +38,42 @@ def test_a_sine_comes_back_to_a_count(size: float, frequency: float, chunk: int)
     phase = 2 * np.pi * frequency * t_ns * 1e-9
     angle = size * np.stack([np.sin(phase), 1 - np.cos(phase), -np.sin(phase)], axis=-1)
     ticks = ticks_of(angle, t_ns)
-    queue, found, done = Setpoints(STEP_RAD), [], 0
+    queue, found, done = Setpoints(STEP_RAD, MS // 10), [], 0
     for now_ns in range(0, 600 * MS, chunk * MS):
         ahead = int(np.searchsorted(ticks.due_ns, now_ns + chunk * MS + 20 * MS))
         queue.push(Ticks(ticks.due_ns[done:ahead], ticks.steps[done:ahead]), now_ns)
         done = max(done, ahead)
-        found.append(queue.references_rad(now_ns + np.arange(chunk * 10) * MS / 10.0))
+        found.append(queue.references_rad(now_ns, chunk * 10))
     reference = np.concatenate(found, axis=1).T[: len(angle)]
     assert np.abs(reference - angle).max() < 1.01 * STEP_RAD
     assert queue.counts == tuple(np.rint(angle[-1] / STEP_RAD).astype(int))
 
 
 def test_what_was_passed_is_told_once() -> None:
-    queue = Setpoints(STEP_RAD)
+    queue = Setpoints(STEP_RAD, MS // 10)
     queue.push(Ticks(np.array([1, 2, 3]) * MS, np.array([[1, 0, 0]] * 3, np.int8)), 0)
-    queue.references_rad(np.array([0.5, 2.5]) * MS)
+    queue.references_rad(0, 26)
     assert queue.take_sent().due_ns.tolist() == [MS, 2 * MS]
     assert len(queue.take_sent()) == 0
     assert (len(queue), queue.counts) == (1, (2, 0, 0))
 
 
 def test_ahead_of_the_newest_setpoint_the_reference_stands() -> None:
-    queue = Setpoints(STEP_RAD)
+    queue = Setpoints(STEP_RAD, MS // 10)
     queue.push(Ticks(np.array([MS]), np.array([[1, -1, 0]], np.int8)), 0)
-    found = queue.references_rad(np.array([1.0, 50.0, 100.0]) * MS)
-    assert found == [[STEP_RAD / 2] * 3, [-STEP_RAD / 2] * 3, [0.0] * 3]
+    queue.references_rad(0, 10)
+    found = queue.references_rad(MS, 990)
+    assert found == [[STEP_RAD / 2] * 990, [-STEP_RAD / 2] * 990, [0.0] * 990]
     queue.push(Ticks(np.array([102 * MS]), np.array([[1, 0, 0]], np.int8)), 100 * MS)
-    first, _, _ = queue.references_rad(np.array([100.0, 101.0, 102.0]) * MS)
-    assert first == pytest.approx([0.5 * STEP_RAD, STEP_RAD, 1.5 * STEP_RAD])
+    first, _, _ = queue.references_rad(100 * MS, 21)
+    assert first[::10] == pytest.approx([0.5 * STEP_RAD, STEP_RAD, 1.5 * STEP_RAD])
 
 
 def test_a_restart_forgets_what_is_queued() -> None:
-    queue = Setpoints(STEP_RAD)
+    queue = Setpoints(STEP_RAD, MS // 10)
     queue.push(Ticks(np.array([MS]), np.array([[1, 0, 0]], np.int8)), 0)
     queue.restart((7, 8, 9), MS // 2)
-    assert queue.references_rad(np.array([2.0]) * MS) == [
+    assert queue.references_rad(2 * MS, 1) == [
         [pytest.approx(count * STEP_RAD)] for count in (7, 8, 9)
     ]
     assert len(queue.take_sent()) == 0
