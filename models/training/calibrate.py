@@ -40,10 +40,14 @@ class Plausible:
     home_rad: float = 0.3
     compliance_rad_per_nm: float = 2e-3
     gear_rad: float = 2e-3
-    sensor_offset_m: float = 0.01
-    sensor_scale: float = 0.01
-    """Also of directions, in rad."""
-    sensor_curvature_per_m: float = 0.01
+    sensor_offset_m: float = 0.015
+    """Zhao 2023, Table 2: a VL53L1X ranges to +-25 mm."""
+    sensor_scale: float = 0.005
+    """A uniform scale of the robot looks like one of the sensors: this and `length` divide it."""
+    sensor_turn_rad: float = 0.01
+    """A bracket bent by half a degree."""
+    sensor_curvature_per_m: float = 0.005
+    """Cross talk; 0.5 mm at a reach of 0.3 m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,10 +154,10 @@ class _Layout:
             (ARMS, yields),
             (2 * ARMS, gear),
             (ARMS, p.sensor_offset_m),
-            (ARMS * ARMS, p.sensor_scale),
             (ARMS, p.sensor_curvature_per_m),
         )
-        sizes = np.concatenate([np.full(count, size) for count, size in parts])
+        matrix = np.where(np.eye(ARMS) > 0.0, p.sensor_scale, p.sensor_turn_rad)
+        sizes = np.concatenate([*(np.full(count, size) for count, size in parts), matrix.ravel()])
         self.fitted = np.flatnonzero(sizes)
         self.deviation = sizes[self.fitted]
         self.all = len(sizes)
@@ -185,8 +189,8 @@ class _Layout:
             compliance_rad_per_nm=yields,
             gear_rad=flat[18:24].reshape(2, ARMS),
             sensor_offset_m=flat[24:27],
-            sensor_matrix=flat[27:36].reshape(ARMS, ARMS),
-            sensor_curvature_per_m=flat[36:39],
+            sensor_curvature_per_m=flat[27:30],
+            sensor_matrix=flat[30:39].reshape(ARMS, ARMS),
             noise_m=noise_m,
         )
 

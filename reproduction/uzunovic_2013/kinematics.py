@@ -41,6 +41,7 @@ _STAGE_SEES = Plausible(
     gear_rad=0.0,
     sensor_offset_m=0.0,
     sensor_scale=0.0,
+    sensor_turn_rad=0.0,
     sensor_curvature_per_m=0.0,
 )
 """For a robot as wrong as this one; the stage itself is taken as right."""
