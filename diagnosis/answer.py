@@ -143,7 +143,7 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
         ),
         evidence=Evidence(delta_chi2=gain, p=search.p(_log_p(gain, free))),
         share_of_mismatch=float(np.clip(gain / total, 0.0, 1.0)),
-        depends_on=[free.driver],
+        depends_on=free.depends_on,
     )
 
 
@@ -159,7 +159,11 @@ def _stale(outcome: Outcome, run: Stale) -> Finding:
     rows = slice(run.first, run.last + 1)
     noise = outcome.fitter.whiten.channels[column]
     miss = readings.values[rows, column] - outcome.solution.predicted[rows, column]
-    half = readings.period_s
+    # It began after the last reading that was new and ended before the next; a neighbour that
+    # happens to be equal makes it look one longer.
+    half, seconds = readings.period_s, end - begin + readings.period_s
+    own_end += 0.5 * half
+    own_begin -= 0.5 * half
     return Finding(
         effect="stale_reading",
         component=run.channel,
@@ -172,7 +176,7 @@ def _stale(outcome: Outcome, run: Stale) -> Finding:
                 unit="s",
             ),
             "duration": ParameterResult(
-                value=end - begin, ci95=[end - begin - half, end - begin + half], unit="s"
+                value=seconds, ci95=[seconds - 1.5 * half, seconds + 1.5 * half], unit="s"
             ),
         },
         where=Where(
@@ -200,7 +204,7 @@ def unexplained(outcome: Outcome, share: float) -> tuple[Unexplained, float]:
     says = (
         f"What is left is more than noise (p = {p:.2g}); it follows {best.driver} at {best.port}."
     )
-    return Unexplained(share_of_mismatch=share, depends_on=[best.driver], says=says), p
+    return Unexplained(share_of_mismatch=share, depends_on=best.depends_on, says=says), p
 
 
 def picture(outcome: Outcome, drivers: dict[str, FloatArray]) -> Picture:

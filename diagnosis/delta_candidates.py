@@ -72,9 +72,11 @@ def _friction(kind: EffectKind) -> Rows:
     coordinates = (
         Coordinate("width", step=3e-4, low=0.0, high=0.2),
         Coordinate("stiffness", "reciprocal", step=2e-5, low=0.0, high=1e-3),
+        Coordinate("overshoot", step=5e-4, low=0.0, high=0.02),
     )
-    shapes = tuple(Shape((0.0, 0.0), (0,), width) for width in PLAYS_RAD)
-    defaults = {name: value for name, value in _defaults(kind).items() if name != "stiffness"}
+    shapes = tuple(Shape((0.0, 0.0, 0.0), (0,), width) for width in PLAYS_RAD)
+    moved = {coordinate.parameter for coordinate in coordinates}
+    defaults = {name: value for name, value in _defaults(kind).items() if name not in moved}
     return coordinates, shapes, defaults
 
 

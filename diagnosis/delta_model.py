@@ -155,6 +155,9 @@ class DeltaModel:
         drivers |= {f"range_{a}": self.position_m[:, i] for i, a in enumerate(AXES)}
         speed = np.gradient(rad, t_s, axis=0)
         drivers |= {f"speed_{j + 1}": speed[:, j] for j in range(3)}
+        moving = np.gradient(np.nan_to_num(self.position_m), t_s, axis=0)
+        drivers |= {f"speed_range_{a}": moving[:, i] for i, a in enumerate(AXES)}
+        drivers["range_x, range_y"] = np.hypot(self.position_m[:, 0], self.position_m[:, 1])
         load = np.concatenate([course.load().torque_nm for course in self._courses])
         if load.any():
             drivers |= {f"torque_{j + 1}": load[:, j] for j in range(3)}

@@ -55,10 +55,16 @@ def jumps(fitter: Fitter, solution: Solution, rad_per_step: float) -> list[Jump]
         gain = np.where(usable, along**2 / np.maximum(left, 1e-30), 0.0)
         best = int(np.argmax(gain))
         near = times[(gain > gain[best] - 3.84) & usable]
+        # The first reading that shows a jump comes up to one period after it.
+        before_s = model.readings.period_s
         found.append(
             Jump(
-                lost_steps(port, float(times[best])), float(gain[best]), float(times[best]),
-                (float(near.min(initial=times[best])), float(near.max(initial=times[best]))),
+                lost_steps(port, float(times[best])), float(gain[best]),
+                float(times[best]) - 0.5 * before_s,
+                (
+                    float(near.min(initial=times[best])) - before_s,
+                    float(near.max(initial=times[best])),
+                ),
             )
         )  # fmt: skip
     return found

@@ -53,6 +53,7 @@ class Fitter:
         self.observed = np.nan_to_num(model.readings.values)
         self._centre = _moved_values([n.term for n in nuisances])
         self.spread = np.array([x for n in nuisances for x in n.spread])
+        self._kept: dict[tuple[int, int], FloatArray] = {}
 
     @property
     def rows(self) -> int:
@@ -78,6 +79,9 @@ class Fitter:
         everything = [*nuisances, *terms]
         for number, term in enumerate(everything):
             for i in term.candidate.moved:
+                if (number, i) in self._kept:
+                    columns.append(self._kept[number, i])
+                    continue
                 step = term.candidate.coordinates[i].step
                 at = term.at.copy()
                 if at[i] + step > term.candidate.coordinates[i].high:
@@ -88,6 +92,9 @@ class Fitter:
                 if number < len(nuisances):
                     column[self.rows + len(columns)] = 1.0 / self.spread[len(columns)]
                 columns.append(column)
+                # Small errors of the build are linear, whatever else is fitted beside them.
+                if len(self.model.nuisances) <= number < len(nuisances):
+                    self._kept[number, i] = column
         rows = self.rows + len(self._centre)
         return np.stack(columns, axis=1) if columns else np.zeros((rows, 0))
 
@@ -107,7 +114,7 @@ class Fitter:
     ) -> Solution:
         """Levenberg-Marquardt from the terms as they stand; free shapes are linear."""
         nuisances = tuple(n.term for n in self.nuisances) if nuisances is None else tuple(nuisances)
-        terms = tuple(terms)
+        nuisances, terms = given_back(self.nuisances, nuisances, tuple(terms))
         linear = self.free_tangent(frees)
         basis = np.linalg.qr(linear)[0] if linear.shape[1] else linear
         predicted = self.model.predict([*nuisances, *terms])
@@ -163,6 +170,28 @@ class Fitter:
             terms, nuisances, frees, coefficients, float(residual @ residual), residual,
             np.concatenate([tangent, linear], axis=1), predicted,
         )  # fmt: skip
+
+
+def given_back(
+    centres: Sequence[Nuisance], nuisances: tuple[Term, ...], terms: tuple[Term, ...]
+) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
+    """Nuisances, then terms: what a nuisance took of an effect that is a term goes to the term.
+
+    A delay between samples is interpolated, one of whole samples is not: the fit would not find
+    its way back from a nuisance that is full to a term that could take all of it.
+    """
+    known = {nuisance.term.candidate.key: nuisance.term.at for nuisance in centres}
+    taken = {n.candidate.key: n.at - known[n.candidate.key] for n in nuisances
+             if n.candidate.key in known}  # fmt: skip
+    shared = {term.candidate.key for term in terms} & set(taken)
+    kept = tuple(
+        n.moved_to(known[n.candidate.key]) if n.candidate.key in shared else n for n in nuisances
+    )
+    given = tuple(
+        term.moved_to(term.at + taken[term.candidate.key]) if term.candidate.key in shared else term
+        for term in terms
+    )
+    return kept, given
 
 
 def _moved_values(terms: Sequence[Term]) -> FloatArray:

@@ -18,12 +18,20 @@ LEAST_TRAVEL = 0.005
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeShape:
-    """A port, what the shape depends on, and its columns (n, k)."""
+    """A port, what the shape depends on, and its columns (n, k).
+
+    driver: a name, or two with a comma for a quantity made of both.
+    """
 
     port: str
     driver: str
     basis: FloatArray
     knots: FloatArray
+
+    @property
+    def depends_on(self) -> list[str]:
+        """The names in the driver."""
+        return self.driver.split(", ")
 
     def columns(self, change: FloatArray) -> FloatArray:
         """Change of the channels per coefficient, (n, channels, k)."""
@@ -59,10 +67,21 @@ def free_shapes(model: Model, pieces: int = PIECES) -> list[FreeShape]:
     bases = {name: spline_basis(drivers[name], k) for name, k in knots.items()}
     for port in model.ports():
         for name, basis in bases.items():
-            of_joint = name[-1] in "123"
-            if port.startswith("motor") and of_joint and name[-1] != port[-1]:
-                continue
-            if port.startswith("range") and name.startswith(("speed", "torque")):
-                continue
-            shapes.append(FreeShape(port, name, basis, knots[name]))
+            if _sensible(port, name, pieces == PIECES):
+                shapes.append(FreeShape(port, name, basis, knots[name]))
     return shapes
+
+
+def _sensible(port: str, driver: str, coarse: bool) -> bool:
+    """Whether a mismatch at a port may follow a driver; some are only tried coarsely."""
+    elsewhere = driver[-1] != port[-1]
+    if port.startswith("motor"):
+        if driver.startswith("speed_range") or "," in driver:
+            return False
+        neighbour = driver.startswith("theta") and coarse
+        return neighbour or not (driver[-1] in "123" and elsewhere)
+    if port.startswith("range"):
+        if driver.startswith("speed_range"):
+            return coarse and not elsewhere
+        return not driver.startswith(("speed", "torque")) and (coarse or "," not in driver)
+    return True

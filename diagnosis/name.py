@@ -26,6 +26,7 @@ EVENT_PRICE = 14.0
 FREE_PRICE = 26.0
 LEAST_SHARE = 0.012
 """A further effect must explain this share of what the others do; less may be their own blur."""
+EVENT_SHARE = 0.002
 FREE_LEAST_SHARE = 0.04
 TRIED = 6
 MOST_TERMS = 5
@@ -66,6 +67,7 @@ class Search:
     calibration: Calibration = field(init=False)
     empty: Solution = field(init=False)
     scores_of_empty: Scores = field(init=False)
+    _with_events: dict[tuple[str, ...], float] = field(default_factory=dict)
     _fine: dict[Solution, list[tuple[FreeShape, float, float]]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -149,8 +151,24 @@ class Search:
         ]  # fmt: skip
 
     def least_gain(self, solution: Solution, share: float = LEAST_SHARE) -> float:
-        """What a further effect must explain at least."""
-        return share * max(self.empty.cost - solution.cost, 0.0)
+        """What a further effect must explain at least: a share of what is explained already.
+
+        A jump has no blur that others could be mistaken for: what it explains counts little.
+        """
+        base = self._events_alone(solution)
+        return share * max(base - solution.cost, 0.0) + EVENT_SHARE * max(
+            self.empty.cost - base, 0.0
+        )
+
+    def _events_alone(self, solution: Solution) -> float:
+        """Cost with the events of a solution and nothing else."""
+        events = tuple(t for t in solution.terms if t.candidate.kind.event)
+        if not events:
+            return self.empty.cost
+        key = tuple(t.candidate.component for t in events)
+        if key not in self._with_events:
+            self._with_events[key] = self.fitter.solve(events, (), self.empty.nuisances, 2).cost
+        return self._with_events[key]
 
     def worth(self, solution: Solution) -> float:
         """Cost with the price of everything in it: the smaller the better."""

@@ -2,7 +2,8 @@
 
 In slow motion this is the play operator, its width twice the friction torque over the stiffness
 (al-Bender 2005 on pre-sliding; reference sheet of the diagnosis). The shaft that friction winds up
-also yields to gravity, by `stiffness`.
+also yields to gravity, by `stiffness`. `overshoot`: the arm swings on when its motor stops, by
+speed times this, and leaves less of the shaft wound up.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ from models.effects.flow import Flow
 from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 from models.effects.recursion import clipped
+from models.robot import FloatArray
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
-    driven = flow.angles_rad[:, index]
+    driven = flow.angles_rad[:, index] + _overshoot(flow, index, scalar(values, "overshoot"))
     half, asymmetry = 0.5 * scalar(values, "width"), scalar(values, "asymmetry")
     low, high = driven - half * (1.0 + asymmetry), driven + half * (1.0 - asymmetry)
     start = driven + half * scalar(values, "start")
@@ -24,6 +26,25 @@ def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     arm = clipped(np.zeros_like(driven), low, high, float(memory.get("arm", start[0])))
     memory["arm"] = arm[-1]
     flow.angles_rad[:, index] = arm + flow.load.torque_nm[:, index] / scalar(values, "stiffness")
+
+
+def _overshoot(flow: Flow, index: int, time_s: float) -> FloatArray:
+    """How far a free arm would swing past a motor that slows down, shape (n,).
+
+    At steady speed the wound shaft balances the friction: when the motor stops, the arm goes on
+    until the shaft has taken up its energy, speed x sqrt(inertia / stiffness) further.
+    """
+    driven = flow.angles_rad[:, index]
+    if time_s <= 0.0:
+        return np.zeros_like(driven)
+    speed = np.diff(driven, prepend=driven[0]) / np.maximum(flow.step_s, 1e-12)
+    speed[flow.step_s <= 0.0] = 0.0
+    before, after = np.roll(speed, 1), np.append(speed[1:], 0.0)
+    before[0] = 0.0
+    # A motor that stops within a sample seems to slow down over two.
+    peak = np.maximum(np.abs(speed), np.where(speed * before > 0.0, np.abs(before), 0.0))
+    swung: FloatArray = time_s * np.sign(speed) * np.maximum(peak - np.sign(speed) * after, 0.0)
+    return np.where(np.abs(after) < 0.5 * peak, swung, 0.0)
 
 
 EFFECT = EffectKind(
@@ -34,6 +55,7 @@ EFFECT = EffectKind(
         Parameter("width", "rad", 0.0, 0.2, starts=(0.004,)),
         Parameter("asymmetry", "1", -1.0, 1.0, step=0.05, default=0.0),
         Parameter("start", "1", -1.0, 1.0, step=0.1, default=0.0),
+        Parameter("overshoot", "s", 0.0, 0.1, step=5e-4, default=0.0),
         Parameter("stiffness", "N m/rad", 1e3, float("inf"), default=float("inf")),
     ),
     operate=_operate,
