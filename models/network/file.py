@@ -12,6 +12,7 @@ from foundation.errors import NetworkError
 from foundation.plain_file import TooLong, read_plain
 from models.network.flat import FlatError, metadata_span
 from models.network.metadata import METADATA_NAME, NO_CHECKSUM, NetworkMetadata, fingerprint
+from models.network.structure import check_structure
 from models.robot import DeltaRobot, Geometry
 
 TRAINED_FOLDER = Path(__file__).resolve().parent.parent / "trained"
@@ -39,7 +40,9 @@ class NetworkFile:
         TFLite file, broken, truncated, changed since it was written, or not ours.
         """
         content = _read(path)
-        return cls(path, content, checked_metadata(content, str(path)))
+        metadata = checked_metadata(content, str(path))
+        check_structure(content, str(path))
+        return cls(path, content, metadata)
 
     def check_robot(self, name: str, geometry: Geometry) -> None:
         """Raises NetworkError, naming both robots, unless the file is for this one."""

@@ -63,6 +63,16 @@ class Table:
         at = self.field(number)
         return 0 if at is None else _u32(self.content, at)
 
+    def u8(self, number: int) -> int:
+        """A field of one byte; absent ones are 0."""
+        at = self.field(number)
+        return 0 if at is None else _unpack("<B", self.content, at)
+
+    def i32s(self, number: int) -> tuple[int, ...]:
+        """A vector of whole numbers of 32 bits."""
+        span = self.span(number, item_size=4)
+        return struct.unpack(f"<{span.length // 4}i", span.of(self.content))
+
     def span(self, number: int, item_size: int = 1) -> Span:
         """The payload of a vector or string field (empty when absent)."""
         at = self.field(number)
@@ -74,9 +84,11 @@ class Table:
             raise FlatError("is truncated: a vector runs past the end of the file")
         return Span(start, length)
 
-    def tables(self, number: int) -> Iterator[Table]:
-        """The tables of a vector field."""
+    def tables(self, number: int, most: int = 100_000) -> Iterator[Table]:
+        """The tables of a vector field. Raises FlatError when there are more than `most`."""
         span = self.span(number, item_size=4)
+        if span.length > 4 * most:
+            raise FlatError(f"is broken: it names more than {most} parts")
         for at in range(span.start, span.start + span.length, 4):
             yield Table(self.content, at + _u32(self.content, at))
 
