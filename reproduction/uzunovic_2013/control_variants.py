@@ -17,6 +17,8 @@ from reproduction.uzunovic_2013.control_references import CONTROL_ON_S, Referenc
 
 SETTLED_S = 1.0
 """So long after control comes on tracking is judged: 11 time constants of eq. 5's slow pole."""
+CALM_VELOCITY_RADPS, CALM_DISTURBANCE_RADPS = 2000.0, 1000.0
+"""56 degrees of phase margin (docs/decisions/acceleration-control.md), a quarter of the ripple."""
 PAYLOAD_KG = 0.006
 """As much as the platform itself."""
 
@@ -39,7 +41,16 @@ class Control:
 
 
 PAPER = Control("paper's law")
-OURS = Control("friction given ahead", friction_ahead=True)
+OURS = Control(
+    "calm, friction given ahead",
+    lambda settings: replace(
+        settings,
+        velocity_bandwidth_radps=CALM_VELOCITY_RADPS,
+        disturbance_bandwidth_radps=CALM_DISTURBANCE_RADPS,
+    ),
+    friction_ahead=True,
+)
+"""Observers slow enough for the encoder, and the friction that is known need not be observed."""
 
 
 def _coulomb_doubled(robot: MicroDelta) -> MicroDelta:
