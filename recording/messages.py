@@ -101,17 +101,22 @@ def truth(t_ns: int, position_m: Three, angles_rad: Three) -> Message:
     return {"t_ns": t_ns} | _position(position_m) | _numbers(angles)
 
 
+_SERVO = tuple(
+    f"{stem}_{joint}_{unit}"
+    for stem, unit in (
+        ("reference", "rad"),
+        ("theta", "rad"),
+        ("current", "a"),
+        ("disturbance", "a"),
+    )
+    for joint in (1, 2, 3)
+)
+
+
 def servo(t_ns: int, sample: ServoLike) -> Message:
     """Fields of `/servo`."""
-    message: Message = {"t_ns": t_ns}
-    for stem, unit, values in (
-        ("reference", "rad", sample.reference_rad),
-        ("theta", "rad", sample.angle_rad),
-        ("current", "a", sample.current_a),
-        ("disturbance", "a", sample.disturbance_a),
-    ):
-        message |= _numbers({f"{stem}_{n}_{unit}": one for n, one in enumerate(values, start=1)})
-    return message
+    values = (*sample.reference_rad, *sample.angle_rad, *sample.current_a, *sample.disturbance_a)
+    return {"t_ns": t_ns} | _numbers(dict(zip(_SERVO, values, strict=True)))
 
 
 def settings(t_ns: int, t_pwm_s: float | None) -> Message:

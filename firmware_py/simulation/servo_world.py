@@ -59,7 +59,8 @@ class ServoWorld(SimulatedRobot):
         self._passed: deque[tuple[int, Three]] = deque(
             [(now_ns(), drives.plant.angles_rad())], maxlen=BLOCKS_KEPT
         )
-        self._offset_rad = np.deg2rad(robot.geometry.home_offset_deg)
+        self._offset_rad = np.deg2rad(robot.geometry.home_offset_deg).tolist()
+        self._per_rad = 1.0 / robot.drive.rad_per_step
         super().__init__(robot, self._angles_in_counts, now_ns)
 
     def passed(self, t_ns: int) -> None:
@@ -84,11 +85,13 @@ class ServoWorld(SimulatedRobot):
             passed.popleft()
         (early_ns, angles), (late_ns, then) = passed[0], passed[min(1, len(passed) - 1)]
         part = 0.0 if late_ns == early_ns else max(0.0, (t_ns - early_ns) / (late_ns - early_ns))
-        true_rad = (1.0 - part) * np.array(angles) + part * np.array(then)
-        first, second, third = (
-            (true_rad - self._offset_rad) / self._robot.drive.rad_per_step
-        ).tolist()
-        return first, second, third
+        (a1, a2, a3), (b1, b2, b3), (o1, o2, o3) = angles, then, self._offset_rad
+        per_rad, left = self._per_rad, 1.0 - part
+        return (
+            (left * a1 + part * b1 - o1) * per_rad,
+            (left * a2 + part * b2 - o2) * per_rad,
+            (left * a3 + part * b3 - o3) * per_rad,
+        )
 
 
 def _times(value: float, scales: Three) -> Three:
