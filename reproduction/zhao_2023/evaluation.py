@@ -54,14 +54,15 @@ def check_same(data: DataSet, built: AsBuiltFile, path: Path) -> None:
 
 
 def evaluate(
-    models: dict[str, Angles], robot: RobotFile, built: AsBuiltFile, every: int, say: Any
+    models: dict[str, Angles], robot: RobotFile, built: AsBuiltFile, part: float, say: Any
 ) -> list[Row]:
-    """All models on three curves at four speeds; every so many of a curve's targets."""
+    """All models on three curves at four speeds; `part` of each curve is followed."""
     assert robot.sensors is not None
     machine, rows = machine_of(built, robot), []
     low, high = np.radians(robot.limits.arm_deg) / robot.drive.rad_per_step
     for curve in CURVES:
-        target_m = targets(curve)[::every]
+        whole_m = targets(curve)
+        target_m = whole_m[: int(np.ceil(part * len(whole_m)))]
         for name, angles in models.items():
             steps = angles(target_m) / robot.drive.rad_per_step
             for t_pwm_s in T_PWM_S:

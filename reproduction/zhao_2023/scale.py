@@ -22,8 +22,8 @@ class Scale:
     speeds: tuple[float, ...] = T_PWM_S
     effort: int | None = None
     """Epochs or iterations; None is each recipe's own."""
-    every: int = 1
-    """Every how many targets of a curve are used."""
+    part: float = 1.0
+    """How much of each curve is followed."""
 
 
 FULL = Scale(
@@ -33,6 +33,11 @@ FULL = Scale(
     ablation=(1000, 3000, 5000),
 )
 QUICK = Scale(
-    samples=(100, 300), main=300, few=100, ablation=(100, 300), effort=40, every=8,
+    samples=(100, 200),
+    main=200,
+    few=100,
+    ablation=(100, 200),
+    effort=10,
+    part=0.05,
     speeds=(0.002, 0.006),
-)  # fmt: skip
+)

@@ -18,6 +18,7 @@ from models.network.file import NetworkFile
 from models.network.inverse import InverseNetwork
 from models.robot import FloatArray, Sensors
 from models.training.calibrate import Calibrated, calibrate
+from models.training.calibrated_file import true_m
 from models.training.dataset import DataSet, IntArray, load_dataset
 from models.training.sources import of_dataset
 from models.training.train import Recipe, train_from_samples
@@ -37,8 +38,6 @@ RECIPES: tuple[Recipe, ...] = ("zhao", "uzunovic", "ours")
 CALIBRATED, TRUSTING = "calibrated", "trusting"
 """The calibrated geometry; and the same asked for what the sensors will say, not for the truth."""
 SEED = 1
-SENSOR_ROUNDS = 4
-"""Each leaves a hundredth of what the one before left."""
 
 
 @dataclass
@@ -94,7 +93,8 @@ class Study:
 
     def targets(self, curve: str) -> FloatArray:
         """Points of a curve, (n, 3) [m]."""
-        return targets(curve)[:: self.scale.every]
+        whole_m = targets(curve)
+        return whole_m[: int(np.ceil(self.scale.part * len(whole_m)))]
 
     def counts(self, model: str, curve: str) -> IntArray:
         """What a model commands for a curve, (n, 3); kept within the arm limits."""
@@ -135,9 +135,8 @@ class Study:
         name, _, rest = model.partition("-")
         if name in (CALIBRATED, TRUSTING):
             found = self.calibration(int(rest))
-            return (
-                _seen_at(found, target_m) if name == TRUSTING else found.angles_rad_many(target_m)
-            )
+            asked_m = true_m(found, target_m) if name == TRUSTING else target_m
+            return found.angles_rad_many(asked_m)
         # Without refusing targets beyond the samples: the paper's program does not either.
         return self.network(model).raw_rad_many(target_m)
 
@@ -166,15 +165,6 @@ class Study:
         return collect_on_curve(
             self.folder / f"data-{rest}", self.robot, self.built, curve, self.track(driver, curve)
         )
-
-
-def _seen_at(found: Calibrated, seen_m: FloatArray) -> FloatArray:
-    """Angles (n, 3) [rad] at which a calibrated robot's sensors say so, errors and all."""
-    true_m = seen_m
-    for _ in range(SENSOR_ROUNDS):
-        angles_rad = found.angles_rad_many(true_m)
-        true_m = true_m + seen_m - found.measured_m(angles_rad)
-    return found.angles_rad_many(true_m)
 
 
 def _recipe(name: str) -> Recipe:

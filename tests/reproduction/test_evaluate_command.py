@@ -1,0 +1,73 @@
+"""`deltactl evaluate`: a network beside geometry and a calibration."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'")
+pytest.importorskip("tflite", reason="training needs the extra 'training'")
+
+from firmware_py.evaluating.held_out import held_out
+from firmware_py.robot_file import find, load_robot
+from models.network.file import NetworkFile
+from models.training.dataset import load_dataset
+from models.training.sources import of_dataset
+from models.training.train import train_from_samples
+
+ROBOT = load_robot(find("zhao-2023.yaml"))
+
+
+@pytest.fixture(scope="module")
+def network(surveyed: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("network") / "small.tflite"
+    source = of_dataset(load_dataset(surveyed), ROBOT, first=100)
+    train_from_samples(source, "uzunovic", path, effort=10)
+    return path
+
+
+def test_only_what_it_did_not_see_judges_it(surveyed: Path, network: Path) -> None:
+    data = load_dataset(surveyed)
+    held = held_out(data, NetworkFile.load(network).metadata)
+    assert len(held.judged) == 45  # a quarter of 100, and the 20 after them
+    assert len(held.trained) == 75
+    assert not set(held.judged) & set(held.trained)
+
+
+def test_held_out_errors_and_curves(here, surveyed: Path, network: Path, tmp_path: Path) -> None:
+    saved = tmp_path / "calibrated.yaml"
+    words = ("evaluate", network, "--data", surveyed, "--as-built", "zhao-2023", "--part", "0.02")
+    done = here(*words, "--save-robot", saved, "--json")
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout)
+    median = {name: max(one["joint_median_deg"]) for name, one in answer["held_out"].items()}
+    assert median["calibrated"] < 0.5 < 5.0 < median["geometry"]
+    assert len(answer["curves"]) == 3 * 3 * 4
+    z_m = {
+        row["model"]: row["rms_true_m"][2]
+        for row in answer["curves"]
+        if row["curve"] == "circle" and row["t_pwm_s"] == 0.006
+    }
+    assert z_m["calibrated"] < 0.005 < 0.05 < z_m["geometry"]
+    assert load_robot(saved).effects
+    shown = here("evaluate", network, "--data", surveyed)
+    assert shown.returncode == 0, shown.stderr
+    assert "45 samples it was not trained on" in shown.stdout
+
+
+def test_bad_input_is_one_line(here, surveyed: Path, network: Path, tmp_path: Path) -> None:
+    broken = tmp_path / "broken.tflite"
+    broken.write_bytes(network.read_bytes()[:-40] + bytes(40))
+    other = ("--robot", "zhao-2023-as-printed.yaml")
+    for words, said in (
+        (("evaluate", broken, "--data", surveyed), "broken.tflite"),
+        (("evaluate", tmp_path / "none.tflite", "--data", surveyed), "none.tflite"),
+        (("evaluate", network, "--data", tmp_path), "settings.yaml"),
+        (("evaluate", network, "--data", surveyed, *other), "was taken with robot"),
+    ):
+        done = here(*words)
+        assert done.returncode == 2
+        assert len(done.stderr.strip().splitlines()) == 1
+        assert said in done.stderr

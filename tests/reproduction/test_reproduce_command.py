@@ -1,0 +1,69 @@
+"""`deltactl reproduce zhao-2023 --quick`: all stages once, then from what is kept."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'")
+pytest.importorskip("tflite", reason="training needs the extra 'training'")
+pytest.importorskip("numba", reason="training needs the extra 'training'")
+
+from foundation.errors import RecordingError
+from reproduction.kept import kept
+from reproduction.sheet import Sheet
+
+
+def test_everything_short_and_again_from_what_is_kept(here, tmp_path: Path) -> None:
+    out = tmp_path / "zhao"
+    first = here("reproduce", "zhao-2023", "--quick", "--out", out)
+    assert first.returncode == 0, first.stderr
+    for words in ("Table 3", "Table 4", "Figures 10 to 15", "limit", "0.1015", "46.5250"):
+        assert words in first.stdout
+    page = (out / "report.html").read_text(encoding="utf-8")
+    for figure in (4, 5, *range(7, 16)):
+        assert f"Figure {figure}:" in page
+    assert "http" not in page.replace("http-equiv", "")
+    begun_s = time.process_time()
+    again = here("reproduce", "zhao-2023", "--quick", "--out", out)
+    assert time.process_time() - begun_s < 5.0
+    assert again.stdout == first.stdout
+    assert "training" not in again.stderr
+    (out / "tracks" / "limit-heart-0.006.npz").write_bytes(b"half a file")
+    third = here("reproduce", "zhao-2023", "--quick", "--out", out)
+    assert third.stdout == first.stdout
+    assert "limit" in third.stderr
+
+
+def test_a_full_disk_is_one_line(cli, tmp_path: Path) -> None:
+    done = cli("reproduce", "zhao-2023", "--quick", "--out", tmp_path / "zhao", disk=4000)
+    assert done.returncode == 2
+    assert "cannot be written" in done.stderr.strip().splitlines()[-1]
+    assert "Traceback" not in done.stderr
+
+
+def test_a_result_is_made_again_when_its_causes_change(tmp_path: Path) -> None:
+    calls = []
+
+    def make() -> dict[str, np.ndarray]:
+        calls.append(1)
+        return {"numbers": np.arange(3.0)}
+
+    path = tmp_path / "stage.npz"
+    for mark, made in (("a", 1), ("a", 1), ("b", 2)):
+        assert np.array_equal(kept(path, mark, make)["numbers"], [0.0, 1.0, 2.0])
+        assert len(calls) == made
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RecordingError, match="cannot be written"):
+        kept(tmp_path / "file" / "stage.npz", "a", make)
+
+
+def test_a_sheet_in_three_forms() -> None:
+    sheet = Sheet("Sizes", ["name", "mm"], [["long", "1.25"], ["a", "10.5"]], note="By hand.")
+    assert sheet.text().splitlines()[2:] == ["name    mm", "──────────", "long  1.25", "a     10.5",
+                                             "By hand."]  # fmt: skip
+    assert "| long | 1.25 |" in sheet.markdown()
+    assert '<td class="number">10.5</td>' in sheet.html()
