@@ -38,6 +38,6 @@ QUICK = Scale(
     few=100,
     ablation=(100, 200),
     effort=10,
-    part=0.05,
+    part=0.1,
     speeds=(0.002, 0.006),
 )
