@@ -35,13 +35,18 @@ class ServoLoop:
         self._sampler = Sampler(ticks, self._period_ns, drive.rad_per_count)
 
     def settle(self) -> None:
-        """Take where the arms are for where they are asked to be, at rest."""
-        counts = self.drives.read_counts()
+        """Take where the arms are for where they are asked to be, at rest.
+
+        Set-points may be finer than the encoders: an arm within a count of its own stays there.
+        """
+        encoders, asked = self.drives.read_counts(), self.setpoints.counts
+        ratio = self._rad_per_count / self._step_rad
         first, second, third = (
-            round(count * self._rad_per_count / self._step_rad) for count in counts
+            count if abs(count - seen * ratio) <= ratio else round(seen * ratio)
+            for count, seen in zip(asked, encoders, strict=True)
         )
         self.setpoints.restart((first, second, third), self.due_ns)
-        self.control.reset(self.setpoints.references_now_rad(), counts)
+        self.control.reset(self.setpoints.references_now_rad(), encoders)
         self._guard.reset()
         self._sampler.drop()
 

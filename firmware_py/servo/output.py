@@ -16,7 +16,7 @@ from drivers.current.contract import CurrentDrives
 from drivers.steps.contract import Counts, OutputState, OutputStatus, Ticks
 from firmware_py.servo.loop import BLOCK_NS, ServoLoop
 from firmware_py.servo.samples import ServoSample
-from foundation.clock import NS_PER_S, Clock, Task, sleep_s
+from foundation.clock import Clock, Task, sleep_s
 from foundation.errors import EmergencyStop, HardwareError, NotReady, PulseFault
 from models.servo_drive import ServoDrive
 
@@ -48,6 +48,7 @@ class ServoOutput:
         self._lock = threading.RLock()
         self._state, self._reason = OutputState.DISABLED, ""
         self._slip_ns = self._late_ns = 0
+        self._closed = False
         self._beat_ns = clock.now_ns()
         self._loop = ServoLoop(drive, drives, clock.now_ns())
         self._task = clock.start("servo", self._run())
@@ -60,6 +61,7 @@ class ServoOutput:
     def enable(self) -> None:
         """See StepOutput: lifts the brakes and holds the arms where they are."""
         with self._lock:
+            self._refuse_when_closed("energise the drives")
             self._refuse_when_pressed("energise the drives")
             if self._state is OutputState.STOPPED:
                 raise NotReady(
@@ -84,15 +86,22 @@ class ServoOutput:
         now_ns = self._clock.now_ns()
         with self._lock:
             if self._state is OutputState.STOPPED:
-                raise NotReady(f"cannot queue set-points: stopped ({self._reason}); acknowledge it")
+                raise NotReady(
+                    f"cannot queue set-points: stopped ({self._reason}); acknowledge the stop first"
+                )
             if self._state is OutputState.DISABLED:
-                raise NotReady("cannot queue set-points: the drives are not enabled")
+                raise NotReady("cannot queue set-points: the drives are not enabled; enable them")
             if not len(ticks):
                 return
-            if len(ticks) > self.room():
-                raise PulseFault(f"{len(ticks)} set-points do not fit; wait")
+            room = self.room()
+            if len(ticks) > room:
+                raise PulseFault(
+                    f"{len(ticks)} set-points do not fit, there is room for {room}; wait"
+                )
             if np.any(np.diff(ticks.due_ns) <= 0):
                 raise ValueError("set-points must be strictly increasing in time")
+            if np.abs(ticks.steps).max() > 1:
+                raise ValueError("a set-point's steps must be -1, 0 or +1")
             setpoints = self._loop.setpoints
             if not len(setpoints):
                 self._late_ns = max(0, now_ns - int(ticks.due_ns[0]))
@@ -137,8 +146,8 @@ class ServoOutput:
             ratio = self._drive.rad_per_step / self._drive.rad_per_count
             first, second, third = (round(count * ratio) for count in counts)
             self._drives.set_counts((first, second, third))
-            self._loop.settle()
             self._loop.setpoints.restart(counts, self._clock.now_ns())
+            self._loop.settle()
 
     def stop(self, reason: str) -> None:
         """See StepOutput: currents to zero, brakes on."""
@@ -165,6 +174,7 @@ class ServoOutput:
         self.stop("closed")
         self._task.stop()
         with self._lock:
+            self._closed = True
             self._drives.close()
 
     def _run(self) -> Task:
@@ -176,33 +186,36 @@ class ServoOutput:
     def _block(self, now_ns: int) -> None:
         loop = self._loop
         loop.due_ns = max(loop.due_ns, now_ns - MOST_BEHIND_NS)
+        if self._state is not OutputState.STOPPED and self._estop_pressed():
+            self.stop("e-stop")
         if self._state in (OutputState.READY, OutputState.MOVING):
-            wrong = self._wrong(now_ns)
-            try:
-                wrong = wrong or loop.run(now_ns)
-            except (HardwareError, ValueError) as error:
-                wrong = str(error)
-            if wrong:
-                self.stop(wrong)
-            elif self._state is OutputState.MOVING and not len(loop.setpoints):
-                self._state = OutputState.READY
+            self._move(now_ns)
         loop.idle(now_ns)
         self._on_block(now_ns)
 
-    def _wrong(self, now_ns: int) -> str:
-        """What stops the robot from outside."""
-        if self._estop_pressed():
-            return "e-stop"
-        silent_ns = now_ns - self._beat_ns
-        if self._state is OutputState.MOVING and silent_ns > self._heartbeat_ns:
-            return f"no heartbeat for {silent_ns / NS_PER_S:.2f} s"
-        return ""
+    def _move(self, now_ns: int) -> None:
+        loop, last_ns = self._loop, now_ns
+        silent = self._state is OutputState.MOVING and now_ns - self._beat_ns > self._heartbeat_ns
+        if silent:
+            last_ns = self._beat_ns + self._heartbeat_ns
+        try:
+            wrong = loop.run(last_ns)
+        except (HardwareError, ValueError) as error:
+            wrong = str(error)
+        if wrong or silent:
+            self.stop(wrong or "no heartbeat")
+        elif self._state is OutputState.MOVING and not len(loop.setpoints):
+            self._state = OutputState.READY
 
     def _release(self) -> None:
         """No current, brakes on, nothing queued."""
         self._drives.make_safe()
         setpoints = self._loop.setpoints
         setpoints.restart(setpoints.counts, self._clock.now_ns())
+
+    def _refuse_when_closed(self, what: str) -> None:
+        if self._closed:
+            raise PulseFault(f"cannot {what}: closed; start the servo output again and home")
 
     def _refuse_when_pressed(self, what: str) -> None:
         if self._estop_pressed():

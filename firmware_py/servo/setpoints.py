@@ -76,14 +76,13 @@ class Setpoints:
         return found
 
     def take_sent(self) -> Ticks:
-        """Ticks that were passed since the last call."""
+        """Ticks that were passed since the last call, without those that ask for no step."""
         sent, self._sent = self._sent, []
         if not sent:
             return NOTHING
-        return Ticks(
-            np.concatenate([one.due_ns for one in sent]),
-            np.concatenate([one.steps for one in sent]),
-        )
+        steps = np.concatenate([one.steps for one in sent])
+        moving = (steps != 0).any(axis=1)
+        return Ticks(np.concatenate([one.due_ns for one in sent])[moving], steps[moving])
 
     def references_now_rad(self) -> Three:
         """Where the counts put the arms."""
