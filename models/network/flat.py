@@ -63,6 +63,17 @@ class Table:
         at = self.field(number)
         return 0 if at is None else _u32(self.content, at)
 
+    def present(self) -> list[int]:
+        """Numbers of the fields that are there."""
+        vtable = self.at - _i32(self.content, self.at)
+        fields = max(0, _u16(self.content, vtable) - 4) // 2
+        return [number for number in range(fields) if self.field(number) is not None]
+
+    def target(self, number: int) -> Table | None:
+        """The table that a field points to; None when it is absent."""
+        at = self.field(number)
+        return None if at is None else Table(self.content, at + _u32(self.content, at))
+
     def u8(self, number: int) -> int:
         """A field of one byte; absent ones are 0."""
         at = self.field(number)

@@ -1,75 +1,204 @@
-"""What a network may be made of, looked at before the runtime in C++ is given the file.
+"""A network is read through before the runtime in C++, which trusts what it is given, runs it.
 
-A checksum says that a file is whole, not who wrote it: a file of a few kB may ask for
-gigabytes of tensors, or for operators that read files and keep state.
+A checksum says that a file is whole, not who wrote it. Of random changes to a file one in a
+hundred took the runtime down. So only what deltactl writes is let through: one graph of dense
+layers and plain arithmetic in float32, every offset, shape and buffer of it checked here, and
+no field that is not checked. Numbers are those of the TFLite schema (version 3).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from dataclasses import dataclass
 
 from foundation.errors import NetworkError
 from models.network.flat import FlatError, Table
 
-MODEL_OPERATOR_CODES, MODEL_SUBGRAPHS = 1, 2
-CODE_DEPRECATED, CODE_CUSTOM, CODE_BUILTIN = 0, 1, 3
-GRAPH_TENSORS, GRAPH_OPERATORS = 0, 3
-TENSOR_SHAPE = 0
-OPERATOR_CODE, OPERATOR_INPUTS, OPERATOR_OUTPUTS = 0, 1, 2
-
-ALLOWED: dict[int, str] = {
-    0: "ADD", 2: "CONCATENATION", 6: "DEQUANTIZE", 9: "FULLY_CONNECTED", 14: "LOGISTIC",
-    18: "MUL", 19: "RELU", 21: "RELU6", 22: "RESHAPE", 28: "TANH", 41: "SUB", 42: "DIV",
-    45: "STRIDED_SLICE", 47: "EXP", 53: "CAST", 65: "SLICE", 66: "SIN", 75: "SQRT",
-    77: "SHAPE", 83: "PACK", 92: "SQUARE", 98: "LEAKY_RELU", 108: "COS", 111: "ELU",
-    114: "QUANTIZE",
-}  # fmt: skip
-"""Builtin operators by their number in the TFLite schema; plain arithmetic, no others."""
-MOST_OPERATORS, MOST_TENSORS, MOST_CODES = 1000, 2000, 100
+FULLY_CONNECTED, LOGISTIC, MUL, RESHAPE, TANH = 9, 14, 18, 22, 28
+OPTIONS = {FULLY_CONNECTED: 8, LOGISTIC: 0, MUL: 21, RESHAPE: 17, TANH: 0}
+"""Operators by builtin code, and the kind of options that each may have."""
+FLOAT32, INT32 = 0, 2
+MOST_OPERATORS, MOST_TENSORS = 1000, 2000
 MOST_ELEMENTS = 16 * 2**20
-"""Of all tensors together; the shipped network has some thousand."""
+"""Of all tensors together; the shipped networks have some hundred."""
+
+# Numbers of the fields that may be there, by table.
+_MODEL = {0: "version", 1: "codes", 2: "graphs", 3: "description", 4: "buffers", 6: "metadata"}
+_CODE = {0: "deprecated", 2: "version", 3: "builtin"}
+_GRAPH = {0: "tensors", 1: "inputs", 2: "outputs", 3: "operators", 4: "name"}
+_TENSOR = {0: "shape", 1: "type", 2: "buffer", 3: "name"}
+_OPERATOR = {0: "code", 1: "inputs", 2: "outputs", 3: "options_type", 4: "options"}
+_BUFFER = {0: "data"}
+
+Shape = tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Tensor:
+    shape: Shape
+    kind: int
+    data: bytes
+
+    @property
+    def elements(self) -> int:
+        return math.prod(self.shape)
 
 
 def check_structure(content: bytes, where: str) -> None:
-    """Raises NetworkError (one line) for anything but one small graph of plain arithmetic."""
+    """Raises NetworkError (one line) for anything but a small graph of dense layers."""
     try:
-        for problem in _problems(Table.root(content)):
-            raise NetworkError(f"{where}: {problem}; it is not run")
+        _Network(content).check()
     except FlatError as error:
-        raise NetworkError(f"{where}: {error}; copy or train it again") from None
+        raise NetworkError(f"{where}: {error}; it is not run, train it again") from None
 
 
-def _problems(model: Table) -> Iterator[str]:
-    codes = [_code(one) for one in model.tables(MODEL_OPERATOR_CODES, MOST_CODES)]
-    for code, custom in codes:
-        if custom or code not in ALLOWED:
-            yield f"has an operator that no network here needs ({custom or code})"
-    graphs = list(model.tables(MODEL_SUBGRAPHS, MOST_CODES))
-    if len(graphs) != 1:
-        yield f"has {len(graphs)} graphs instead of one"
-    for graph in graphs:
-        yield from _graph_problems(graph, len(codes))
+class _Network:
+    def __init__(self, content: bytes):
+        model = _only(Table.root(content), _MODEL)
+        _named(model, 3)
+        self._codes = [_code(table) for table in model.tables(1, 100)]
+        self._buffers = [_data(table) for table in model.tables(4, MOST_TENSORS)]
+        graphs = list(model.tables(2, 100))
+        if len(graphs) != 1:
+            raise FlatError(f"has {len(graphs)} graphs instead of one")
+        self._graph = _only(graphs[0], _GRAPH)
+        _named(self._graph, 4)
+        self._tensors = self._read_tensors()
+
+    def check(self) -> None:
+        """Every operator has what it needs, from tensors that are there by then."""
+        ready = {index for index, one in enumerate(self._tensors) if one.data}
+        for index in self._graph.i32s(1):
+            if self._tensor(index).data:
+                raise FlatError("has an input that is a constant")
+            ready.add(index)
+        for operator in self._graph.tables(3, MOST_OPERATORS):
+            self._check_operator(_only(operator, _OPERATOR), ready)
+        for index in self._graph.i32s(2):
+            if index not in ready:
+                raise FlatError("has an output that nothing makes")
+
+    def _read_tensors(self) -> list[_Tensor]:
+        found, elements = [], 0
+        for table in self._graph.tables(0, MOST_TENSORS):
+            tensor = self._read_tensor(_only(table, _TENSOR))
+            elements += tensor.elements
+            if elements > MOST_ELEMENTS:
+                raise FlatError(f"has tensors of more than {MOST_ELEMENTS} numbers")
+            found.append(tensor)
+        return found
+
+    def _read_tensor(self, table: Table) -> _Tensor:
+        _named(table, 3)
+        shape, kind, buffer = table.i32s(0), table.u8(1), table.u32(2)
+        if not 1 <= len(shape) <= 4 or not all(1 <= size <= MOST_ELEMENTS for size in shape):
+            raise FlatError(f"has a tensor of shape {shape[:8]}")
+        if kind not in (FLOAT32, INT32):
+            raise FlatError(f"has a tensor of type {kind}, neither float32 nor int32")
+        if buffer >= len(self._buffers):
+            raise FlatError("has a tensor without a buffer")
+        tensor = _Tensor(shape, kind, self._buffers[buffer])
+        if tensor.data and len(tensor.data) != 4 * tensor.elements:
+            raise FlatError(f"has {len(tensor.data)} bytes for a tensor of shape {shape}")
+        return tensor
+
+    def _tensor(self, index: int) -> _Tensor:
+        if not 0 <= index < len(self._tensors):
+            raise FlatError("names a tensor that is not there")
+        return self._tensors[index]
+
+    def _check_operator(self, operator: Table, ready: set[int]) -> None:
+        number, inputs, outputs = operator.u32(0), operator.i32s(1), operator.i32s(2)
+        if number >= len(self._codes):
+            raise FlatError("has an operator without a code")
+        code = self._codes[number]
+        if operator.u8(3) != OPTIONS[code]:
+            raise FlatError(f"has options of kind {operator.u8(3)} for operator {code}")
+        _check_options(operator, code)
+        if len(outputs) != 1 or outputs[0] in ready or not set(inputs) <= ready:
+            raise FlatError("has operators that do not follow from one another")
+        given, made = [self._tensor(index) for index in inputs], self._tensor(outputs[0])
+        if made.kind != FLOAT32 or not _FITS[code](given, made):
+            shapes = ", ".join(str(one.shape) for one in given)
+            raise FlatError(f"has an operator {code} from {shapes} to {made.shape}")
+        ready.add(outputs[0])
 
 
-def _graph_problems(graph: Table, codes: int) -> Iterator[str]:
-    elements = tensors = 0
-    for tensor in graph.tables(GRAPH_TENSORS, MOST_TENSORS):
-        shape = tensor.i32s(TENSOR_SHAPE)
-        if len(shape) > 8 or any(size < 0 for size in shape):
-            yield f"has a tensor of shape {shape[:8]}"
-        elements += math.prod(shape)
-        tensors += 1
-        if elements > MOST_ELEMENTS:
-            yield f"has tensors of more than {MOST_ELEMENTS} numbers"
-    for operator in graph.tables(GRAPH_OPERATORS, MOST_OPERATORS):
-        if operator.u32(OPERATOR_CODE) >= codes:
-            yield "has an operator without a code"
-        touched = [*operator.i32s(OPERATOR_INPUTS), *operator.i32s(OPERATOR_OUTPUTS)]
-        if any(not -1 <= index < tensors for index in touched):
-            yield "has an operator on a tensor that is not there"
+def _dense_fits(given: list[_Tensor], made: _Tensor) -> bool:
+    if not 2 <= len(given) <= 3 or any(one.kind != FLOAT32 for one in given):
+        return False
+    x, weights = given[:2]
+    if len(x.shape) != 2 or len(weights.shape) != 2 or not weights.data:
+        return False
+    if len(given) == 3 and (given[2].shape != weights.shape[:1] or not given[2].data):
+        return False
+    return x.shape[1] == weights.shape[1] and made.shape == (x.shape[0], weights.shape[0])
 
 
-def _code(table: Table) -> tuple[int, str]:
-    custom = table.span(CODE_CUSTOM).of(table.content)[:40].decode("ascii", "replace")
-    return max(table.u8(CODE_DEPRECATED), table.u32(CODE_BUILTIN)), custom
+def _same_fits(count: int, given: list[_Tensor], made: _Tensor) -> bool:
+    alike = all(one.kind == FLOAT32 and one.shape == made.shape for one in given)
+    return len(given) == count and alike
+
+
+def _reshape_fits(given: list[_Tensor], made: _Tensor) -> bool:
+    if len(given) != 2 or given[0].kind != FLOAT32 or given[0].elements != made.elements:
+        return False
+    shape = given[1]
+    wanted = b"".join(size.to_bytes(4, "little") for size in made.shape)
+    return shape.kind == INT32 and shape.data == wanted and shape.shape == (len(made.shape),)
+
+
+_FITS = {
+    FULLY_CONNECTED: _dense_fits,
+    MUL: lambda given, made: _same_fits(2, given, made),
+    LOGISTIC: lambda given, made: _same_fits(1, given, made),
+    TANH: lambda given, made: _same_fits(1, given, made),
+    RESHAPE: _reshape_fits,
+}
+
+
+def _check_options(operator: Table, code: int) -> None:
+    """Options may be left out; those that are there must be zero, or the new shape's vector."""
+    at = operator.target(4)
+    if at is None:
+        return
+    for number in at.present():
+        if code == RESHAPE and number == 0:
+            at.i32s(0)
+        elif code in (FULLY_CONNECTED, MUL) and number < 4 and at.u8(number) == 0:
+            continue
+        else:
+            raise FlatError(f"has option {number} of operator {code} set")
+
+
+def _only(table: Table, known: dict[int, str]) -> Table:
+    """The table, if no other fields than these are in it."""
+    for number in table.present():
+        if number not in known:
+            raise FlatError(f"has a part that no network of deltactl has (field {number})")
+    return table
+
+
+def _named(table: Table, number: int) -> None:
+    """A text must end with a zero byte: the runtime reads up to that."""
+    span = table.span(number)
+    if (
+        span.length
+        and table.content[span.start + span.length : span.start + span.length + 1] != b"\0"
+    ):
+        raise FlatError("has a text without an end")
+
+
+def _code(table: Table) -> int:
+    _only(table, _CODE)
+    code = max(table.u8(0), table.u32(3))
+    if code not in OPTIONS:
+        raise FlatError(f"has an operator that no network here needs ({code})")
+    return code
+
+
+def _data(table: Table) -> bytes:
+    span = _only(table, _BUFFER).span(0)
+    if span.start % 4:
+        raise FlatError("has numbers at odd places")
+    return span.of(table.content)
