@@ -117,11 +117,11 @@ def _by_jobs(
 
 def _runner(
     controller: RobotController, sleep: Callable[[float], None]
-) -> Callable[[Path, Path], JobResult]:
+) -> Callable[[Path], JobResult]:
     from firmware_py.cli.follow import follow
 
-    def run(job: Path, recording: Path) -> JobResult:
-        number = controller.submit(job.resolve(), recording.resolve())
+    def run(job: Path) -> JobResult:
+        number = controller.submit(job.resolve())
         return follow(controller, number, sleep, 0.5, quiet=True)
 
     return run

@@ -23,13 +23,13 @@ from recording.reader import read_run
 from recording.run import Run
 
 CHUNK = 50
-JOB, RECORDING = "poses.yaml", "poses.mcap"
+JOB = "poses.yaml"
 SETTLE_NS = 100_000_000
 """Readings of the first tenth of a second of a rest are left out."""
 SPARE = 1.1
 """Poses drawn for each sample wanted: a sensor may not see some."""
-RunJob = Callable[[Path, Path], JobResult]
-"""Runs a job file and records it; how it ended."""
+RunJob = Callable[[Path], JobResult]
+"""Runs a job file and records it; how it ended. A daemon keeps the recording in its own folder."""
 Progress = Callable[[int], None]
 
 
@@ -53,25 +53,26 @@ def collect(
             progress(writer.count)
             wanted = counts[next_pose : next_pose + min(CHUNK, samples - writer.count)]
             next_pose += len(wanted)
-            job, recording = folder / JOB, folder / RECORDING
-            recording.unlink(missing_ok=True)
+            job = folder / JOB
             _write_job(job, robot, robot_path, settings, wanted)
-            result = run(job, recording)
-            if result.outcome != "done" or result.recording_error:
+            result = run(job)
+            if result.outcome != "done" or result.recording_error or result.recording is None:
                 why = result.recording_error or result.why or result.outcome
                 raise MotionError(
                     f"{job}: did not run to its end ({why}); the {writer.count} samples before "
                     "are kept, the same command goes on from there"
                 )
+            recording = Path(result.recording)
             writer.append(rests(read_run(recording), robot, wanted))
+            if recording.parent.resolve() == folder.resolve():
+                recording.unlink()
         progress(writer.count)
         if writer.count < samples:
             raise RecordingError(
                 f"{folder}: the sensors saw only {writer.count} of {next_pose} poses; "
                 "see 'deltactl sensors'"
             )
-    for name in (JOB, RECORDING):
-        (folder / name).unlink(missing_ok=True)
+    (folder / JOB).unlink(missing_ok=True)
 
 
 def _after_last(folder: Path, writer: DataSetWriter, counts: IntArray) -> int:
