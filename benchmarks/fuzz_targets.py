@@ -158,8 +158,8 @@ def recording_target() -> Fuzzed:
         flatten(read_run(folder.put("x.mcap", data)))
 
     packed = _small_recording(folder)
-    words = (b"\x89MCAP0\r\n", b"\x06", b"\x05", b"zstd", b"lz4", b'"t_ns":', b"9" * 20, b"null", b"[[",
-             b'"count":-1', b"\xff" * 8, b"\x00" * 8, b"/edges")  # fmt: skip
+    words = (b"\x89MCAP0\r\n", b"\x06", b"\x05", b"zstd", b"lz4", b'"t_ns":', b"9" * 20, b"null",
+             b"[[", b'"count":-1', b"\xff" * 8, b"\x00" * 8, b"/edges")  # fmt: skip
     return Fuzzed(run, (packed, _unpacked(packed)), words)
 
 

@@ -63,7 +63,7 @@ class RealSoak:
                 if number % 3 == 0:
                     self._home(client, bench)
                 self._run_job(client, bench, job, end_s)
-            if client.status().state == "running":
+            with suppress(DeltactlError):
                 client.cancel()
         self._ending.set()
         self._looking.join(5.0)
@@ -77,6 +77,8 @@ class RealSoak:
         self.tally.count("homed")
 
     def _run_job(self, client: Client, bench: BenchMemory, job: Path, end_s: float) -> None:
+        if client.status().state == "fault":
+            self._recover(client, bench)
         number, sampled_s = client.submit(job), 0.0
         paused_s = time.monotonic() + 15.0
         while (result := client.result(number)) is None and time.monotonic() < end_s:
@@ -90,6 +92,14 @@ class RealSoak:
         if result is not None:
             self._ended(result, client, bench)
 
+    def _recover(self, client: Client, bench: BenchMemory) -> None:
+        """What an operator does; the arms of the simulated robot drop to their stops."""
+        self.tally.count("recovered from a fault")
+        client.acknowledge()
+        client.power_off()
+        client.power_on()
+        self._home(client, bench)
+
     def _pause(self, client: Client) -> None:
         with suppress(DeltactlError):  # the job may have ended just now
             client.pause()
@@ -101,6 +111,8 @@ class RealSoak:
         self.tally.count(f"jobs {result.outcome}")
         if result.outcome != "done" or result.recording_error or result.warning:
             self.tally.problems.append(str(result))
+        if result.outcome == "fault":
+            return
         counts = client.status().counts
         drift = self._drift(counts, bench)
         if drift:
