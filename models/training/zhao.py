@@ -40,7 +40,7 @@ class ZhaoSettings:
     standardise: bool = True
     """Inputs and outputs to mean 0 and deviation 1; without it metres in and degrees out."""
     start: Start = "wide"
-    rate: float = 3e-3
+    rate: float = 1e-3
     schedule: Literal["cosine", "constant"] = "cosine"
     """Cosine: the rate falls to 0 like half a cosine."""
 

@@ -16,8 +16,9 @@ from models.linkage import Linkage, forward, inverse
 from models.robot import DeltaRobot, FloatArray, load_delta
 from models.training.calibrate import Plausible, calibrate
 from models.training.one_thread import one_thread
-from models.training.recipe import Follow, Trained, unseen
+from models.training.recipe import Follow, unseen
 from models.training.samples_of_angles import IntArray, split
+from models.training.tooth_errors import find_tooth_errors
 from models.training.uzunovic import UzunovicSettings, train_uzunovic
 from reproduction.sheet import Sheet
 from reproduction.uzunovic_2013.kinematics_as_built import StageRobot
@@ -35,6 +36,8 @@ LEAD = (
     "the real one, so what is wrong here was chosen to give errors of the printed size."
 )
 _STEPS = 5
+_GEOMETRY_NUMBERS = 15
+"""Five an arm: radius, upper arm, forearm, direction, zero."""
 _STAGE_SEES = Plausible(
     length=0.1,
     azimuth_rad=0.2,
@@ -123,10 +126,10 @@ def validate(samples: int, iterations: int, follow: Follow = unseen) -> Validati
     follow(3, _STEPS, "calibrating the robot")
     exact_rad, numbers = _calibrated(robot, measured)
     models["calibrated geometry"] = (exact_rad, numbers, everything)
-    follow(4, _STEPS, "training a network on what the calibration leaves")
-    rest = train_uzunovic(position_m, angles_rad - exact_rad, settings)
-    together_rad: FloatArray = exact_rad + rest.angles_rad_many(position_m)
-    models["calibrated geometry and network"] = (together_rad, _both(numbers, rest), everything)
+    follow(4, _STEPS, "looking for gear teeth in what the calibration leaves")
+    teeth = find_tooth_errors(exact_rad, angles_rad - exact_rad)
+    both_rad: FloatArray = exact_rad + teeth.error_rad(exact_rad)
+    models["calibrated geometry and gears"] = (both_rad, numbers + teeth.numbers, everything)
     follow(_STEPS, _STEPS, "")
     return Validation(
         measured=measured,
@@ -149,8 +152,4 @@ def _calibrated(robot: DeltaRobot, measured: Measured) -> tuple[FloatArray, int]
     """Angles by geometry with fitted lengths, directions and zeros, and how many those are."""
     bare = robot.model_copy(update={"masses": None})
     found = calibrate(bare, measured.position_m, measured.angles_rad, _STAGE_SEES)
-    return found.angles_rad_many(measured.position_m), 15
-
-
-def _both(numbers: int, rest: Trained) -> int:
-    return numbers + rest.parameters
+    return found.angles_rad_many(measured.position_m), _GEOMETRY_NUMBERS

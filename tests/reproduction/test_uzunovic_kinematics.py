@@ -73,6 +73,14 @@ def test_the_network_beats_the_mathematical_model_as_in_table_1(part: Kinematics
     assert (found.mae_deg("network") < network).all()
 
 
+def test_a_calibration_with_gears_beats_the_network_with_fewer_numbers(
+    part: KinematicsPart,
+) -> None:
+    found, ours = part.validation, "calibrated geometry and gears"
+    assert found.parameters[ours] < found.parameters["network"]
+    assert (found.rmse_deg(ours) < 0.7 * found.rmse_deg("network")).all()
+
+
 def test_errors_are_largest_at_the_borders_of_the_cube(part: KinematicsPart) -> None:
     """ "Especially on the workspace borders in x-y plane", section 3.1."""
     error_m, position_m = part.validation.error_m, part.validation.measured.position_m
