@@ -59,6 +59,8 @@ def as_text(wires: tuple[Wire, ...]) -> str:
 
 def _drives(robot: RobotFile) -> Iterator[Wire]:
     steps = robot.steps
+    if robot.drive.kind == "servo":
+        return  # servo drives hang on a fieldbus, not on pins
     for number, gpio in enumerate(steps.step_pins, 1):
         yield _wire(gpio, f"STEP {number}", f"PUL of drive {number}, through the 5 V buffer")
     for number, gpio in enumerate(steps.direction_pins, 1):

@@ -24,7 +24,7 @@ CAPACITY = 1_000_000
 """Ticks that may wait; a tenth of a second of motion is at most some ten thousand."""
 SETTLE_S = 0.2
 """From lifted brakes to the first set-point: the observer learns what gravity and friction take."""
-MOST_BEHIND_NS = 50_000_000
+MOST_BEHIND_NS = 500_000_000
 """Time that a loop which was held up does not make up for: the simulated robot stood still."""
 
 

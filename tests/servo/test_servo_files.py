@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from firmware_py.controller.build import build_controller
+from firmware_py.install.wiring import wiring
 from firmware_py.robot_file import load_robot
 from foundation.errors import ConfigError
 from models.dynamics import mass_matrix_kgm2
@@ -76,6 +78,17 @@ def test_the_diagnosis_reads_the_file_too() -> None:
     robot = load_delta(MICRO)
     assert robot.drive is not None
     assert robot.drive.kind == "servo"
+
+
+def test_there_is_no_driver_for_real_drives_and_that_is_said(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="no driver for real servo drives"):
+        build_controller(MICRO, simulated=False, realtime=True, recordings=tmp_path)
+
+
+def test_a_servo_robot_has_no_step_lines_to_wire(micro) -> None:
+    signals = {wire.signal for wire in wiring(micro)}
+    assert not any(signal.startswith(("STEP", "DIR", "ENA", "ALM")) for signal in signals)
+    assert "E-STOP" in signals
 
 
 def test_the_nominal_inertia_is_that_of_the_paper_s_cube(micro, drive) -> None:
