@@ -11,12 +11,10 @@ from diagnosis.delta_model import DeltaModel
 from diagnosis.diagnose import diagnose_model
 from diagnosis.experiment import MotionLimits
 from diagnosis.result import Diagnosis
-from diagnosis.servo_diagnose import diagnose_servo
-from diagnosis.servo_signals import reads_disturbance
+from diagnosis.servo_robot import diagnose_servo_robot, is_servo_run
 from foundation.errors import RecordingError
 from foundation.strict_yaml import Document
 from models.robot import DeltaRobot, RobotModel, load_robot_model
-from models.servo_drive import ServoDrive
 from recording.flat import FlatRecording
 from recording.flat_files import read_flat
 
@@ -62,8 +60,8 @@ def diagnose_recordings(
         raise RecordingError("no recording was given")
     if not isinstance(belief, DeltaRobot):
         return diagnose_axis(belief, recordings, holdout, progress)
-    if isinstance(belief.drive, ServoDrive) and all(map(reads_disturbance, recordings)):
-        return diagnose_servo(belief, recordings, holdout, progress)
+    if is_servo_run(belief, [*recordings, *holdout]):
+        return diagnose_servo_robot(belief, recordings, holdout, progress, motion_limits)
     model = DeltaModel(belief, recordings)
     held_out = [DeltaModel(belief, [recording]) for recording in holdout]
     rad_per_step = belief.drive.rad_per_step if belief.drive else 0.0
