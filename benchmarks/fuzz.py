@@ -20,7 +20,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 TARGETS = ("job", "socket", "recording", "model", "csv")
 ENGINES = ("hypothesis", "atheris")
 MOST_GROWTH_MB = 30.0
-"""After the first fifth of the inputs; corpora and caches of the engines themselves grow too."""
+"""Over half the number of inputs again without hypothesis, whose own notes grow; with atheris
+after the first fifth of them, its corpus included."""
 SLOW_MS = 1000.0
 
 

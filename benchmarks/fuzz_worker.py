@@ -55,10 +55,14 @@ class Measured:
             signal.setitimer(signal.ITIMER_PROF, 0.0)
         self.slowest_s = max(self.slowest_s, time.process_time() - begun_s)
         self.inputs += 1
-        if self.inputs == self._wanted // 5:
-            self._early_kb = _rss_kb()
+        if self._engine == "atheris" and self.inputs == self._wanted // 5:
+            self.begin_growth()
         if self.inputs % 1000 == 0 or self.inputs == self._wanted:
             self.write()
+
+    def begin_growth(self) -> None:
+        """Memory is looked at from here on."""
+        self._early_kb = _rss_kb()
 
     def _note(self, what: str, data: bytes) -> None:
         self.kinds[f"NOT OURS {what.split(':')[0]}"] += 1
@@ -117,6 +121,17 @@ def by_hypothesis(measured: Measured, inputs: int, seed: int) -> None:
     run()
 
 
+def grow_without(measured: Measured, inputs: int, seed: int) -> None:
+    """As many inputs again without the engine, whose own notes grow with every example."""
+    chance = random.Random(seed)
+    measured.begin_growth()
+    from benchmarks.fuzz_targets import mutated
+
+    for _ in range(inputs):
+        measured.one(mutated(measured.fuzzed, chance))
+    measured.write()
+
+
 def by_atheris(measured: Measured, inputs: int, seed: int, folder: Path) -> None:
     """Led by coverage of our own code; ends the process."""
     import atheris
@@ -173,7 +188,7 @@ def main() -> None:
         by_atheris(measured, int(inputs), int(seed), Path(out).parent)
     else:
         by_hypothesis(measured, int(inputs), int(seed))
-        measured.write()
+        grow_without(measured, int(inputs) // 2, int(seed))
 
 
 if __name__ == "__main__":

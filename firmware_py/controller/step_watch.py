@@ -3,7 +3,13 @@
 Of every good range the one expected from the edges really sent is taken off. What is left is
 the model's error, which changes slowly, the sensors' noise, and steps that were lost. So the
 median over the last `NOW_S` is compared with the median over some seconds before, and the
-difference, through the linkage's derivatives, becomes steps of each motor.
+difference, through the linkage's derivatives, becomes steps of each motor. A jump shows at
+once, a motor that stands still as soon as its counter has gone on far enough.
+
+A difference is a loss when it is larger than noise makes it in a week (`LEAST_M`), and twice
+as large as anything in the last minutes: play, wrong lengths, a sensor's scale and latency
+come back with every lap of a path. Until that is known, more is asked for (`FIRST_M`).
+`benchmarks/step_watch.py` prints what is seen, how soon, at which speed.
 
 Limits: what is lost slower than the window before is long is left to the diagnosis, and so is
 a disagreement that was there from the start. With one sensor missing nothing is seen.
@@ -11,6 +17,7 @@ a disagreement that was there from the start. With one sensor missing nothing is
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
 
@@ -18,22 +25,25 @@ import numpy as np
 
 from drivers.ranging.contract import Gate, Reading
 from drivers.steps.contract import Counts, Ticks
+from firmware_py.controller.residuals import Expectation, Residuals
 from firmware_py.robot_file import RobotFile
 from foundation.clock import ns
-from models.linkage import Linkage, forward
-from models.robot import AXES, FloatArray
+from models.robot import FloatArray
 
-NOW_S = 0.4
-BEFORE_S = (0.7, 3.0)
+NOW_S = 0.28
+BEFORE_S = (0.45, 3.0)
 """The window compared with, from so long ago to so long ago."""
-LOOK_S = 0.1
+LOOK_S = 0.08
 READINGS_NEEDED = 6
 LOOKS_IN_A_ROW = 2
-LOSS_M = 0.008
-"""Of an elbow's way: less is not told from play, the sensors' scale and latency, and noise."""
-USUAL, USUAL_S = 4.0, 20.0
-"""Nor is less than so many times what has been usual over the last so many seconds."""
-NUDGE_RAD = 1e-4
+LEAST_M, FIRST_M = 0.0042, 0.008
+"""Of an elbow's way. With 1.5 mm of noise a difference scatters by 0.5 to 0.7 mm."""
+TIMES_USUAL = 2.0
+"""A loss is so many times the largest difference that was no loss."""
+USUAL_S = 90.0
+"""Which is forgotten with this time constant."""
+PATIENCE_S = 2.0
+"""A difference is usual only after it has not become a loss for so long."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,49 +63,59 @@ class StepLoss:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class _Residual:
-    t_ns: int
-    axis: int
-    excess_m: float
-    slope_m: FloatArray
-    """Change of this range with a radian of each arm; shape (3,)."""
+class Usual:
+    """The largest difference that turned out to be none, slowly forgotten."""
+
+    def __init__(self) -> None:
+        self.largest_m = FIRST_M / TIMES_USUAL
+        self._looks: deque[tuple[int, float]] = deque()
+
+    def limit_m(self) -> float:
+        """From here on it is a loss."""
+        return max(LEAST_M, TIMES_USUAL * self.largest_m)
+
+    def note(self, now_ns: int, elbow_m: float) -> None:
+        """A difference that is no loss so far."""
+        self.largest_m *= math.exp(-LOOK_S / USUAL_S)
+        self._looks.append((now_ns, abs(elbow_m)))
+        while self._looks[0][0] < now_ns - ns(PATIENCE_S):
+            self.largest_m = max(self.largest_m, self._looks.popleft()[1])
+
+    def forgive(self) -> None:
+        """The last looks saw a loss grow: they say nothing about what is usual."""
+        self._looks.clear()
 
 
 class StepWatch:
     """Fed with edges and readings (the latter from any thread); `look` judges now and then."""
 
     def __init__(self, robot: RobotFile):
-        self._linkage = Linkage.of(robot.geometry)
+        self._expected = Expectation(robot)
         self._step_rad = robot.drive.rad_per_step
         self._elbows_m = np.broadcast_to(np.asarray(robot.geometry.upper_arm_m), (3,))
-        self._sensors = robot.sensors
+        self._blind = robot.sensors is None
         self._readings: deque[Reading] = deque(maxlen=1000)
         self.reset((0, 0, 0), 0)
 
     def reset(self, counts: Counts, now_ns: int) -> None:
         """Begin afresh: the motors are where the counters say."""
-        self._counts = np.array(counts, dtype=np.int64)
-        self._times_ns = np.array([now_ns], dtype=np.int64)
-        self._history = self._counts[np.newaxis, :]
-        self._residuals: deque[_Residual] = deque()
+        self._expected.reset(counts, now_ns)
+        self._rows = Residuals.none()
         self._looked_ns = now_ns
         self._suspected = 0
-        self._usual_m2 = 0.0
+        self._usual = Usual()
         self._readings.clear()
 
     def forgive(self) -> None:
         """Take what was found as given from now on."""
-        self._residuals.clear()
+        self._rows = Residuals.none()
         self._suspected = 0
+        self._usual.forgive()
 
     def sent(self, ticks: Ticks) -> None:
         """Edges really sent."""
         if len(ticks):
-            counts = self._counts + np.cumsum(ticks.steps, axis=0, dtype=np.int64)
-            self._times_ns = np.concatenate([self._times_ns, ticks.due_ns])
-            self._history = np.vstack([self._history, counts])
-            self._counts = counts[-1]
+            self._expected.sent(ticks)
 
     def reading(self, reading: Reading) -> None:
         """A sample of a sensor."""
@@ -104,62 +124,46 @@ class StepWatch:
 
     def look(self, now_ns: int) -> StepLoss | None:
         """What is found, at most every `LOOK_S`; all edges up to `now_ns` must have been told."""
-        if self._sensors is None or now_ns - self._looked_ns < ns(LOOK_S):
+        if self._blind or now_ns - self._looked_ns < ns(LOOK_S):
             return None
         self._looked_ns = now_ns
-        self._take_readings()
-        self._forget(now_ns)
+        new = [self._readings.popleft() for _ in range(len(self._readings))]
+        rows = self._rows.and_then(self._expected.residuals(new))
+        self._rows = rows.since(now_ns - ns(BEFORE_S[1]))
+        self._expected.forget(now_ns)
         loss = self._compare(now_ns)
         self._suspected = self._suspected + 1 if loss else 0
         return loss if self._suspected >= LOOKS_IN_A_ROW else None
 
-    def _take_readings(self) -> None:
-        readings = [self._readings.popleft() for _ in range(len(self._readings))]
-        if not readings:
-            return
-        assert self._sensors is not None
-        times_ns = np.array([one.t_ns for one in readings])
-        rows = np.searchsorted(self._times_ns, times_ns, side="right") - 1
-        angles_rad = self._history[np.maximum(rows, 0)] * self._step_rad
-        nudged = angles_rad[:, np.newaxis, :] + NUDGE_RAD * np.vstack([np.zeros(3), np.eye(3)])
-        positions_m = forward(self._linkage, nudged).position_m
-        axes = [AXES.index(one.axis) for one in readings]
-        ranges_m = np.einsum("nki,ni->nk", positions_m, self._sensors.axes[axes])
-        slopes_m = (ranges_m[:, 1:] - ranges_m[:, :1]) / NUDGE_RAD
-        measured_m = np.array([one.distance_m for one in readings])
-        excess_m = measured_m - self._sensors.offsets_m[axes] - ranges_m[:, 0]
-        for t_ns, axis, excess, slope in zip(
-            times_ns.tolist(), axes, excess_m.tolist(), slopes_m, strict=True
-        ):
-            if np.isfinite(excess) and np.all(np.isfinite(slope)):
-                self._residuals.append(_Residual(t_ns, axis, excess, slope))
-
-    def _forget(self, now_ns: int) -> None:
-        oldest_ns = now_ns - ns(BEFORE_S[1])
-        while self._residuals and self._residuals[0].t_ns < oldest_ns:
-            self._residuals.popleft()
-        keep = max(0, int(np.searchsorted(self._times_ns, now_ns - ns(1.0))) - 1)
-        self._times_ns, self._history = self._times_ns[keep:], self._history[keep:]
-
     def _compare(self, now_ns: int) -> StepLoss | None:
-        newest = [one for one in self._residuals if one.t_ns >= now_ns - ns(NOW_S)]
-        before = [one for one in self._residuals if one.t_ns < now_ns - ns(BEFORE_S[0])]
-        change_m, slopes_m = np.empty(3), np.empty((3, 3))
-        for axis in range(3):
-            now_m = [one.excess_m for one in newest if one.axis == axis]
-            before_m = [one.excess_m for one in before if one.axis == axis]
-            if min(len(now_m), len(before_m)) < READINGS_NEEDED:
-                return None
-            change_m[axis] = np.median(now_m) - np.median(before_m)
-            slopes_m[axis] = np.mean([o.slope_m for o in newest if o.axis == axis], axis=0)
-        try:
-            moved_rad = np.linalg.solve(slopes_m, change_m)
-        except np.linalg.LinAlgError:
+        moved_rad = self._moved_rad(now_ns)
+        if moved_rad is None:
             return None
-        worst = int(np.argmax(np.abs(moved_rad)))
-        elbow_m = float(moved_rad[worst] * self._elbows_m[worst])
-        if abs(elbow_m) < max(LOSS_M, USUAL * self._usual_m2**0.5):
-            self._usual_m2 += LOOK_S / USUAL_S * (elbow_m**2 - self._usual_m2)
+        elbows_m = moved_rad * self._elbows_m
+        worst = int(np.argmax(np.abs(elbows_m)))
+        elbow_m = float(elbows_m[worst])
+        if abs(elbow_m) < self._usual.limit_m():
+            self._usual.note(now_ns, elbow_m)
             return None
         behind = -float(moved_rad[worst]) / self._step_rad
         return StepLoss(worst + 1, round(behind), elbow_m)
+
+    def _moved_rad(self, now_ns: int) -> FloatArray | None:
+        """How far the arms are now from where they were, beyond the edges; shape (3,)."""
+        rows = self._rows
+        newest = rows.t_ns >= now_ns - ns(NOW_S)
+        before = rows.t_ns < now_ns - ns(BEFORE_S[0])
+        change_m, slopes_m = np.empty(3), np.empty((3, 3))
+        for axis in range(3):
+            mine = rows.axis == axis
+            now, then = mine & newest, mine & before
+            now_m, then_m = rows.excess_m[now], rows.excess_m[then]
+            if min(len(now_m), len(then_m)) < READINGS_NEEDED:
+                return None
+            change_m[axis] = np.median(now_m) - np.median(then_m)
+            slopes_m[axis] = rows.slope_m[now].mean(axis=0)
+        try:
+            moved_rad: FloatArray = np.linalg.solve(slopes_m, change_m)
+        except np.linalg.LinAlgError:
+            return None
+        return moved_rad

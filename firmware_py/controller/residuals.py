@@ -1,0 +1,110 @@
+"""What good ranges say beyond what the edges really sent explain: the watch's raw material."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drivers.ranging.contract import Reading
+from drivers.steps.contract import Counts, Ticks
+from firmware_py.robot_file import RobotFile
+from models.linkage import Linkage, forward
+from models.robot import AXES, FloatArray
+
+Int64Array = np.ndarray[Any, np.dtype[np.int64]]
+EDGES_KEPT_NS = 1_000_000_000
+"""A reading comes a timing budget and a poll after its light."""
+NUDGE_RAD = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Residuals:
+    """Rows in the order they came.
+
+    t_ns, axis: (n,). excess_m: (n,), measured less expected. slope_m: (n, 3), change of that
+    range with a radian of each arm.
+    """
+
+    t_ns: Int64Array
+    axis: Int64Array
+    excess_m: FloatArray
+    slope_m: FloatArray
+
+    @classmethod
+    def none(cls) -> Residuals:
+        """No rows."""
+        whole = np.zeros(0, dtype=np.int64)
+        return cls(whole, whole, np.zeros(0), np.zeros((0, 3)))
+
+    def since(self, t_ns: int) -> Residuals:
+        """Rows from about this time on: all that came after the first such row."""
+        start = int(np.argmax(self.t_ns >= t_ns)) if len(self.t_ns) else 0
+        if len(self.t_ns) and self.t_ns[start] < t_ns:
+            return self.none()
+        kept = (self.t_ns[start:], self.axis[start:], self.excess_m[start:], self.slope_m[start:])
+        return Residuals(*kept)
+
+    def and_then(self, more: Residuals) -> Residuals:
+        """These rows, then others."""
+        return Residuals(
+            np.concatenate([self.t_ns, more.t_ns]),
+            np.concatenate([self.axis, more.axis]),
+            np.concatenate([self.excess_m, more.excess_m]),
+            np.vstack([self.slope_m, more.slope_m]),
+        )
+
+
+class Expectation:
+    """Knows the edges sent, and so where the arms should be when a sample was taken."""
+
+    def __init__(self, robot: RobotFile):
+        self._linkage = Linkage.of(robot.geometry)
+        self._step_rad = robot.drive.rad_per_step
+        self._sensors = robot.sensors
+        self.reset((0, 0, 0), 0)
+
+    def reset(self, counts: Counts, now_ns: int) -> None:
+        """The motors are where the counters say."""
+        self._times_ns: Int64Array = np.array([now_ns], dtype=np.int64)
+        self._counts: Int64Array = np.array([counts], dtype=np.int64)
+        self._new: deque[Ticks] = deque()
+
+    def sent(self, ticks: Ticks) -> None:
+        """Edges really sent."""
+        self._new.append(ticks)
+
+    def forget(self, now_ns: int) -> None:
+        """Drop edges that no reading can belong to any more."""
+        self._take_edges()
+        keep = max(0, int(np.searchsorted(self._times_ns, now_ns - EDGES_KEPT_NS)) - 1)
+        self._times_ns, self._counts = self._times_ns[keep:], self._counts[keep:]
+
+    def residuals(self, readings: list[Reading]) -> Residuals:
+        """What the readings say beyond the edges; those where the linkage jams are left out."""
+        if self._sensors is None or not readings:
+            return Residuals.none()
+        self._take_edges()
+        t_ns = np.array([one.t_ns for one in readings])
+        rows = np.searchsorted(self._times_ns, t_ns, side="right") - 1
+        angles_rad = self._counts[np.maximum(rows, 0)] * self._step_rad
+        nudged = angles_rad[:, np.newaxis, :] + NUDGE_RAD * np.vstack([np.zeros(3), np.eye(3)])
+        positions_m = forward(self._linkage, nudged).position_m
+        axis = np.array([AXES.index(one.axis) for one in readings])
+        ranges_m = np.einsum("nki,ni->nk", positions_m, self._sensors.axes[axis])
+        slope_m = (ranges_m[:, 1:] - ranges_m[:, :1]) / NUDGE_RAD
+        measured_m = np.array([one.distance_m for one in readings])
+        excess_m = measured_m - self._sensors.offsets_m[axis] - ranges_m[:, 0]
+        known = np.isfinite(excess_m) & np.isfinite(slope_m).all(axis=1)
+        return Residuals(t_ns[known], axis[known], excess_m[known], slope_m[known])
+
+    def _take_edges(self) -> None:
+        new = [self._new.popleft() for _ in range(len(self._new))]
+        if not new:
+            return
+        steps = np.concatenate([ticks.steps for ticks in new])
+        counts = self._counts[-1] + np.cumsum(steps, axis=0, dtype=np.int64)
+        self._times_ns = np.concatenate([self._times_ns, *(ticks.due_ns for ticks in new)])
+        self._counts = np.vstack([self._counts, counts])
