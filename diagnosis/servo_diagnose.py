@@ -8,13 +8,12 @@ import numpy as np
 
 from diagnosis.axis_answer import AxisOutcome, doubtful, findings, unexplained
 from diagnosis.axis_holdout import held_blocks, other_run
-from diagnosis.axis_prepare import prepare_again
+from diagnosis.axis_prepare import prepare_again, prepare_axis
 from diagnosis.axis_search import AxisSearch
 from diagnosis.axis_words import summary
 from diagnosis.candidate import Term
 from diagnosis.fit import Solution
 from diagnosis.limits import limits
-from diagnosis.prepare import prepare
 from diagnosis.readings import FloatArray
 from diagnosis.result import Channel, Diagnosis, Finding, Fit, Picture, Verdict
 from diagnosis.servo_model import CHANNEL, UNIT, ServoModel
@@ -47,7 +46,7 @@ def diagnose_servo(
     model = ServoModel(robot, recordings)
     others = [ServoModel(robot, [recording]) for recording in holdout]
     progress("noise of the disturbance estimates")
-    prepared = prepare(model, model.readings.valid)
+    prepared = prepare_axis(model, model.readings.valid)
     progress("searching for what is missing")
     search = AxisSearch(
         prepared, 0.0, progress, unlikely=UNLIKELY, least_share=LEAST_SHARE, blur=BLUR
@@ -82,7 +81,7 @@ def _settled(search: AxisSearch, terms: Sequence[Term], start: Solution) -> Axis
     solution = search.fitter.solve(terms, start.frees, start.nuisances)
     left = search.fitter.observed - solution.predicted
     last = AxisSearch(
-        prepare_again(search.prepared, left, forced=True), 0.0, search.progress,
+        prepare_again(search.prepared, left, forced=False), 0.0, search.progress,
         unlikely=search.unlikely, least_share=search.least_share, blur=search.blur,
     )  # fmt: skip
     final = last.fitter.solve(solution.terms, solution.frees, solution.nuisances)
