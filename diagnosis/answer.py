@@ -12,8 +12,9 @@ from diagnosis.events import Jump, Stale, jumps
 from diagnosis.explain import Explained
 from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import FreeShape
+from diagnosis.memory import has_memory
 from diagnosis.name import ALPHA
-from diagnosis.readings import FloatArray
+from diagnosis.readings import FloatArray, Readings
 from diagnosis.result import (
     Channel,
     Evidence,
@@ -67,31 +68,45 @@ def _named(
     part = solution.columns_of(number)
     jump = _moment(outcome, number) if candidate.effect == "lost_steps" else None
     intervals = None
-    times = [(float(model.readings.t_s[0]), float(model.readings.t_s[-1]))]
+    readings, says = model.readings, candidate.kind.sentence
+    times, numbers = readings.whole, list(range(1, len(readings.shift_s) + 1))
+    plain = {name: np.asarray(v).tolist() for name, v in candidate.values(term.at).items()}
     if jump is not None:
-        own = model.readings.own_time_s
-        intervals = {"time": (own(jump.interval_s[0]), own(jump.interval_s[1]))}
-        times = [(own(jump.time_s), times[0][1])]
+        numbers = [readings.recording_of(jump.time_s)]
+        begin, end = readings.whole[numbers[0] - 1]
+        shift = readings.shift_s[numbers[0] - 1]
+        low, high = (float(np.clip(x - shift, begin, end)) for x in jump.interval_s)
+        intervals = {"time": (low, high)}
+        times = [(jump.time_s - shift, end)]
+        plain["time"] -= shift
     sizes = parameters(term, cov[part, part], intervals)
+    if jump is not None:
+        sizes["time"] = sizes["time"].model_copy(update={"value": plain["time"]})
     rest = (*solution.terms[:number], *solution.terms[number + 1 :])
     change = model.predict([*solution.nuisances, *solution.terms]) - model.predict(
         [*solution.nuisances, *rest]
     )
-    plain = {name: np.asarray(v).tolist() for name, v in candidate.values(term.at).items()}
     return Finding(
         effect=candidate.effect,
         component=candidate.component,
-        says=candidate.kind.sentence(candidate.component, plain),
+        says=says(candidate.component, plain) + _in_which(readings, numbers),
         parameters=sizes,
         where=Where(
             axes=_axes(outcome.fitter, change),
             times_s=times,
+            recordings=numbers,
             regime=regime(candidate.effect, candidate.component),
         ),
         evidence=Evidence(delta_chi2=stand.gain, p=stand.p),
         share_of_mismatch=float(np.clip(stand.gain / total, 0.0, 1.0)),
         alternatives=stand.alternatives,
     )
+
+
+def _in_which(readings: Readings, numbers: list[int]) -> str:
+    """Which recording an event lies in, where there are several."""
+    several = len(readings.shift_s) > 1 and len(numbers) == 1
+    return f" (in recording {numbers[0]})" if several else ""
 
 
 def _moment(outcome: Outcome, number: int) -> Jump | None:
@@ -138,12 +153,14 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
         },
         where=Where(
             axes=_axes(outcome.fitter, change),
-            times_s=[(float(model.readings.t_s[0]), float(model.readings.t_s[-1]))],
+            times_s=model.readings.whole,
+            recordings=list(range(1, len(model.readings.shift_s) + 1)),
             regime=f"with {free.driver}",
         ),
         evidence=Evidence(delta_chi2=gain, p=search.p(_log_p(gain, free))),
         share_of_mismatch=float(np.clip(gain / total, 0.0, 1.0)),
         depends_on=free.depends_on,
+        has_memory=has_memory(outcome.fitter, solution, free, gain),
     )
 
 
@@ -161,6 +178,7 @@ def _stale(outcome: Outcome, run: Stale) -> Finding:
     miss = readings.values[rows, column] - outcome.solution.predicted[rows, column]
     # It began after the last reading that was new and ended before the next; a neighbour that
     # happens to be equal makes it look one longer.
+    number = [readings.recording_of(begin)]
     half, seconds = readings.period_s, end - begin + readings.period_s
     own_end += 0.5 * half
     own_begin -= 0.5 * half
@@ -168,7 +186,7 @@ def _stale(outcome: Outcome, run: Stale) -> Finding:
         effect="stale_reading",
         component=run.channel,
         says=f"{run.channel} repeats one value from {own_begin:.2f} s to {own_end:.2f} s "
-        f"({run.last - run.first} readings)",
+        f"({run.last - run.first} readings){_in_which(readings, number)}",
         parameters={
             "times_s": ParameterResult(
                 value=[own_begin, own_end],
@@ -180,7 +198,7 @@ def _stale(outcome: Outcome, run: Stale) -> Finding:
             ),
         },
         where=Where(
-            axes=[run.channel], times_s=[(own_begin, own_end)],
+            axes=[run.channel], times_s=[(own_begin, own_end)], recordings=number,
             regime=regime("stale_reading", run.channel),
         ),
         evidence=Evidence(
@@ -222,4 +240,4 @@ def picture(outcome: Outcome, drivers: dict[str, FloatArray]) -> Picture:
         )
         for i, name in enumerate(readings.names)
     ]  # fmt: skip
-    return Picture(t_s=readings.t_s, channels=channels, drivers=drivers)
+    return Picture(t_s=readings.t_s, channels=channels, drivers=drivers, shift_s=readings.shift_s)

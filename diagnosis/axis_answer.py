@@ -9,6 +9,7 @@ from scipy.stats import chi2, t
 
 from diagnosis.axis_rivals import rivals
 from diagnosis.axis_search import AxisSearch
+from diagnosis.candidate import Candidate
 from diagnosis.effort_axis_model import EffortAxisModel
 from diagnosis.fit import Fitter, Solution
 from diagnosis.readings import FloatArray
@@ -140,13 +141,14 @@ def _named(outcome: AxisOutcome, number: int, cov: FloatArray) -> Finding:
     gain = max(bare.cost - solution.cost, 0.0) / search.excess(solution)
     part = solution.columns_of(number)
     sizes = parameters(term, cov[part, part])
-    for hidden in ("start", "phase"):
-        sizes.pop(hidden, None)
+    sizes.pop("start", None)
+    sizes |= _assumed(candidate)
     readings = search.prepared.model.readings
-    times = [(float(readings.t_s[0]), float(readings.t_s[-1]))]
+    times, numbers = readings.whole, list(range(1, len(readings.shift_s) + 1))
     if candidate.effect == "lost_steps":
         sizes["time"] = _moment(outcome, bare, float(term.at[1]))
-        times = [(readings.own_time_s(float(term.at[1])), times[0][1])]
+        numbers = [readings.recording_of(float(term.at[1]))]
+        times = [(readings.own_time_s(float(term.at[1])), readings.end_s(numbers[0]))]
     plain = {name: np.asarray(v).tolist() for name, v in candidate.values(term.at).items()}
     df = max(len(candidate.moved), 1)
     return Finding(
@@ -155,13 +157,24 @@ def _named(outcome: AxisOutcome, number: int, cov: FloatArray) -> Finding:
         says=candidate.kind.sentence(candidate.component, plain),
         parameters=sizes,
         where=Where(
-            axes=list(readings.names), times_s=times,
+            axes=list(readings.names), times_s=times, recordings=numbers,
             regime=REGIMES.get(candidate.effect, "everywhere"),
         ),
         evidence=Evidence(delta_chi2=gain, p=search.p(float(chi2.logsf(gain, df)))),
         share_of_mismatch=_share(outcome, bare),
         alternatives=rivals(search, solution, number, bare),
     )  # fmt: skip
+
+
+def _assumed(candidate: Candidate) -> dict[str, ParameterResult]:
+    """What a size is given for, where it is not what everybody would assume (a stiffness)."""
+    usual = {p.name: p for p in candidate.kind.parameters}
+    return {
+        name: ParameterResult(value=x, ci95=[x, x], unit=usual[name].unit)
+        for name, value in candidate.fixed.items()
+        if np.ndim(value) == 0 and np.isfinite(x := float(value)) and x != usual[name].default
+        if name != "start"
+    }
 
 
 def _share(outcome: AxisOutcome, bare: Solution) -> float:
@@ -210,7 +223,8 @@ def _free(outcome: AxisOutcome, number: int) -> Finding:
         },
         where=Where(
             axes=list(readings.names),
-            times_s=[(float(readings.t_s[0]), float(readings.t_s[-1]))],
+            times_s=readings.whole,
+            recordings=list(range(1, len(readings.shift_s) + 1)),
             regime=f"with {free.driver}",
         ),
         evidence=Evidence(
@@ -248,4 +262,6 @@ def picture(outcome: AxisOutcome) -> Picture:
         before=outcome.search.empty.predicted[:, 0], after=outcome.solution.predicted[:, 0],
         noise=outcome.search.fitter.whiten.channels[0].spread,
     )  # fmt: skip
-    return Picture(t_s=readings.t_s, channels=[channel], drivers=model.drivers())
+    return Picture(
+        t_s=readings.t_s, channels=[channel], drivers=model.drivers(), shift_s=readings.shift_s
+    )

@@ -11,7 +11,12 @@ from diagnosis.result import Diagnosis, Finding
 from foundation.errors import RecordingError
 from foundation.strict_yaml import Document
 from models.effects import VOCABULARY
+from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 
+_KINDS = {
+    **command_effects("rotary"), **effort_effects("rotary"), **sensor_effects(), **VOCABULARY,
+}  # fmt: skip
+"""Every effect there is, of deltas, lone axes and lone sensors."""
 HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
 
 

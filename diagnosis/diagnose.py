@@ -72,6 +72,7 @@ def diagnose_model(
         fit=fit,
         findings=found,
         unexplained=rest,
+        loosely_built=explained.loosely_built,
         next_experiment=plan.experiment,
         not_testable=hidden,
         smallest_detectable=smallest,

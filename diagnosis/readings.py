@@ -55,6 +55,25 @@ class Readings:
         at = min(int(np.searchsorted(self.t_s, t_s)), len(self.t_s) - 1)
         return t_s - self.shift_s[int(self.part[at])]
 
+    def recording_of(self, t_s: float) -> int:
+        """Number (from 1) of the recording that a time on the joint axis lies in."""
+        at = min(int(np.searchsorted(self.t_s, t_s)), len(self.t_s) - 1)
+        return int(self.part[at]) + 1
+
+    def end_s(self, recording: int) -> float:
+        """Last time of a recording (counted from 1), as that recording counts it."""
+        last = int(np.flatnonzero(self.part == recording - 1)[-1])
+        return float(self.t_s[last]) - self.shift_s[recording - 1]
+
+    @property
+    def whole(self) -> list[tuple[float, float]]:
+        """First and last time of each recording, as it counts them itself."""
+        firsts = [int(np.argmax(self.part == n)) for n in range(len(self.shift_s))]
+        return [
+            (float(self.t_s[first]) - self.shift_s[n], self.end_s(n + 1))
+            for n, first in enumerate(firsts)
+        ]
+
 
 def starts_of(recording: FlatRecording) -> BoolArray:
     """Where a new stretch starts: a change of `segment`, or a gap of twenty periods."""

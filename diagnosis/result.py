@@ -29,11 +29,16 @@ class ParameterResult(_Record):
 
 
 class Where(_Record):
-    """Where a finding shows: observation columns, stretches of time, and in which regime."""
+    """Where a finding shows: observation columns, stretches of time, and in which regime.
+
+    recordings: for each stretch the number of the recording it lies in (1 is the first given),
+    whose own times `times_s` are.
+    """
 
     axes: list[str]
     times_s: list[tuple[float, float]]
     regime: str
+    recordings: list[int] = Field(default_factory=list)
 
 
 class Evidence(_Record):
@@ -140,6 +145,13 @@ class Picture(_Record):
     channels: list[Channel]
     drivers: dict[str, FloatArray] = Field(default_factory=dict)
     """Interpretable quantities over time to draw the mismatch against, name (with unit) -> (n,)."""
+    shift_s: tuple[float, ...] = (0.0,)
+    """By how much the times of each recording were moved to lie end to end in `t_s`."""
+
+    def shift_of(self, where: Where) -> float:
+        """What to add to the times of a place that lies in one recording."""
+        number = where.recordings[0] if where.recordings else 1
+        return self.shift_s[number - 1] if number <= len(self.shift_s) else 0.0
 
 
 class Diagnosis(_Record):
@@ -150,6 +162,8 @@ class Diagnosis(_Record):
     fit: Fit
     findings: list[Finding]
     unexplained: Unexplained
+    loosely_built: bool = False
+    """Small errors of the build everywhere were fitted beside the findings."""
     next_experiment: NextExperiment | None = None
     not_testable: list[NotTestable] = Field(default_factory=list)
     smallest_detectable: list[SmallestDetectable] = Field(default_factory=list)

@@ -116,11 +116,14 @@ def _spans(picture: Picture, findings: Sequence[Finding], source: str) -> list[S
     """When findings show in a channel, where that is not all the time."""
     start_s, end_s = float(picture.t_s[0]), float(picture.t_s[-1])
     return [
-        Span(begin, end, f"finding {number}", FINDING_COLOURS[hue(number) - 1])
+        Span(
+            begin + picture.shift_of(finding.where), end + picture.shift_of(finding.where),
+            f"finding {number}", FINDING_COLOURS[hue(number) - 1],
+        )
         for number, finding in enumerate(findings, 1)
         if not finding.where.axes or source in finding.where.axes
-        for begin, end in stretches(finding.where.times_s, start_s, end_s)[:20]
-    ]
+        for begin, end in stretches(finding.where, start_s, end_s)[:20]
+    ]  # fmt: skip
 
 
 def _by_place(picture: Picture, channels: Sequence[Mismatch], unit: str) -> list[str]:

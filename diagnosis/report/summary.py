@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from rich.markup import escape
 
@@ -11,7 +11,7 @@ from diagnosis.report import sureness, words
 from diagnosis.report.fit_words import fit_lines, fit_title
 from diagnosis.report.limit_words import faintest_line, untested_line
 from diagnosis.report.sizes import sizes, told
-from diagnosis.result import Diagnosis, Finding
+from diagnosis.result import Diagnosis, Finding, Where
 
 MOST_NAMED = 4
 """Things of one kind that a sentence names; the rest are counted."""
@@ -145,25 +145,25 @@ def where_line(finding: Finding, span: tuple[float, float] = (math.nan, math.nan
     if where.axes:
         axes = [words.channel(axis) for axis in where.axes[:MOST_NAMED]]
         parts.append(f"in {words.listed(axes)}")
-    if times := _stretches(where.times_s, *span):
+    if times := _stretches(where, *span):
         parts.append(times)
     if where.regime and finding.effect != "unknown":
         parts.append(words.spelled(where.regime))
     return words.sentence(f"it shows {', '.join(parts)}") if parts else ""
 
 
-def stretches(
-    times_s: Sequence[tuple[float, float]], start_s: float, end_s: float
-) -> list[tuple[float, float]]:
-    """Those that say something: not the one that is the whole recording."""
-    slack = 0.02 * (end_s - start_s)
+def stretches(where: Where, start_s: float, end_s: float) -> list[tuple[float, float]]:
+    """Those that say something: not the whole recording, or all of several."""
+    times_s, slack = where.times_s, 0.02 * (end_s - start_s)
+    if len(set(where.recordings)) > 1:
+        return []
     if len(times_s) == 1 and times_s[0][0] <= start_s + slack and times_s[0][1] >= end_s - slack:
         return []
     return list(times_s)
 
 
-def _stretches(times_s: Sequence[tuple[float, float]], start_s: float, end_s: float) -> str:
-    times = stretches(times_s, start_s, end_s)
+def _stretches(where: Where, start_s: float, end_s: float) -> str:
+    times = stretches(where, start_s, end_s)
     if len(times) == 1 and times[0][1] >= end_s:
         return f"from {times[0][0]:.1f} s on"
     shown = [f"from {start:.1f} to {end:.1f} s" for start, end in times[:MOST_NAMED]]
