@@ -34,10 +34,17 @@ def sample_times(train: StepTrain) -> FloatArray:
 
 def record(machine: Machine, train: StepTrain, rng: np.random.Generator) -> FlatRecording:
     """Run and write down. Raises UnreachablePoint when the robot cannot be assembled."""
+    return record_with_truth(machine, train, rng)[0]
+
+
+def record_with_truth(
+    machine: Machine, train: StepTrain, rng: np.random.Generator
+) -> tuple[FlatRecording, Truth]:
+    """The same, and what really happened."""
     truth = run(machine.robot, train, rng.uniform(-1.0, 1.0, 3))
     t_s = sample_times(train)
     ranges, status = read(machine.sensors, machine.noise, truth, t_s, rng)
-    return table(t_s, train, ranges, status)
+    return table(t_s, train, ranges, status), truth
 
 
 def record_clean(machine: Machine, train: StepTrain) -> tuple[FlatRecording, Truth]:

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from proof.cases import Case
-from proof.recorded import record
+from proof.recorded import record, record_with_truth
+from proof.robot.run import Truth
 from recording.flat_files import write_flat
 
 ROBOT = """\
@@ -31,13 +32,18 @@ sensors:
 RECORDING, HOLDOUT, ROBOT_FILE = "recording.csv.gz", "holdout.csv.gz", "robot.yaml"
 
 
-def write_blind(case: Case, folder: Path, seed: int) -> None:
-    """Simulate both runs and write them with the robot file; no word of what is concealed."""
+def write_blind(case: Case, folder: Path, seed: int) -> Truth:
+    """Simulate both runs and write them with the robot file; no word of what is concealed.
+
+    Returns what really happened in the first run.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng([seed, case.number, 1])
-    write_flat(record(case.machine, case.train, rng), folder / RECORDING)
+    recording, truth = record_with_truth(case.machine, case.train, rng)
+    write_flat(recording, folder / RECORDING)
     write_flat(record(case.holdout_machine, case.holdout_train, rng), folder / HOLDOUT)
     (folder / ROBOT_FILE).write_text(ROBOT, encoding="utf-8")
+    return truth
 
 
 def write_answers(case: Case, path: Path) -> None:

@@ -15,7 +15,7 @@ from proof.hidden.build_in import Planned, construct
 from proof.hidden.hidden import Parameters
 from proof.recorded import Machine, sample_times
 from proof.robot.as_built import FloatArray
-from proof.robot.run import run
+from proof.robot.run import Truth, run
 from proof.sensors.noise import Noise
 from proof.sensors.ranging import ideal_ranges
 
@@ -25,10 +25,11 @@ NOT_FREE = ("time", "duration", "friction", "drag", "depth", "torque")
 """Moments of events, and what no finding reports."""
 
 
-def bound(case: Case) -> dict[str, list[float]] | None:
+def bound(case: Case, still: FloatArray | None = None) -> dict[str, list[float]] | None:
     """Standard deviation of each size, its others free; None where it is not defined.
 
     Not for events (a moment is found on a grid), and only for cases with one cause.
+    still: the case's noiseless readings, if they are known already.
     """
     if len(case.planned) != 1 or case.answers[0].effect == "unknown":
         return None
@@ -36,7 +37,8 @@ def bound(case: Case) -> dict[str, list[float]] | None:
     if part.kind.event or case.group == "tolerance":
         return None
     free = _free(part)
-    still = clean(case, part.parameters)
+    if still is None:
+        still = clean(case, part.parameters)
     slopes = []
     for name, place, step in free:
         moved = copy.deepcopy(part.parameters)
@@ -53,10 +55,12 @@ def bound(case: Case) -> dict[str, list[float]] | None:
     return deviations
 
 
-def distance(case: Case) -> float:
+def distance(case: Case, still: FloatArray | None = None) -> float:
     """How far a case's noiseless readings are from those of a robot with nothing wrong, in
     standard deviations of the noise: below about 5 nobody could be sure that anything is there."""
-    off = _readings(case, case.machine) - _readings(case, Machine(noise=case.machine.noise))
+    if still is None:
+        still = _readings(case, case.machine)
+    off = still - _readings(case, Machine(noise=case.machine.noise))
     return float(np.sqrt(information([off], case.machine.noise)[0, 0]))
 
 
@@ -76,6 +80,15 @@ def clean(case: Case, parameters: Parameters) -> FloatArray:
     machine = Machine(noise=case.machine.noise)
     construct(machine, [Planned(part.kind, part.index, dict(parameters))], with_events=True)
     return _readings(case, machine)
+
+
+def as_recorded(case: Case, truth: Truth) -> FloatArray | None:
+    """Noiseless readings (n, 3) [m] of the run that was recorded; None where they depend on
+    where in its play an arm began, which the bound's own runs do not share."""
+    joints = case.machine.robot.joints
+    if joints.play_rad.any() or joints.play_shape is not None:
+        return None
+    return ideal_ranges(case.machine.sensors, truth, sample_times(case.train))
 
 
 def _readings(case: Case, machine: Machine) -> FloatArray:

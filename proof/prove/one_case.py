@@ -10,7 +10,7 @@ from typing import Any
 
 from foundation.errors import DeltactlError
 from proof.cases import Case, draw
-from proof.prove.bound import bound, distance
+from proof.prove.bound import as_recorded, bound, distance
 from proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
 
 WITH_BOUND = ("single", "faint")
@@ -21,17 +21,18 @@ def run_case(seed: int, number: int) -> dict[str, Any]:
     begun = time.monotonic()
     case = draw(seed, number)
     with tempfile.TemporaryDirectory(prefix="prove-") as folder:
-        write_blind(case, Path(folder), seed)
+        truth = write_blind(case, Path(folder), seed)
         simulated = time.monotonic()
         answer, failure = diagnose_blind(Path(folder))
         diagnosed = time.monotonic()
+    still = as_recorded(case, truth) if case.group in WITH_BOUND else None
     return {
         "seed": seed,
         "truth": case.truth(),
         "diagnosis": answer,
         "failure": failure,
-        "bound": bound(case) if case.group in WITH_BOUND else None,
-        "distance": distance(case) if _has_distance(case) else None,
+        "bound": bound(case, still) if case.group in WITH_BOUND else None,
+        "distance": distance(case, still) if _has_distance(case) else None,
         "simulated_s": simulated - begun,
         "diagnosed_s": diagnosed - simulated,
     }

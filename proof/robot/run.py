@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from mujoco.rollout import Rollout
 
 from proof.motion.stepping import StepTrain
 from proof.robot.as_built import AsBuilt, FloatArray
@@ -18,6 +19,11 @@ KEEP_EVERY = 5
 """Positions are kept every 5 ms: the platform moves less than 1 mm in that time."""
 SETTLE_S = 0.4
 GROW_EVERY = 200
+AT_ONCE = 4000
+"""Steps in one call of MuJoCo's own loop; they bound what is remembered of the states."""
+STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
+TIME = 1
+"""A state is the time, then the coordinates, then their speeds."""
 CHECK_EVERY = 20
 """The loops are checked every 20 ms, at the sensors' rate."""
 
@@ -62,26 +68,51 @@ def _follow(
     controls: FloatArray,
     grid_s: FloatArray,
 ) -> Truth:
-    seen = model.body("platform" if robot.body.ringing_hz is None else "target").id
+    """The whole motion in pieces; while arms grow the model changes between them."""
     rods = [model.body(f"rod_{loop}").id for loop in LOOPS]
     lengths_m = np.repeat(robot.body.upper_arm_m, 2)
-    positions = np.empty((len(grid_s) // KEEP_EVERY + 1, 3))
-    angles = np.empty_like(positions)
-    step, ctrl, gap_m, grows = mujoco.mj_step, data.ctrl, 0.0, robot.body.growth != 0.0
-    place, arms = data.xpos, assembly.arms_q
-    kept = 0
-    for k, control in enumerate(controls):
-        if k % KEEP_EVERY == 0:
-            # Positions belong to the state before the step: bring them up to date with it.
-            mujoco.mj_kinematics(model, data)
-            positions[kept], angles[kept] = place[seen], data.qpos[arms]
-            kept += 1
-        if k % CHECK_EVERY == 0:
-            ends = data.site_xpos[assembly.ends] - data.site_xpos[assembly.anchors]
-            gap_m = max(gap_m, float(np.abs(ends).max()))
-        if grows and k % GROW_EVERY == 0:
-            warm = -np.expm1(-grid_s[k] / robot.body.growth_time_s)
-            model.body_pos[rods, 0] = lengths_m * (1.0 + robot.body.growth * warm)
-        ctrl[:] = control
-        step(model, data)
-    return Truth(grid_s[::KEEP_EVERY], positions[:kept], angles[:kept], gap_m)
+    grows = robot.body.growth != 0.0
+    at_once = GROW_EVERY if grows else AT_ONCE
+    state = np.empty(mujoco.mj_stateSize(model, STATE))
+    mujoco.mj_getState(model, data, state, STATE)
+    poses, gap_m = [], 0.0
+    with Rollout(nthread=0) as rollout:
+        for first in range(0, len(controls), at_once):
+            if grows:
+                warm = -np.expm1(-grid_s[first] / robot.body.growth_time_s)
+                model.body_pos[rods, 0] = lengths_m * (1.0 + robot.body.growth * warm)
+            piece = controls[first : first + at_once]
+            states, _ = rollout.rollout(
+                model, data, state, piece, initial_warmstart=data.qacc_warmstart.copy()
+            )
+            # Positions belong to the state before a step.
+            before = np.vstack([state, states[0, :-1]])[::KEEP_EVERY, TIME : TIME + model.nq]
+            gap_m = max(gap_m, _gap_m(assembly, before[:: CHECK_EVERY // KEEP_EVERY]))
+            poses.append(before.copy())
+            state = states[0, -1].copy()
+    pose = np.concatenate(poses)
+    return Truth(grid_s[::KEEP_EVERY], _target_m(model, pose), pose[:, assembly.arms_q], gap_m)
+
+
+def _target_m(model: mujoco.MjModel, pose: FloatArray) -> FloatArray:
+    """What the sensors look at, (n, 3) [m]: the platform's middle, or what rings on top of it."""
+    start = int(model.joint("platform").qposadr[0])
+    middle: FloatArray = pose[:, start : start + 3]
+    if model.nq == start + 7:
+        return middle
+    w, turn = pose[:, start + 3 : start + 4], pose[:, start + 4 : start + 7]
+    shift = pose[:, start + 7 : start + 10]
+    across = 2.0 * np.cross(turn, shift)
+    moved: FloatArray = middle + shift + w * across + np.cross(turn, across)
+    return moved
+
+
+def _gap_m(assembly: Assembly, pose: FloatArray) -> float:
+    """Largest gap in a closed loop at some poses (n, nq) [m]."""
+    model, data, gap_m = assembly.model, assembly.data, 0.0
+    for one in pose:
+        data.qpos[:] = one
+        mujoco.mj_kinematics(model, data)
+        ends = data.site_xpos[assembly.ends] - data.site_xpos[assembly.anchors]
+        gap_m = max(gap_m, float(np.abs(ends).max()))
+    return gap_m
