@@ -6,16 +6,18 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 
 from firmware_py.cli.jobs import SocketOption
 from firmware_py.cli.output import errors, say, warn
-from firmware_py.controller.contract import JobResult, RobotController
-from firmware_py.robot_file import RobotFile, find, load_robot
 from foundation.errors import ConfigError, ServiceError
+
+if TYPE_CHECKING:
+    from firmware_py.controller.contract import JobResult, RobotController
+    from firmware_py.robot_file import RobotFile
 
 SHIPPED_AS_BUILT = "zhao-2023"
 Show = Callable[[int], None]
@@ -49,6 +51,8 @@ def collect(
     deltactl collect --samples 5000 --as-built zhao-2023 --out data
     ```
     """
+    from firmware_py.robot_file import find, load_robot
+
     path = find(robot)
     described = load_robot(path)
     with _bar(samples) as show:

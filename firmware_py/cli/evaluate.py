@@ -10,11 +10,11 @@ import typer
 from firmware_py.cli.collect import SHIPPED_AS_BUILT
 from firmware_py.cli.jobs import JsonOption
 from firmware_py.cli.output import console, errors, print_json, say
-from firmware_py.robot_file import RobotFile, find, load_robot
 from foundation.errors import ConfigError
 
 if TYPE_CHECKING:
     from firmware_py.evaluating.held_out import Angles, Errors
+    from firmware_py.robot_file import RobotFile
     from models.network.metadata import NetworkMetadata
     from models.training.calibrate import Calibrated
     from models.training.dataset import DataSet
@@ -61,6 +61,7 @@ def evaluate(
         ) from error
     from firmware_py.evaluating.held_out import errors as errors_of
     from firmware_py.evaluating.held_out import held_out
+    from firmware_py.robot_file import find, load_robot
     from models.inverse_kinematics import CalibratedInverse
     from models.linkage import Linkage, inverse
     from models.network.inverse import InverseNetwork

@@ -21,7 +21,6 @@ from rich.progress import (
 
 from firmware_py.cli.jobs import JsonOption
 from firmware_py.cli.output import console, duration, errors, facts, print_json, say
-from firmware_py.robot_file import find
 from foundation.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -98,6 +97,7 @@ def train(
 
 
 def _source(dataset: Path | None, robot: str | None, samples: int | None, seed: int) -> Source:
+    from firmware_py.robot_file import find
     from models.robot import load_delta
     from models.training.dataset import load_dataset
     from models.training.sources import of_dataset, of_geometry
