@@ -29,6 +29,9 @@ def prove(
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler, for more machines.")
     ] = None,
+    minutes: Annotated[
+        float, typer.Option(help="Begin no case after this time; the table is of what is there.")
+    ] = float("inf"),
 ) -> None:
     """Conceal effects in a simulated robot of another make, diagnose them blind, and count.
 
@@ -53,8 +56,8 @@ def prove(
             if text:
                 bars.console.print(text)
 
-        outcome = run(cases, seed, out, tied, workers, scheduler, show, errors.print)
-    table = Table(title=f"{cases} cases and {tied} ties, seed {seed}", title_justify="left")
+        outcome = run(cases, seed, out, tied, workers, scheduler, minutes, show, errors.print)
+    table = Table(title=outcome.title, title_justify="left")
     for heading in ("figure", "goal", "reached", "95 % limits", "cases", "met"):
         table.add_column(heading)
     for row in outcome.rows:

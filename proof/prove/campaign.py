@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +29,7 @@ Say = Callable[[str], None]
 class Proof:
     """What came out: scores by case, the table, and where it was written."""
 
+    title: str
     scores: list[Score]
     rows: list[Row]
     table_file: Path
@@ -46,8 +49,10 @@ class _Part:
         return out / f"{self.stem}_{number:04d}" / RESULT
 
     def results(self, out: Path) -> list[dict[str, Any]]:
+        """What is there, up to the first that is missing: a cut-off must not prefer quick ones."""
         files = [self.file(out, number) for number in range(self.count)]
-        return [json.loads(file.read_text(encoding="utf-8")) for file in files]
+        there = itertools.takewhile(Path.exists, files)
+        return [json.loads(file.read_text(encoding="utf-8")) for file in there]
 
 
 def prove(
@@ -57,31 +62,41 @@ def prove(
     ties: int = 0,
     count: int = 2,
     scheduler: str | None = None,
+    minutes: float = float("inf"),
     progress: Progress = lambda done, all_, text: None,
     say: Say = lambda text: None,
 ) -> Proof:
     """Run the cases and ties of a seed that are not in `out` yet, and score them all.
 
+    minutes: no further case is begun after that time; the table is then of those before the
+    first that is missing.
     Raises ConfigError for a folder of another seed, or when the scheduler does not answer.
     """
     if cases < 1 or ties < 0:
         raise ConfigError(f"--cases {cases} --ties {ties}: at least one case is needed")
+    until = time.monotonic() + 60.0 * minutes
     _claim(out, seed)
     parts = (_Part("case", cases, run_case, _line), _Part("tie", ties, run_tie, _tie_line))
-    missing = {
-        part.stem: [n for n in range(part.count) if not part.file(out, n).exists()]
-        for part in parts
-    }
-    done = cases + ties - sum(len(numbers) for numbers in missing.values())
+    missing = [job for job in _in_turn(parts) if not job[0].file(out, job[1]).exists()]
+    done = cases + ties - len(missing)
     progress(done, cases + ties, f"{done} were there already" if done else "")
-    if any(missing.values()):
+    if missing:
         with workers(count, scheduler, say) as run:
-            for part in parts:
-                for number, result in run(part.task, seed, missing[part.stem]):
-                    _write(part.file(out, number), json.dumps(result, indent=1))
-                    done += 1
-                    progress(done, cases + ties, part.line(result))
+            for place, result in run([(part.task, seed, n) for part, n in missing]):
+                part, number = missing[place]
+                _write(part.file(out, number), json.dumps(result, indent=1))
+                done += 1
+                progress(done, cases + ties, part.line(result))
+                if time.monotonic() > until:
+                    say(f"stopped after {minutes:g} minutes; the same command again goes on")
+                    break
     return _conclude(parts, seed, out)
+
+
+def _in_turn(parts: tuple[_Part, _Part]) -> list[tuple[_Part, int]]:
+    """Cases and ties evenly mixed, so that a proof that is cut off has its share of both."""
+    jobs = [(part, number) for part in parts for number in range(part.count)]
+    return sorted(jobs, key=lambda job: (job[1] + 0.5) / job[0].count)
 
 
 def _conclude(parts: tuple[_Part, _Part], seed: int, out: Path) -> Proof:
@@ -90,10 +105,15 @@ def _conclude(parts: tuple[_Part, _Part], seed: int, out: Path) -> Proof:
     scores = [score(result) for result in cases.results(out)]
     tied = [score_tie(result) for result in ties.results(out)]
     rows = [*table(scores), *(tie_rows(tied) if tied else [])]
-    title = f"{cases.count} cases and {ties.count} ties of seed {seed}"
+    title = f"{_of(len(scores), cases.count)} cases and {_of(len(tied), ties.count)} ties"
+    title += f" of seed {seed}"
     _write(out / "table.md", f"{title}\n\n{markdown(rows)}")
     _write(out / "matrix.svg", picture(confusion(scores), title))
-    return Proof(scores, rows, out / "table.md", out / "matrix.svg")
+    return Proof(title, scores, rows, out / "table.md", out / "matrix.svg")
+
+
+def _of(there: int, wanted: int) -> str:
+    return str(wanted) if there == wanted else f"the first {there} of {wanted}"
 
 
 def _claim(out: Path, seed: int) -> None:

@@ -9,16 +9,18 @@ from typing import Any, cast
 from foundation.errors import ConfigError, ServiceError
 
 Result = tuple[int, dict[str, Any]]
+"""The place of a job in the list that was given, and what came of it."""
 Task = Callable[[int, int], dict[str, Any]]
 """A seed and a number -> a result as JSON; must be importable where it runs."""
-Run = Callable[[Task, int, Sequence[int]], Iterator[Result]]
+Job = tuple[Task, int, int]
+Run = Callable[[Sequence[Job]], Iterator[Result]]
 NO_DASK = "Dask is not installed (pip install 'deltactl[proof]'): one case after another, here"
 
 
-def here(task: Task, seed: int, numbers: Sequence[int]) -> Iterator[Result]:
+def here(jobs: Sequence[Job]) -> Iterator[Result]:
     """One case after another in this process."""
-    for number in numbers:
-        yield number, task(seed, number)
+    for place, (task, seed, number) in enumerate(jobs):
+        yield place, task(seed, number)
 
 
 @contextmanager
@@ -42,14 +44,19 @@ def workers(count: int, scheduler: str | None, say: Callable[[str], None]) -> It
     finished = cast(Callable[[Any], Iterator[Any]], as_completed)
     with _client(Client, LocalCluster, count, scheduler) as client:
 
-        def spread(task: Task, seed: int, numbers: Sequence[int]) -> Iterator[Result]:
-            waiting = {client.submit(task, seed, n, pure=False): n for n in numbers}
+        def spread(jobs: Sequence[Job]) -> Iterator[Result]:
+            # The first have the highest priority: a proof that is cut off lacks only the last.
+            waiting = {
+                client.submit(task, seed, number, pure=False, priority=-place): place
+                for place, (task, seed, number) in enumerate(jobs)
+            }
             lost: list[str] = []
             for future in finished(list(waiting)):
                 if future.status == "finished":
                     yield waiting[future], future.result()
                 else:
-                    lost.append(f"number {waiting[future]}: {future.exception()}")
+                    number = jobs[waiting[future]][2]
+                    lost.append(f"number {number}: {future.exception()}")
                 future.release()
             if lost:
                 raise ServiceError(

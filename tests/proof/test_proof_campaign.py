@@ -64,11 +64,34 @@ def test_another_seed_needs_another_folder(tmp_path, ran):
         campaign.prove(1, 4, tmp_path, count=0)
 
 
+def test_a_proof_that_is_cut_off_scores_what_comes_before_the_first_missing_case(tmp_path, ran):
+    outcome = campaign.prove(4, 3, tmp_path, count=0, minutes=0.0)
+    assert ran == [0]
+    assert outcome.title == "the first 1 of 4 cases and 0 ties of seed 3"
+    (tmp_path / "case_0002").mkdir()
+    late = {**small_result(3, 2), "failure": "ran before case 1"}
+    (tmp_path / "case_0002" / "result.json").write_text(json.dumps(late))
+    assert len(campaign.prove(4, 3, tmp_path, count=0, minutes=0.0).scores) == 3
+
+
+def test_ties_take_turns_with_cases(tmp_path, ran, monkeypatch):
+    def tie(seed, number):
+        ran.append(f"tie {number}")
+        return {
+            "truth": {"answers": []}, "rival": [], "settleable": True, "pair": "a or b",
+            "proposed": None, "first": None, "second": None,
+        }  # fmt: skip
+
+    monkeypatch.setattr(campaign, "run_tie", tie)
+    campaign.prove(4, 3, tmp_path, ties=2, count=0)
+    assert ran == [0, "tie 0", 1, 2, "tie 1", 3]
+
+
 def test_the_command_prints_the_table(tmp_path, ran):
     arguments = ["prove", "--cases", "1", "--seed", "3", "--workers", "0", "--out", str(tmp_path)]
     printed = CliRunner().invoke(app, arguments, env={"COLUMNS": "200"})
     assert printed.exit_code == 0, printed.output
-    assert "1 cases and 0 ties, seed 3" in " ".join(printed.output.split())
+    assert "1 cases and 0 ties of seed 3" in " ".join(printed.output.split())
     assert "false alarms, nothing missing" in (tmp_path / "table.md").read_text()
     assert f"table: {tmp_path / 'table.md'}\n" in printed.output
     assert f"confusion matrix: {tmp_path / 'matrix.svg'}\n" in printed.output
