@@ -91,7 +91,6 @@ def _charts(run: Run) -> list[LineChart]:
     servo = run.servo
     error_deg = np.rad2deg(servo.angle_rad - servo.reference_rad)
     return [
-        _chart(run, "Arm angles by the encoders", "angle [deg]", np.rad2deg(servo.angle_rad)),
         _chart(run, "Following error", "encoder minus reference [deg]", error_deg),
         _chart(run, "Motor currents", "current [A]", servo.current_a),
         _chart(
