@@ -114,7 +114,7 @@ class Fitter:
     ) -> Solution:
         """Levenberg-Marquardt from the terms as they stand; free shapes are linear."""
         nuisances = tuple(n.term for n in self.nuisances) if nuisances is None else tuple(nuisances)
-        nuisances, terms = given_back(self.nuisances, nuisances, tuple(terms))
+        nuisances, terms = given_back(self.model.nuisances, nuisances, tuple(terms))
         linear = self.free_tangent(frees)
         basis = np.linalg.qr(linear)[0] if linear.shape[1] else linear
         predicted = self.model.predict([*nuisances, *terms])

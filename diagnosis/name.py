@@ -19,7 +19,9 @@ from diagnosis.score import Calibration, Scores, calibrate, explained_by, orthon
 ALPHA = 0.003
 PRICE = 4.0
 """Chi-square each coordinate of a candidate has to earn beyond the others."""
-RELUCTANCE = {"viscous_friction": 7.0, "payload": 12.0}
+RELUCTANCE = {"viscous_friction": 7.0, "payload": 12.0, "joint_friction": -PRICE}
+"""A price beside that of the coordinates. How far a friction-bound arm swings on when it stops
+comes free: where play and friction fit alike, the play would have to stick like friction."""
 GROUP_PRICE = 10.0
 """That three arms err alike is less likely than one other cause that looks the same."""
 EVENT_PRICE = 14.0

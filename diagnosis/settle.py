@@ -86,7 +86,8 @@ def standing(search: Search, solution: Solution, numbers: Sequence[int]) -> Stan
     for start in _starts(search, solution, bare, numbers, gain):
         other = search.fitter.solve((*rest, start), solution.frees, bare.nuisances)
         worse = other.cost - solution.cost
-        if worse < LIMIT:
+        # A rival with fewer coordinates is forgiven what the others' freedom is worth.
+        if min(worse, search.worth(other) - search.worth(solution)) < LIMIT:
             one = start.candidate
             entry = Alternative(
                 effect=one.effect, component=one.component, delta_chi2=max(worse, 0.0)

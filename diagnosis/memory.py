@@ -1,0 +1,72 @@
+"""Whether a mismatch depends on more than the present value of what it follows.
+
+Play, friction and filters remember: the same place or speed gives another error when it was come
+to another way. The test adds, beside the shape over the driver's present value, shapes over its
+past values and over the way it came last, and asks what they explain that the present does not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from diagnosis.chance import log_sf
+from diagnosis.fit import Fitter, Solution
+from diagnosis.free_shapes import FreeShape, knots_for, spline_basis
+from diagnosis.readings import FloatArray
+
+PAST_S = (0.06, 0.3, 1.5)
+PIECES = 4
+CERTAIN = np.log(1e-5)
+"""Chance, as a logarithm, below which the past counts; readings correlate, so well below 0.01."""
+LEAST_SHARE = 0.05
+"""What the past must explain of what the present does; less is a shape that is not quite right."""
+STILL = 0.02
+"""Share of the driver's range that it must move before it counts as having come another way."""
+
+
+def has_memory(fitter: Fitter, solution: Solution, free: FreeShape, gain: float) -> bool | None:
+    """Whether the past of a free shape's driver matters at its port.
+
+    gain: chi-square that the shape explains; None where it is too little to tell, and for time,
+    which has no other past.
+    """
+    readings = fitter.model.readings
+    driver = fitter.model.drivers()[free.driver]
+    if free.driver == "time" or LEAST_SHARE * gain < -2.0 * CERTAIN:
+        return None
+    pasts = [np.interp(readings.t_s - late_s, readings.t_s, driver) for late_s in PAST_S]
+    shapes = [replace(free, basis=_shape(past)) for past in pasts]
+    shapes.append(replace(free, basis=_way(driver)[:, None] * free.basis))
+    found = [_explained(fitter, solution, shape) for shape in shapes]
+    return any(log_p < CERTAIN and more > LEAST_SHARE * gain for more, log_p in found)
+
+
+def _shape(driver: FloatArray) -> FloatArray:
+    return spline_basis(driver, knots_for(driver, PIECES))
+
+
+def _way(driver: FloatArray) -> FloatArray:
+    """+1 or -1: which way the driver last moved by more than a little; 0 before it did."""
+    reach = STILL * float(np.ptp(driver))
+    way = np.zeros(len(driver))
+    anchor, last = float(driver[0]), 0.0
+    for k, value in enumerate(driver.tolist()):
+        if abs(value - anchor) > reach:
+            last = 1.0 if value > anchor else -1.0
+            anchor = value - last * reach
+        way[k] = last
+    return way
+
+
+def _explained(fitter: Fitter, solution: Solution, shape: FreeShape) -> tuple[float, float]:
+    """Chi-square that one more shape explains, and the log of its chance."""
+    known = np.linalg.qr(solution.tangent)[0]
+    more = fitter.free_tangent([shape])
+    scale = np.maximum(np.linalg.norm(more, axis=0), 1e-30)
+    more = (more - known @ (known.T @ more)) / scale
+    left, size, _ = np.linalg.svd(more, full_matrices=False)
+    left = left[:, size > 1e-3]
+    gain = float(np.sum((left.T @ solution.residual) ** 2))
+    return gain, log_sf(gain, left.shape[1])
