@@ -51,10 +51,10 @@ def diagnose_servo_robot(
 
     Held-out recordings are used by a part that can use all of them.
     """
-    geometry = [one for one in map(_seen_from_outside, recordings) if one is not None]
+    geometry = [one for one in map(sensor_rounds, recordings) if one is not None]
     if not geometry or (robot.sensors is None and not any(r.has("pos_x") for r in geometry)):
         return diagnose_servo(robot, recordings, holdout, progress)
-    others = [one for one in map(_seen_from_outside, holdout) if one is not None]
+    others = [one for one in map(sensor_rounds, holdout) if one is not None]
     model = DeltaModel(robot, geometry)
     held_out = [DeltaModel(robot, [one]) for one in others] if len(others) == len(holdout) else []
     outside = diagnose_model(model, 0.0, held_out, progress, motion_limits)
@@ -62,10 +62,10 @@ def diagnose_servo_robot(
         torques = diagnose_servo(robot, recordings, holdout, progress)
     except RecordingError as error:
         return _alone(outside, str(error))
-    return _joined(torques, outside)
+    return joined(torques, outside)
 
 
-def _seen_from_outside(recording: FlatRecording) -> FlatRecording | None:
+def sensor_rounds(recording: FlatRecording) -> FlatRecording | None:
     """Rounds of the sensors, with measured angles in place of commands.
 
     Between two readings of a sensor come many samples of the loop, and each sensor's readings
@@ -123,7 +123,7 @@ def _alone(outside: Diagnosis, why: str) -> Diagnosis:
     )
 
 
-def _joined(torques: Diagnosis, outside: Diagnosis) -> Diagnosis:
+def joined(torques: Diagnosis, outside: Diagnosis) -> Diagnosis:
     """Findings of both; figures and pictures are those of the part that found more."""
     first, second = (
         (torques, outside) if _weight(torques) >= _weight(outside) else (outside, torques)

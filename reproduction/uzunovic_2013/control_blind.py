@@ -59,7 +59,9 @@ class Outcome:
         return self.ci95[0] <= self.size <= self.ci95[1]
 
 
-def run_case(seed: int, number: int, out: Path) -> Outcome:
+def run_case(
+    seed: int, number: int, out: Path, run_s: float = RUN_S, holdout_s: float = HOLDOUT_S
+) -> Outcome:
     """Conceal, record, diagnose. Raises what the diagnosis raises: that is no answer at all."""
     from diagnosis.command import diagnose
 
@@ -69,8 +71,8 @@ def run_case(seed: int, number: int, out: Path) -> Outcome:
     folder.mkdir(parents=True)
     shutil.copy(ROBOT_FILE, folder / ROBOT)
     _, drive = micro_delta()
-    write_flat(record(hidden.robot, drive, rng, RUN_S), folder / RECORDING)
-    write_flat(record(hidden.robot, drive, rng, HOLDOUT_S), folder / HOLDOUT)
+    write_flat(record(hidden.robot, drive, rng, run_s), folder / RECORDING)
+    write_flat(record(hidden.robot, drive, rng, holdout_s), folder / HOLDOUT)
     answer = diagnose([folder / RECORDING], folder / ROBOT, [folder / HOLDOUT])
     first = answer.findings[0] if answer.findings else None
     size = next(iter(first.parameters.values())) if first is not None else None
