@@ -16,8 +16,8 @@ MM = 1e3
 LOOKS = {
     "zhao": ("Zhao's network", Colour.SECOND),
     "uzunovic": ("Uzunovic's network", Colour.THIRD),
-    "ours": ("ours", Colour.FIRST),
-    "calibrated": ("calibrated", Colour.GOOD),
+    "ours": ("ours", Colour.GOOD),
+    "calibrated": ("calibrated", Colour.FIRST),
     GEOMETRY: ("geometry", Colour.BAD),
     LIMIT: ("limit", Colour.QUIET),
     TRUSTING: ("ours, trusting the sensors", Colour.FIRST),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from functools import cached_property
@@ -38,6 +39,7 @@ RECIPES: tuple[Recipe, ...] = ("zhao", "uzunovic", "ours")
 CALIBRATED, TRUSTING = "calibrated", "trusting"
 """The calibrated geometry; and the same asked for what the sensors will say, not for the truth."""
 SEED = 1
+EVERY_S = 10.0
 
 
 @dataclass
@@ -62,7 +64,8 @@ class Study:
         """The survey, as many samples as the largest training needs."""
         samples = max(self.scale.samples)
         self.say(f"collecting {samples} samples")
-        collect(self.folder / "data", self.robot, self.built, samples, SEED, _unseen)
+        left = _Left(self.say, samples)
+        collect(self.folder / "data", self.robot, self.built, samples, SEED, left.seen)
         return load_dataset(self.folder / "data").first(samples)
 
     def network(self, model: str) -> InverseNetwork:
@@ -80,7 +83,9 @@ class Study:
         self.say(f"training {model}")
         path.parent.mkdir(parents=True, exist_ok=True)
         source = of_dataset(data, self.robot)
-        written = train_from_samples(source, _recipe(recipe), path, 0, self.scale.effort)
+        written = train_from_samples(
+            source, _recipe(recipe), path, 0, self.scale.effort, _Left(self.say).follow
+        )
         return InverseNetwork(written.file)
 
     def calibration(self, samples: int) -> Calibrated:
@@ -174,5 +179,25 @@ def _recipe(name: str) -> Recipe:
     raise ValueError(name)
 
 
-def _unseen(done: int) -> None:
-    return
+class _Left:
+    """Now and then a line with what is done and the time left."""
+
+    def __init__(self, say: Say, total: int = 0):
+        self._say, self._total = say, total
+        self._began_s = self._said_s = time.monotonic()
+        self._first: int | None = None
+
+    def seen(self, done: int) -> None:
+        """So many are done."""
+        self.follow(done, self._total, "")
+
+    def follow(self, done: int, total: int, text: str) -> None:
+        """So many of a total are done."""
+        now_s = time.monotonic()
+        if self._first is None:
+            self._first = done
+        if now_s - self._said_s < EVERY_S or done <= self._first:
+            return
+        self._said_s = now_s
+        left_s = (now_s - self._began_s) / (done - self._first) * (total - done)
+        self._say(f"  {done} of {total}, {left_s:.0f} s left {text}".rstrip())
