@@ -11,9 +11,11 @@ from scipy.signal import savgol_filter
 from diagnosis import axis_candidates as moves
 from diagnosis.axis_columns import filled, first_of, needed, refuse_still
 from diagnosis.candidate import Candidate, Coordinate, Shape, Term
+from diagnosis.effort_sign import refuse_wrong_sign
 from diagnosis.nuisance import Nuisance
 from diagnosis.readings import BoolArray, FloatArray, Readings, gather
 from foundation.errors import RecordingError
+from models.chain.axis import gravity_pull
 from models.chain.effort_axis import Driven, EffortChain
 from models.effects.lone_axis import COMPONENT
 from models.robot import ServoAxis
@@ -57,6 +59,7 @@ class EffortAxisModel:
         refuse_still(efforts, "effort", recordings[0].source)
         self._force = robot.effort_gain * efforts
         self._velocity = np.concatenate([d.velocity[:, 0] for d in self._driven])
+        self._refuse_wrong_sign(recordings[0].source)
         settled = np.concatenate([self.chain.settled(d) for d in self._driven])
         self.readings.valid[~settled] = False
         self._refuse_other_units(recordings[0].source)
@@ -79,6 +82,16 @@ class EffortAxisModel:
         return Driven(
             t_s, fresh, effort[:, None], position[:, None], velocity[:, None], slow[:, None],
             load[:, None],
+        )  # fmt: skip
+
+    def _refuse_wrong_sign(self, source: str) -> None:
+        assert self.robot.inertia is not None
+        loads = np.concatenate([driven.load[:, 0] for driven in self._driven])
+        places = np.concatenate([driven.position[:, 0] for driven in self._driven])
+        refuse_wrong_sign(
+            self.readings.t_s, self.readings.fresh, self._velocity,
+            self._force + loads + gravity_pull(self.robot.gravity, places),
+            self.robot.inertia, source,
         )  # fmt: skip
 
     def _refuse_other_units(self, source: str) -> None:

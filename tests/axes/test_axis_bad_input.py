@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -49,6 +50,15 @@ def test_milliseconds_are_refused() -> None:
     recording = from_columns({"t": 1e3 * T_S, "command": WAVE, "position": WAVE}, "ms.csv")
     with pytest.raises(RecordingError, match="in seconds"):
         diagnose_axis(FOLLOWS, [recording])
+
+
+@pytest.mark.parametrize("wrong", ["effort", "position"])
+def test_effort_that_pushes_the_wrong_way_is_refused(rigs: ModuleType, wrong: str) -> None:
+    recording = rigs.ForcedRig(coulomb=1.0, viscous=2.0).record(4, span_s=20.0)
+    recording.columns[wrong] *= -1.0
+    with pytest.raises(RecordingError, match="against its effort") as caught:
+        diagnose_axis(FORCED.model_copy(update={"motion": "linear", "inertia": 2.0}), [recording])
+    assert "\n" not in str(caught.value)
 
 
 def test_a_mapping_brings_names_and_units(tmp_path: Path) -> None:
