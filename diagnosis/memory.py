@@ -29,18 +29,20 @@ STILL = 0.02
 def has_memory(fitter: Fitter, solution: Solution, free: FreeShape, gain: float) -> bool | None:
     """Whether the past of a free shape's driver matters at its port.
 
-    gain: chi-square that the shape explains; None where it is too little to tell, and for time,
-    which has no other past.
+    gain: chi-square that the shape explains. None where it is too little to rule a memory out,
+    and for time, which has no other past.
     """
     readings = fitter.model.readings
     driver = fitter.model.drivers()[free.driver]
-    if free.driver == "time" or LEAST_SHARE * gain < -2.0 * CERTAIN:
+    if free.driver == "time":
         return None
     pasts = [np.interp(readings.t_s - late_s, readings.t_s, driver) for late_s in PAST_S]
     shapes = [replace(free, basis=_shape(past)) for past in pasts]
     shapes.append(replace(free, basis=_way(driver)[:, None] * free.basis))
     found = [_explained(fitter, solution, shape) for shape in shapes]
-    return any(log_p < CERTAIN and more > LEAST_SHARE * gain for more, log_p in found)
+    if any(log_p < CERTAIN and more > LEAST_SHARE * gain for more, log_p in found):
+        return True
+    return False if LEAST_SHARE * gain > -2.0 * CERTAIN else None
 
 
 def _shape(driver: FloatArray) -> FloatArray:
