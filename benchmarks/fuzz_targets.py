@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import atexit
 import json
 import os
 import random
+import shutil
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -44,8 +46,8 @@ class Folder:
 
     def __init__(self) -> None:
         place = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
-        self._kept = tempfile.TemporaryDirectory(prefix="deltactl-fuzz-", dir=place)
-        self.path = Path(self._kept.name)
+        self.path = Path(tempfile.mkdtemp(prefix="deltactl-fuzz-", dir=place))
+        atexit.register(shutil.rmtree, self.path, ignore_errors=True)
 
     def put(self, name: str, content: bytes) -> Path:
         """A file with this content."""
@@ -265,6 +267,7 @@ def _unpacked(packed: bytes) -> bytes:
     path = folder.path / "plain.mcap"
     container = Container(AppendFile(path), "plain")
     container._file.close()
+    container._chunk_index.close()
     body = b"".join(
         record_bytes(
             records.Message(

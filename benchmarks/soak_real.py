@@ -30,6 +30,7 @@ KEPT = "\nrecordings: {max_gib: 0.01, max_age_days: 0.005, keep_free_gib: 0.5}\n
 MOST_MB, MOST_AGE_S, MARGIN_S = 0.01 * 1024, 0.005 * 86_400.0, 65.0
 """The daemon looks once a minute; until then a megabyte more may lie there."""
 SAMPLE_S = 5.0
+RECOVERIES = 20
 MB = 2**20
 JOBS = (("heart", 1), ("circle", 3), ("spiral", 1))
 
@@ -60,9 +61,13 @@ class RealSoak:
             for number, job in zip(itertools.count(), itertools.cycle(self._jobs), strict=False):
                 if time.monotonic() > end_s:
                     break
-                if number % 3 == 0:
-                    self._home(client, bench)
-                self._run_job(client, bench, job, end_s)
+                try:
+                    if number % 3 == 0:
+                        self._home(client, bench)
+                    self._run_job(client, bench, job, end_s)
+                except DeltactlError as error:
+                    self.tally.problems.append(str(error))
+                    self._recover(client, bench)
             with suppress(DeltactlError):
                 client.cancel()
         self._ending.set()
@@ -77,8 +82,6 @@ class RealSoak:
         self.tally.count("homed")
 
     def _run_job(self, client: Client, bench: BenchMemory, job: Path, end_s: float) -> None:
-        if client.status().state == "fault":
-            self._recover(client, bench)
         number, sampled_s = client.submit(job), 0.0
         paused_s = time.monotonic() + 15.0
         while (result := client.result(number)) is None and time.monotonic() < end_s:
@@ -93,12 +96,17 @@ class RealSoak:
             self._ended(result, client, bench)
 
     def _recover(self, client: Client, bench: BenchMemory) -> None:
-        """What an operator does; the arms of the simulated robot drop to their stops."""
-        self.tally.count("recovered from a fault")
-        client.acknowledge()
-        client.power_off()
-        client.power_on()
-        self._home(client, bench)
+        """What an operator does, until it works; the simulated arms drop to their stops."""
+        for _ in range(RECOVERIES):
+            self.tally.count("recovered from a fault")
+            with suppress(DeltactlError):
+                if client.status().state == "fault":
+                    client.acknowledge()
+                client.power_off()
+                client.power_on()
+                self._home(client, bench)
+                return
+        raise TimeoutError(f"cannot be homed any more: {client.status()}")
 
     def _pause(self, client: Client) -> None:
         with suppress(DeltactlError):  # the job may have ended just now

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -72,11 +73,14 @@ class DataSetWriter:
         self.count = count
 
     def keep(self, count: int) -> None:
-        """Leave only the first samples."""
+        """Leave only the first samples. Raises RecordingError."""
         content = os.pread(self._file, self._end, 0)
         lines = content.splitlines(keepends=True)[: count + 1]
         self._end = sum(map(len, lines))
-        os.ftruncate(self._file, self._end)
+        try:
+            os.ftruncate(self._file, self._end)
+        except OSError as error:
+            raise self._failed(error) from error
         self.count = min(count, self.count)
 
     def _settle(self, settings: DataSettings) -> None:
@@ -115,7 +119,8 @@ class DataSetWriter:
                 written += os.pwrite(self._file, content[written:], self._end + written)
             os.fsync(self._file)
         except OSError as error:
-            os.ftruncate(self._file, self._end)
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._file, self._end)
             raise self._failed(error) from error
         self._end += len(content)
 

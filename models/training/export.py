@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from foundation.errors import NetworkError
 from models.network.file import NetworkFile, checked_metadata, checksum, checksum_start
 from models.network.inverse import InverseNetwork
 from models.network.metadata import (
@@ -44,7 +45,7 @@ class Origin:
 def to_file(
     path: Path, trained: Trained, task: Task, effort: Effort | None = None, source: str = "geometry"
 ) -> NetworkFile:
-    """Measure the network as it runs and write it. Raises OSError when it cannot be written.
+    """Measure the network as it runs and write it. Raises NetworkError when it cannot be written.
 
     The bytes are checked like any file's before they replace what was at `path`.
     """
@@ -69,7 +70,7 @@ def data_to_file(
 ) -> NetworkFile:
     """`to_file` for a network of measured samples: it is judged by those held out.
 
-    There is no bound on its error: only the samples are known. Raises OSError.
+    There is no bound on its error: only the samples are known. Raises NetworkError.
     """
     draft = _file(path, trained, _metadata(trained, task, origin, _UNMEASURED))
     running = InverseNetwork(draft).raw_rad_many(held.position_m)
@@ -108,8 +109,12 @@ def _write(path: Path, trained: Trained, metadata: NetworkMetadata) -> NetworkFi
             stream.flush()
             os.fsync(stream.fileno())
         os.replace(partial, path)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise NetworkError(f"{path}: cannot be written ({reason}); make room there") from error
     finally:
-        partial.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            partial.unlink(missing_ok=True)
     return final
 
 

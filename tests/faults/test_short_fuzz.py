@@ -1,0 +1,25 @@
+"""A short fuzzing: the long one is benchmarks/fuzz.py."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from benchmarks.fuzz_targets import OURS, TARGETS, mutated
+
+INPUTS = {"job": 150, "socket": 150, "recording": 250, "model": 100, "csv": 250}
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_only_errors_of_ours(name: str) -> None:
+    fuzzed, chance = TARGETS[name](), random.Random(name)
+    said: list[str] = []
+    for data in (*fuzzed.seeds, *(mutated(fuzzed, chance) for _ in range(INPUTS[name]))):
+        try:
+            fuzzed.run(data)
+        except OURS as error:
+            said.append(str(error))
+    assert not any("\n" in text for text in said)
+    assert len(said) < INPUTS[name], "nothing was taken: the seeds are broken"
+    assert name == "socket" or len(said) > 10
