@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from diagnosis.axis_measure import telling_apart
 from diagnosis.result import Finding, Fit, Unexplained
 from models.effects.lone_axis import said
 
@@ -20,6 +21,7 @@ def summary(findings: Sequence[Finding], fit: Fit, rest: Unexplained, p: float) 
     else:
         lines = [f"{number}. {_upper(f.says)}." for number, f in enumerate(findings, start=1)]
         lines += [_cannot_tell(f) for f in findings if f.alternatives]
+        lines += telling_apart(findings)
     unit = fit.unit
     data = "on another recording" if fit.holdout == "run" else "on blocks that were held out"
     lines.append(

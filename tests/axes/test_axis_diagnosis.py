@@ -185,3 +185,10 @@ def test_the_same_recording_gives_the_same_answer(rigs: ModuleType) -> None:
     recording = rigs.FollowingRig(play=0.01).record(17, span_s=20.0)
     first, second = (diagnose_axis(FOLLOWS, [recording]).to_json() for _ in range(2))
     assert first == second
+
+
+def test_a_tie_comes_with_what_would_settle_it(rigs: ModuleType) -> None:
+    answer = diagnose_axis(FOLLOWS, [rigs.FollowingRig(play=0.01).record(3, span_s=30.0)])
+    tied = {a.effect for finding in answer.findings for a in finding.alternatives}
+    assert tied & {"gear_backlash", "joint_friction"}
+    assert any("weight that always pulls one way" in line for line in answer.says)

@@ -1,0 +1,83 @@
+"""What would tell apart what a recording of a lone axis leaves tied: a motion, or a measurement.
+
+An axis has no job file of ours, so this is said in words, one row a pair of effects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from diagnosis.result import Finding
+
+Pair = frozenset[str]
+_TABLE: tuple[tuple[Pair, str], ...] = (
+    (
+        frozenset({"gear_backlash", "joint_friction"}),
+        "repeat the motion with a weight that always pulls one way (play closes, friction stays), "
+        "or record the effort as well",
+    ),
+    (
+        frozenset({"transmission_error", "encoder_error"}),
+        "read the angle by other means, such as a level or a mirror, at a few places: a gear's "
+        "error moves the axis, an encoder's does not",
+    ),
+    (
+        frozenset({"following_lag", "sensor_latency"}),
+        "move the axis by hand against a switch that is recorded by the same clock: late "
+        "readings show it late, a late drive does not",
+    ),
+    (
+        frozenset({"following_lag", "viscous_friction"}),
+        "record the effort, or change the drive's gain: friction lags less behind a stiffer drive",
+    ),
+    (
+        frozenset({"home_offset", "joint_compliance"}),
+        "repeat the motion with a known weight on the axis: a yielding joint sags further",
+    ),
+    (
+        frozenset({"home_offset", "gear_backlash"}),
+        "come to the same places from both sides: play shows twice, an offset once",
+    ),
+    (
+        frozenset({"inertia", "effort_gain"}),
+        "push the axis with a known force (a spring balance, a weight over a pulley) and record it "
+        "as `load`",
+    ),
+    (
+        frozenset({"effort_offset", "joint_friction"}),
+        "pull the resting axis either way with a spring balance: friction that differs by "
+        "direction shows there, an offset of the effort does not",
+    ),
+    (
+        frozenset({"joint_friction", "stribeck_friction"}),
+        "move at several steady speeds, the slowest just above standstill",
+    ),
+    (
+        frozenset({"joint_friction", "viscous_friction"}),
+        "move at several steady speeds, slow and fast",
+    ),
+    (
+        frozenset({"sensor_offset", "sensor_scale"}),
+        "record again over a wider span of distances, near ones and far ones",
+    ),
+    (
+        frozenset({"sensor_scale", "sensor_crosstalk"}),
+        "record again over a wider span of distances, near ones and far ones",
+    ),
+    (
+        frozenset({"sensor_offset", "sensor_drift"}),
+        "record again from switching on, for longer",
+    ),
+)
+OTHERWISE = "repeat the motion with other speeds, spans and rests"
+
+
+def telling_apart(findings: Sequence[Finding]) -> list[str]:
+    """A sentence for every pair that is tied."""
+    lines: dict[Pair, str] = {}
+    for finding in findings:
+        for other in finding.alternatives:
+            pair = frozenset({finding.effect, other.effect})
+            how = next((says for row, says in _TABLE if row == pair), OTHERWISE)
+            lines.setdefault(pair, f"To tell {finding.effect} from {other.effect}: {how}.")
+    return list(lines.values())
