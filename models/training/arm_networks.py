@@ -7,7 +7,7 @@ each arm has a 3-n-n-1 network of its own, and the graph runs the three side by 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from models.robot import ARMS, FloatArray
 from models.training.fit import Samples, fit
 from models.training.graph import Graph
 from models.training.perceptron import Layer, Perceptron, Scaling, add_layers
-from models.training.recipe import Settings, Stopwatch
+from models.training.recipe import Follow, Settings, Stopwatch, silent, unseen
 from models.training.shared_arm import arm_rows, frame_rows
 
 
@@ -26,7 +26,7 @@ def train_arms(
     angles_rad: FloatArray,
     settings: Settings,
     seed: int,
-    say: Callable[[str], None],
+    follow: Follow = unseen,
 ) -> tuple[Graph, int, int, int]:
     """Graph, its ends, and the number of parameters, from exact poses, both (n, 3).
 
@@ -40,7 +40,8 @@ def train_arms(
         samples = Samples(inputs, wanted, np.ones(len(inputs)))
         scaling = Scaling.of(inputs), Scaling.of(wanted)
         rng = np.random.default_rng([seed, arm])
-        watch = Stopwatch(say, f"arm {arm + 1}: ")
+        part = arm * settings.total, ARMS * settings.total
+        watch = Stopwatch(silent, f"arm {arm + 1}: ", follow, part)
         arms.append(fit(network, samples, scaling, settings, rng, watch))
     graph, source, result = side_by_side(linkage, arms)
     return graph, source, result, ARMS * network.parameters

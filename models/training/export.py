@@ -99,6 +99,15 @@ def versions() -> dict[str, str]:
     return found
 
 
+def unwritable(path: Path, error: OSError) -> NetworkError:
+    """In one line that a network cannot be written here."""
+    reason = error.strerror or str(error)
+    return NetworkError(
+        f"{path}: cannot be written ({reason}); what was there is unchanged, "
+        "make room or name another place with --out"
+    )
+
+
 def _write(path: Path, trained: Trained, metadata: NetworkMetadata) -> NetworkFile:
     """Beside what is there, then in its place: a full disk leaves the old file as it was."""
     final = _file(path, trained, metadata)
@@ -110,8 +119,7 @@ def _write(path: Path, trained: Trained, metadata: NetworkMetadata) -> NetworkFi
             os.fsync(stream.fileno())
         os.replace(partial, path)
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise NetworkError(f"{path}: cannot be written ({reason}); make room there") from error
+        raise unwritable(path, error) from error
     finally:
         with contextlib.suppress(OSError):
             partial.unlink(missing_ok=True)

@@ -14,6 +14,7 @@ from models.training.perceptron import Layer, Perceptron, Scaling, fold
 from models.training.recipe import Settings, Stopwatch
 
 REPORT_EVERY = 100
+COUNT_EVERY = 10
 _EMPHASIS = 3.0
 _LEAST_WEIGHT = 0.05
 
@@ -51,16 +52,21 @@ def fit(
         iterations = settings.iterations_a_round if stage else settings.iterations
         damping = 1e-6 if stage else 1e-2
         search = _search(network, (inputs, wanted), weight, parameters, damping)
+        counted = 0
         for step in islice(search, iterations):
             parameters = step.parameters
-            if step.iteration % REPORT_EVERY == 0 and step.iteration < iterations:
+            if step.iteration % COUNT_EVERY == 0:
                 rms_deg = np.rad2deg(np.sqrt(step.cost / weight.sum()) * out.deviation.mean())
-                watch.say(f"  iteration {step.iteration} of {iterations}: RMS {rms_deg:.5f} deg")
+                watch.count(step.iteration - counted, f"RMS {rms_deg:.5f} deg")
+                counted = step.iteration
+                if step.iteration % REPORT_EVERY == 0 and step.iteration < iterations:
+                    done = f"{step.iteration} of {iterations}"
+                    watch.say(f"  iteration {done}: RMS {rms_deg:.5f} deg")
         error_deg = np.rad2deg((network.values(parameters, inputs) - wanted) * out.deviation)
-        watch.say(
-            f"stage {stage} of {settings.rounds}: training samples "
-            f"RMS {np.sqrt(np.mean(error_deg**2)):.5f} deg, max {np.abs(error_deg).max():.5f} deg"
-        )
+        rms_deg, max_deg = np.sqrt(np.mean(error_deg**2)), np.abs(error_deg).max()
+        found = f"training samples RMS {rms_deg:.5f} deg, max {max_deg:.5f} deg"
+        watch.say(f"stage {stage} of {settings.rounds}: {found}")
+        watch.count(iterations - counted, found)
     return fold(network.layers(parameters), into, out)
 
 

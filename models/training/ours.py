@@ -60,19 +60,19 @@ def train_ours(
     tell true from measured. Raises NetworkError when the data cannot be this robot's.
     """
     settings = settings or OurSettings()
-    total = settings.effort.iterations + settings.effort.rounds * settings.effort.iterations_a_round
+    total = 3 * settings.effort.total
     rows, held = split(len(position_m), seed)
-    follow(0, 3 * total, "calibrating")
+    follow(0, total, "calibrating")
     found = calibrate(robot, position_m[rows], angles_rad[rows], settings.plausible)
     left_mm = 1e3 * rms_left_m(found, position_m[held], angles_rad[held])
-    follow(0, 3 * total, f"calibrated: held-out positions to {left_mm:.2f} mm")
+    follow(0, total, f"calibrated: held-out positions to {left_mm:.2f} mm")
     trained = teach(found, angles_rad, settings, seed, follow)
     error_deg = trained.rmse_deg(position_m[held], angles_rad[held])
     remark = f"held-out positions to {left_mm:.2f} mm RMS; noise {1e3 * found.noise_m:.2f} mm"
     return replace(
         trained,
         samples=len(rows),
-        course=((3 * total, error_deg),),
+        course=((total, error_deg),),
         remarks=(("calibrated robot", remark),),
     )
 
@@ -81,17 +81,9 @@ def teach(
     found: Calibrated, angles_rad: FloatArray, settings: OurSettings, seed: int, follow: Follow
 ) -> Trained:
     """A network with the inverse of a calibrated robot, over the range of `angles_rad` (n, 3)."""
-    total = settings.effort.iterations + settings.effort.rounds * settings.effort.iterations_a_round
-    stages = iter(range(1, 3 * (settings.effort.rounds + 1) + 1))
-
-    def say(line: str) -> None:
-        if "stage" in line:
-            done = next(stages) * 3 * total // (3 * (settings.effort.rounds + 1))
-            follow(done, 3 * total, line.partition("  ")[2])
-
     exact_m, exact_rad = exact_poses(found, angles_rad, settings.poses, seed)
     graph, source, result, parameters = train_arms(
-        found.linkage, exact_m, exact_rad, settings.effort, seed, say
+        found.linkage, exact_m, exact_rad, settings.effort, seed, follow
     )
     sizes = "-".join(map(str, (3, *settings.effort.hidden, 1)))
     return Trained(

@@ -63,6 +63,11 @@ class Settings:
     """How often the samples are weighted anew by their errors, to lower the largest."""
     iterations_a_round: int = 200
 
+    @property
+    def total(self) -> int:
+        """Iterations of all stages."""
+        return self.iterations + self.rounds * self.iterations_a_round
+
     def as_metadata(self) -> dict[str, float | int | str]:
         """Plain values for the file's metadata."""
         plain = asdict(self)
@@ -108,13 +113,26 @@ class Trained:
 
 
 class Stopwatch:
-    """Prefixes progress lines with the seconds since it was made."""
+    """Prefixes progress lines with the seconds since it was made, and counts iterations."""
 
-    def __init__(self, progress: Progress, about: str = ""):
+    def __init__(
+        self,
+        progress: Progress,
+        about: str = "",
+        follow: Follow = unseen,
+        part: tuple[int, int] = (0, 0),
+    ):
+        """`part`: iterations done before, and in all; `follow` is told of those since."""
         self._start_s = time.monotonic()
-        self._progress = progress
+        self._progress, self._follow = progress, follow
         self._about = about
+        self._done, self._total = part
 
     def say(self, text: str) -> None:
         """Pass one line on."""
         self._progress(f"{time.monotonic() - self._start_s:6.1f} s  {self._about}{text}")
+
+    def count(self, iterations: int, text: str) -> None:
+        """So many more iterations are done, with this result."""
+        self._done += iterations
+        self._follow(self._done, self._total, f"{self._about}{text}")

@@ -15,20 +15,32 @@ from models.robot import ARMS, FloatArray
 from models.training.fit import Samples, fit
 from models.training.graph import Graph
 from models.training.perceptron import Layer, Perceptron, Scaling, add_layers
-from models.training.recipe import Progress, Settings, Stopwatch, Task, Trained, silent
+from models.training.recipe import (
+    Follow,
+    Progress,
+    Settings,
+    Stopwatch,
+    Task,
+    Trained,
+    silent,
+    unseen,
+)
 from models.training.samples import around, edges, hardest, labels_rad, spread
 
 RECIPE = "shared_arm"
 
 
-def train(task: Task, settings: Settings, progress: Progress = silent) -> Trained:
+def train(
+    task: Task, settings: Settings, progress: Progress = silent, follow: Follow = unseen
+) -> Trained:
     """Train the shared network on the geometry of the task's robot.
 
     Raises NetworkError when the arms differ or the domain cannot be reached.
     """
     linkage = Linkage.of(task.robot.geometry)
     _require_equal_arms(task.robot.name, linkage)
-    watch, rng = Stopwatch(progress), np.random.default_rng(task.seed)
+    watch = Stopwatch(progress, follow=follow, part=(0, settings.total))
+    rng = np.random.default_rng(task.seed)
     even, hard = _samples(linkage, task, settings, rng)
     scaling = Scaling.of(even.inputs), Scaling.of(even.wanted_rad)
     samples = Samples(*(np.concatenate(pair) for pair in zip(even, hard, strict=True)))

@@ -11,7 +11,7 @@ import numpy as np
 from foundation.errors import NetworkError
 from models.network.file import NetworkFile
 from models.training import shared_arm
-from models.training.export import HeldOut, Origin, data_to_file, to_file
+from models.training.export import HeldOut, Origin, data_to_file, to_file, unwritable
 from models.training.one_thread import one_thread
 from models.training.ours import OurSettings, train_ours
 from models.training.recipe import Follow, Settings, Task, Trained, unseen
@@ -50,10 +50,7 @@ def train_from_samples(
     task = Task(source.robot, source.domain, seed, source.angle_deg)
     origin = Origin(source.words, source.digest, len(held))
     kept = HeldOut(source.position_m[held], source.angles_rad[held])
-    try:
-        return Written(data_to_file(path, trained, task, origin, kept), trained)
-    except OSError as error:
-        raise _unwritable(path, error) from error
+    return Written(data_to_file(path, trained, task, origin, kept), trained)
 
 
 def trained_on(
@@ -86,18 +83,8 @@ def train_exact(task: Task, settings: Settings, path: Path, follow: Follow = uns
     Raises NetworkError when the arms differ, the domain cannot be reached or the disk is full.
     """
     check_writable(path)
-    total = settings.rounds + 1
-    stages = iter(range(1, total + 1))
-
-    def say(line: str) -> None:
-        if "stage" in line:
-            follow(next(stages), total, line.partition("  ")[2])
-
-    trained = shared_arm.train(task, settings, say)
-    try:
-        return Written(to_file(path, trained, task), trained)
-    except OSError as error:
-        raise _unwritable(path, error) from error
+    trained = shared_arm.train(task, settings, follow=follow)
+    return Written(to_file(path, trained, task), trained)
 
 
 def exact_task(source: Source, seed: int) -> tuple[Task, Settings]:
@@ -120,7 +107,7 @@ def check_writable(path: Path) -> None:
         probe.write_bytes(b"")
         probe.unlink()
     except OSError as error:
-        raise _unwritable(path, error) from error
+        raise unwritable(path, error) from error
     if path.is_dir():
         raise NetworkError(f"{path}: is a folder; name a file, as net.tflite")
 
@@ -130,11 +117,3 @@ def microsteps(error_deg: float, source: Source) -> float | None:
     drive = source.robot.drive
     rad_per_step = getattr(drive, "rad_per_step", None)
     return None if rad_per_step is None else float(np.deg2rad(error_deg) / rad_per_step)
-
-
-def _unwritable(path: Path, error: OSError) -> NetworkError:
-    reason = error.strerror or str(error)
-    return NetworkError(
-        f"{path}: cannot be written ({reason}); what was there is unchanged, "
-        "make room or name another place with --out"
-    )
