@@ -13,6 +13,10 @@ from reproduction.uzunovic_2013.control_tables import Result
 
 EVERY = 20
 """Angles are drawn at 500 Hz."""
+SLOWLY = 200
+"""Disturbances are drawn as means over 20 ms: in between they are the encoder's comb."""
+SHOWN_FROM_S = CONTROL_ON_S + 0.6
+"""Errors are drawn once the way from the start is nearly over."""
 COLOURS = (Colour.FIRST, Colour.SECOND, Colour.THIRD)
 
 
@@ -55,11 +59,13 @@ def response_figures(found: Result) -> list[str]:
         for joint in range(3)
     ]  # fmt: skip
     percent = _worst(100.0 * (ran.measured_rad - ran.reference_rad) / found.asked.peak_to_peak_rad)
-    late = t_s >= CONTROL_ON_S + 0.3
+    late = t_s >= SHOWN_FROM_S
     limit = found.experiment.paper_percent
     bounds = [
-        Series(f"the paper's {limit} %", [1.3, ran.t_s[-1]], [sign * limit] * 2, Colour.QUIET,
-               dashed=True)
+        Series(
+            f"the paper's {limit} %", [SHOWN_FROM_S, ran.t_s[-1]], [sign * limit] * 2,
+            Colour.QUIET, dashed=True,
+        )
         for sign in (-1.0, 1.0)
     ]  # fmt: skip
     parts.append(
@@ -83,20 +89,23 @@ def response_figures(found: Result) -> list[str]:
             f"Disturbance estimate, {name} experiment, {found.control.name}",
             "t [s]", "current [mA]",
             [
-                Series(f"joint {joint + 1}", t_s, 1e3 * _mean(ran.disturbance_a[:, joint]), colour)
+                Series(
+                    f"joint {joint + 1}", ran.t_s[::SLOWLY],
+                    1e3 * _mean(ran.disturbance_a[:, joint]), colour,
+                )
                 for joint, colour in enumerate(COLOURS)
             ],
             marks=on, group=group,
-            note="Means over 2 ms. Level: gravity. Jumps: Coulomb friction at reversals.",
+            note="Means over 20 ms. Level: gravity. Jumps: Coulomb friction at reversals.",
         ).html()
     )  # fmt: skip
     return parts
 
 
 def _mean(values: FloatArray) -> FloatArray:
-    """Means of EVERY values each; (n,) to as many as `[::EVERY]` gives."""
-    padded = np.pad(values, (0, -len(values) % EVERY), mode="edge")
-    means: FloatArray = padded.reshape(-1, EVERY).mean(axis=1)
+    """Means of SLOWLY values each; (n,) to as many as `[::SLOWLY]` gives."""
+    padded = np.pad(values, (0, -len(values) % SLOWLY), mode="edge")
+    means: FloatArray = padded.reshape(-1, SLOWLY).mean(axis=1)
     return means
 
 
