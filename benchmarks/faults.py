@@ -34,7 +34,8 @@ def main() -> int:
     for verdict in itertools.chain(both, daemon_campaign(options.daemons, options.seed)):
         verdicts.append(verdict)
         for problem in verdict.problems:
-            print(f"{len(verdicts):4d} {verdict.kind}: {problem}", flush=True)
+            waited = f"(waited {verdict.waited_s:.2f} s for a core)"
+            print(f"{len(verdicts):4d} {verdict.kind}: {problem} {waited}", flush=True)
     kinds_tried, took_s = len({one.kind for one in verdicts}), time.monotonic() - start_s
     print(f"{len(verdicts)} faults of {kinds_tried} kinds in {took_s:.0f} s")
     print("\n".join(table(verdicts)))

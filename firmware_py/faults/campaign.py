@@ -73,7 +73,7 @@ def _try(stand: Stand, kind: Kind, chance: Random) -> Verdict:
 
 HEADER = (
     f"{'fault':28} {'n':>4} {'bad':>4} {'last edge/well':>15} {'p99':>9} {'seen':>8}"
-    f" {'pause':>8} {'min gap':>8} {'off':>4} {'unrecorded':>10}"
+    f" {'pause':>8} {'min gap':>8} {'off':>4} {'unrecorded':>10} {'no core':>8}"
 )
 
 
@@ -93,4 +93,5 @@ def _row(name: str, rows: Sequence[Verdict]) -> str:
         f" {np.percentile(last_ms, 99):6.1f} ms {max(r.seen_s for r in rows):6.2f} s"
         f" {max(r.pause_s for r in rows) * 1e3:5.0f} ms {min(r.gap_part for r in rows):8.3f}"
         f" {max(r.miscounted for r in rows):4d} {max(r.unrecorded_s for r in rows):8.3f} s"
+        f" {max(r.waited_s for r in rows):6.2f} s"
     )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Iterator
 from random import Random
 from typing import Any
 
@@ -17,13 +18,18 @@ SICK_RAW_STATUS = (1, 2, 3, 17)
 RESULT_BYTES = 17
 
 
+def each(*values: int) -> Iterator[int]:
+    """One after the other, so that every one is tried."""
+    return itertools.cycle(values)
+
+
 def on_a_chip(**knobs: Any) -> Callable[[Stand, Random], Undo]:
     """Turn knobs of one of the three chips."""
 
     def inject(stand: Stand, chance: Random) -> Undo:
         chip = _any_chip(stand, chance)
         for name, value in knobs.items():
-            setattr(chip.faults, name, chance.choice(value) if isinstance(value, tuple) else value)
+            setattr(chip.faults, name, next(value) if isinstance(value, itertools.cycle) else value)
         return chip.faults.clear
 
     return inject
@@ -62,9 +68,9 @@ def _any_chip(stand: Stand, chance: Random) -> Vl53l1xChip:
 RESTARTED = r"sensor [xyz].*held in reset"
 
 SENSOR_KINDS = (
-    Kind("NACK burst (errno 121)", on_a_chip(nack_transfers=(1, 2, 3, 6, 12)), within_s=2.0),
-    Kind("time-outs (errno 110)", on_a_chip(timeout_transfers=(1, 2, 3, 6)), within_s=2.0),
-    Kind("I/O errors (errno 5)", on_a_chip(io_error_transfers=(1, 2, 3, 6)), within_s=2.0),
+    Kind("NACK burst (errno 121)", on_a_chip(nack_transfers=each(1, 2, 3, 6, 12)), within_s=2.0),
+    Kind("time-outs (errno 110)", on_a_chip(timeout_transfers=each(1, 2, 3, 6)), within_s=2.0),
+    Kind("I/O errors (errno 5)", on_a_chip(io_error_transfers=each(1, 2, 3, 6)), within_s=2.0),
     Kind("SDA held low by a sensor", on_a_chip(sda_stuck=True), within_s=4.0, culprit=RESTARTED),
     Kind("brown-out to 0x29", brown_out, within_s=3.0, culprit="brown-out.*0x29"),
     Kind(
@@ -74,10 +80,10 @@ SENSOR_KINDS = (
         culprit=RESTARTED,
         hold_s=0.5,
     ),
-    Kind("bad status", on_a_chip(raw_status=BAD_RAW_STATUS), within_s=1.0),
+    Kind("bad status", on_a_chip(raw_status=each(*BAD_RAW_STATUS)), within_s=1.0),
     Kind(
         "status of a broken sensor",
-        on_a_chip(raw_status=SICK_RAW_STATUS),
+        on_a_chip(raw_status=each(*SICK_RAW_STATUS)),
         within_s=3.0,
         culprit=RESTARTED,
     ),

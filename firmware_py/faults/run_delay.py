@@ -1,0 +1,26 @@
+"""How long threads wanted to run and had no core: what other work on the machine costs."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+
+NS_PER_S = 1e9
+
+
+def waited_s(pid: str = "self") -> dict[str, float]:
+    """Seconds that each thread of a process has waited for a core so far.
+
+    /proc/PID/task/TID/schedstat, second field (Documentation/scheduler/sched-stats.rst).
+    """
+    found = {}
+    for task in Path(f"/proc/{pid}/task").glob("*/schedstat"):
+        with contextlib.suppress(OSError, IndexError):
+            found[task.parent.name] = int(task.read_text().split()[1]) / NS_PER_S
+    return found
+
+
+def longest_wait_s(before: dict[str, float], after: dict[str, float]) -> float:
+    """The most that one thread has waited between two looks."""
+    waits = (value - before.get(thread, value) for thread, value in after.items())
+    return max(waits, default=0.0)
