@@ -61,6 +61,7 @@ class Case:
             "rho": noise.rho,
             "outliers": noise.outliers,
             "dropouts": noise.dropouts,
+            "dropout_samples": noise.dropout_samples,
             "seconds": self.train.seconds,
         }
 
@@ -101,6 +102,7 @@ def assemble(
         rho=float(rng.choice([0.0, 0.3, 0.6])),
         outliers=float(rng.choice([0.0, 0.003, 0.01])),
         dropouts=float(rng.choice([0.0, 0.01, 0.03])),
+        dropout_samples=float(rng.choice([1.0, 5.0, 20.0])),
     )
     t_pwm_s = float(rng.choice(SURVEY_T_PWM_S if moves == "survey" else CURVE_T_PWM_S))
     length_s = seconds or float(rng.choice(SURVEY_S if moves == "survey" else CURVE_S))

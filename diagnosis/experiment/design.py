@@ -150,7 +150,7 @@ def both_ways(run: Run, tie: Tie, repeats: float = 1.0, steps: int = 1) -> tuple
 
 def contains(rival: Sequence[Term], truth: Sequence[Term]) -> bool:
     """Whether a rival can be the truth exactly, on every motion."""
-    effects = [t.candidate.effect for t in rival]
+    effects = [t.candidate.effect for t in rival for _ in t.candidate.members or (0,)]
     able = {(CONTAINED.get(t.candidate.effect, ""), t.candidate.component) for t in rival}
     able |= {(n, "sensors") for e, n in CONTAINED_BY_ALL.items() if effects.count(e) == ARMS}
     return all((t.candidate.effect, t.candidate.component) in able for t in truth)

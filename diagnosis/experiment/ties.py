@@ -101,4 +101,5 @@ def _without(one: Explanation, other: Explanation) -> tuple[Term, ...]:
 
 
 def _names(terms: tuple[Term, ...]) -> list[str]:
-    return [f"{t.candidate.effect} {t.candidate.component}" for t in terms]
+    parts = [(t.candidate, t.candidate.members or (t.candidate.component,)) for t in terms]
+    return [f"{one.effect} {component}" for one, members in parts for component in members]

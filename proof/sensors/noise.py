@@ -25,6 +25,8 @@ class Noise:
     """Share of readings that are wrong by centimetres though their status is 0."""
     dropouts: float = 0.01
     """Share of readings flagged invalid; their distance is anything."""
+    dropout_samples: float = 1.0
+    """How many readings in a row are invalid, on average (geometric)."""
 
 
 SILENT = Noise(0.0, 0.0, 0.0, 0.0)
@@ -51,7 +53,10 @@ def dropouts(
     noise: Noise, reading: FloatArray, rng: np.random.Generator
 ) -> tuple[FloatArray, IntArray]:
     """Some readings are invalid: their status says so and their distance means nothing."""
-    lost = rng.random(reading.shape) < noise.dropouts
+    begins = rng.random(reading.shape) < noise.dropouts / noise.dropout_samples
+    lasts = rng.geometric(1.0 / noise.dropout_samples, reading.shape)
+    row = np.arange(len(reading))[:, None]
+    lost = np.maximum.accumulate(np.where(begins, row + lasts, 0), axis=0) > row
     anything = np.round(rng.uniform(0.0, 1.3, reading.shape), 3)
     codes = rng.choice(STATUSES, reading.shape)
     status: IntArray = np.where(lost, codes, 0).astype(np.int64)

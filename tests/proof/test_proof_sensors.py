@@ -14,7 +14,7 @@ from proof.motion.stepping import StepTrain, together
 from proof.motion.survey import HIGHEST, LOWEST, survey
 from proof.recorded import sample_times
 from proof.robot.run import Truth
-from proof.sensors.noise import Noise, wander
+from proof.sensors.noise import Noise, dropouts, wander
 from proof.sensors.ranging import Sensors, ideal_ranges, read
 
 COUNT = st.integers(0, 400)
@@ -93,3 +93,12 @@ def test_curves_close_and_both_ways_differ(shape):
     assert np.abs(np.diff(way.counts, axis=0)).max() <= 1
     assert way.seconds == pytest.approx(90.0)
     assert not np.array_equal(way.counts, back.counts) or shape == "spiral"
+
+
+def test_invalid_readings_come_in_rows_of_the_length_asked_for():
+    asked = Noise(0.002, dropouts=0.03, dropout_samples=20.0)
+    _, status = dropouts(asked, np.zeros((60_000, 3)), np.random.default_rng(5))
+    lost = status != 0
+    begins = np.count_nonzero(lost[1:] & ~lost[:-1])
+    assert lost.mean() == pytest.approx(0.03, rel=0.15)
+    assert np.count_nonzero(lost) / begins == pytest.approx(20.0, rel=0.15)
