@@ -9,12 +9,15 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the micro delta needs the extra 'proof' (MuJoCo)")
 
+from drivers.current.fake import FakeCurrentDrives
 from firmware_py.servo.law import LawSettings
+from firmware_py.servo.loop import ServoLoop
 from proof.micro.as_built import MicroDelta
+from proof.micro.plant import MicroPlant
 from reproduction.uzunovic_2013.control import ControlPart
 from reproduction.uzunovic_2013.control_figures import reference_figure, response_figures
 from reproduction.uzunovic_2013.control_friction import friction_current_a
-from reproduction.uzunovic_2013.control_loop import run
+from reproduction.uzunovic_2013.control_loop import START_RAD, run
 from reproduction.uzunovic_2013.control_references import (
     CONTROL_ON_S,
     EXPERIMENTS,
@@ -97,6 +100,23 @@ def test_a_law_of_another_pace_is_refused(asked: References) -> None:
     slow = replace(LawSettings.of(DRIVE), period_s=2e-4)
     with pytest.raises(ValueError, match=r"runs every 0\.0002 s"):
         run(slow, MicroDelta(), asked.t_s, asked.angle_rad)
+
+
+def test_it_stands_in_for_our_own_plant_behind_the_drives() -> None:
+    """The loop of `deltactl run` holds the MuJoCo robot against gravity."""
+    plant = MicroPlant(MicroDelta(), START_RAD)
+    drives = FakeCurrentDrives(
+        plant,
+        period_s=DRIVE.period_s,
+        rad_per_count=DRIVE.rad_per_count,
+        current_limit_a=DRIVE.current_limit_a,
+    )
+    loop = ServoLoop(DRIVE, drives, 0)
+    drives.enable()
+    loop.settle()
+    assert loop.run(300_000_000) == ""
+    moved = np.array(plant.angles_rad()) - START_RAD
+    assert np.abs(moved).max() < 2.0 * DRIVE.rad_per_count
 
 
 def test_every_trouble_changes_robot_or_law() -> None:
