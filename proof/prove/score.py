@@ -37,6 +37,8 @@ class Score:
     """A finding is `unknown`."""
     right_driver: bool = False
     right_place: bool = False
+    right_memory: bool | None = None
+    """Whether it is right about the memory of what it calls unknown; None where it says nothing."""
     misnamed: bool = False
     """Unknown physics explained by named effects alone, none of which is left open."""
     clarity: float = float("nan")
@@ -46,6 +48,8 @@ class Score:
     """|error| over the Cramer-Rao standard deviation."""
     event_error_s: list[float] = field(default_factory=list)
     holdout_over_floor: float = float("nan")
+    holdout_improved: bool = False
+    """What was modelled, a free term too, lowers the RMS of the run that was held out."""
 
     @property
     def alarmed(self) -> bool:
@@ -77,6 +81,8 @@ def score(result: dict[str, Any]) -> Score:
     _mark_unknown(marks, truth["answers"], found)
     _mark_sizes(marks, truth["answers"], found, result.get("bound"))
     floor = np.sqrt(truth["sigma"] ** 2 + ROUNDING_M**2 / 12.0)
+    before, after = diagnosis.fit.holdout_rms_before_m, diagnosis.fit.holdout_rms_after_m
+    marks.holdout_improved = after < before
     marks.holdout_over_floor = diagnosis.fit.holdout_rms_after_m / float(floor)
     return marks
 
@@ -95,6 +101,9 @@ def _mark_unknown(marks: Score, truths: list[dict[str, Any]], found: list[Findin
         marks.right_driver = any(
             set(finding.depends_on) & set(line["depends_on"]) for finding in unknown
         )
+        said = [finding.has_memory for finding in unknown if finding.has_memory is not None]
+        if said and line["memory"] is not None:
+            marks.right_memory = said[0] == line["memory"]
         left_open = any(name[0] == "unknown" for name in _open_names(found))
         marks.misnamed = bool(found) and not unknown and not left_open
 

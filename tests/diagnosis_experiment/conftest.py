@@ -87,7 +87,8 @@ def _terms(model: DeltaModel, names: Names) -> list[Term]:
     """Candidates a little off nothing, where the fit begins."""
     terms = []
     for effect, component in names:
-        candidate = next(c for c in model.candidates if c.key[:2] == (effect, component))
+        both = [*model.candidates, *model.groups]
+        candidate = next(c for c in both if c.key[:2] == (effect, component))
         shape = candidate.shapes[0]
         at = np.array(shape.origin)
         at[shape.linear[0]] += shape.reach

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from diagnosis.experiment import next_experiment
+from diagnosis.experiment.design import contains
 from diagnosis.experiment.motions import Motion
 from diagnosis.experiment.propose import LONGEST_MIN, SETTLES
 from models.robot import EffectEntry
@@ -113,6 +114,18 @@ def test_what_only_one_truth_would_show_is_said_with_the_measurement_that_helps(
     second = bench.record(driven(proposal.experiment.job), *case.concealed, seed=2)
     _, _, both = bench.tie([poor, second], case.truth, case.rival)
     assert both.delta_chi2 > max(TIED, tie.delta_chi2)
+
+
+def test_a_group_of_equal_causes_counts_as_its_members(
+    bench: Any, circle: Callable[..., Motion]
+) -> None:
+    """The answer offers three equal lags as one rival, and they may be late readings exactly."""
+    recording = bench.record(circle(turns=1), entry("sensor_latency", "sensors", time=0.06))
+    late, lags = [("sensor_latency", "sensors")], [("following_lag", "motors")]
+    _, _, tie = bench.tie([recording], late, lags)
+    assert tie.names[1] == [f"following_lag motor{m}" for m in (1, 2, 3)]
+    assert contains(tie.only_second, tie.only_first)
+    assert not contains(tie.only_first, tie.only_second)
 
 
 def test_no_motion_is_proposed_where_none_can_help(

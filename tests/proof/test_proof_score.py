@@ -121,6 +121,16 @@ def test_event_times_come_from_the_parameter_or_from_where():
     assert marks.covered == [True]
 
 
+@pytest.mark.parametrize(("said", "right"), [(False, True), (True, False), (None, None)])
+def test_the_memory_of_an_unknown_counts_where_something_is_said_of_it(said, right):
+    found = {**finding("unknown", "range_x", depends_on=["range_x"]), "has_memory": said}
+    marks = score(result([STRIPES], [found], "unknown"))
+    assert marks.right_memory is right
+    assert marks.holdout_improved
+    rows = {row.figure: row for row in table([marks])}
+    assert rows["... right about memory, where it says"].cases == (said is not None)
+
+
 def test_unknown_physics():
     flagged = score(
         result([STRIPES], [finding("unknown", "range_x", depends_on=["range_x"])], "unknown")
