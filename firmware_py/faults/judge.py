@@ -10,7 +10,7 @@ import numpy as np
 
 from firmware_py.faults.edges import after, edge_times_ns
 from firmware_py.faults.kind import Kind
-from firmware_py.faults.run_delay import longest_wait_s, waited_s
+from firmware_py.faults.run_delay import all_waits_s, waited_s
 from firmware_py.faults.stand import T_PWM_NS, Stand, StandRun, wait_for
 from firmware_py.faults.verdict import Verdict, judge_gaps
 from foundation.errors import DeltactlError
@@ -34,7 +34,7 @@ def try_fault(stand: Stand, kind: Kind, chance: Random) -> Verdict:
     except (DeltactlError, AssertionError, OSError) as error:
         verdict.demand(False, f"{type(error).__name__}: {error}")
         stand.restart()
-    verdict.waited_s = longest_wait_s(before_s, waited_s())
+    verdict.waited_s = all_waits_s(before_s, waited_s())
     return verdict
 
 
@@ -175,7 +175,7 @@ def _judge_going_on(
     verdict.demand(took is not None, f"not well again: {stand.state}, {health}")
     verdict.demand(stand.state == "running", f"{stand.state}: {stand.controller.status().why}")
     edges_ns = after(edge_times_ns(stand.bench.memory), fault_ns - 10 * T_PWM_NS)
-    pauses_ns = np.diff(edges_ns, append=time.monotonic_ns())
+    pauses_ns = np.diff(edges_ns, prepend=fault_ns, append=time.monotonic_ns())
     verdict.pause_s = float(pauses_ns.max()) * 1e-9
     verdict.demand(verdict.pause_s < LONGEST_PAUSE_S, f"paused for {verdict.pause_s:.2f} s")
     _judge_edges(stand, kind, run, verdict)

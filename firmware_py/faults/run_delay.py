@@ -20,7 +20,9 @@ def waited_s(pid: str = "self") -> dict[str, float]:
     return found
 
 
-def longest_wait_s(before: dict[str, float], after: dict[str, float]) -> float:
-    """The most that one thread has waited between two looks."""
-    waits = (value - before.get(thread, value) for thread, value in after.items())
-    return max(waits, default=0.0)
+def all_waits_s(before: dict[str, float], after: dict[str, float]) -> float:
+    """What all threads together have waited between two looks.
+
+    Together, because a thread that has the interpreter and no core holds up all others.
+    """
+    return sum(value - before.get(thread, 0.0) for thread, value in after.items())

@@ -32,7 +32,7 @@ class Verdict:
     miscounted: int = 0
     unrecorded_s: float = 0.0
     waited_s: float = 0.0
-    """The most that one of our threads wanted to run meanwhile and had no core."""
+    """How long our threads together wanted to run meanwhile and had no core."""
     problems: list[str] = field(default_factory=list)
 
     def demand(self, holds: bool, problem: str) -> None:
