@@ -10,8 +10,8 @@ import pytest
 pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
 
 from proof.cases import assemble
-from proof.prove.bound import bound, distance
-from proof.recorded import sample_times
+from proof.prove.bound import as_recorded, bound, distance
+from proof.recorded import record_with_truth, sample_times
 from proof.sensors.noise import Noise
 
 NOISE = Noise(0.002, 0.6, outliers=0.01, dropouts=0.03)
@@ -54,3 +54,13 @@ def test_the_distance_of_an_offset_is_its_size_over_its_bound():
     case = case_of("sensor_offset")
     size = abs(case.planned[0].parameters["offset"])
     assert distance(case) == pytest.approx(size / bound(case)["offset"][0], rel=1e-6)
+
+
+def test_the_recorded_run_saves_one_run_of_the_bound_and_changes_nothing():
+    case = case_of("home_offset")
+    _, truth = record_with_truth(case.machine, case.train, np.random.default_rng(1))
+    still = as_recorded(case, truth)
+    assert bound(case, still)["angle"] == pytest.approx(bound(case)["angle"], rel=1e-9)
+    assert distance(case, still) == pytest.approx(distance(case), rel=1e-9)
+    loose = case_of("gear_backlash")
+    assert as_recorded(loose, truth) is None
