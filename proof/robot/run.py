@@ -102,8 +102,10 @@ def _target_m(model: mujoco.MjModel, pose: FloatArray) -> FloatArray:
         return middle
     w, turn = pose[:, start + 3 : start + 4], pose[:, start + 4 : start + 7]
     shift = pose[:, start + 7 : start + 10]
-    across = 2.0 * np.cross(turn, shift)
-    moved: FloatArray = middle + shift + w * across + np.cross(turn, across)
+    # A vector turned by a quaternion (w, v): s + 2 w (v x s) + 2 v x (v x s).
+    across = np.asarray(2.0 * np.cross(turn, shift), dtype=np.float64)
+    swung = np.asarray(np.cross(turn, across), dtype=np.float64)
+    moved: FloatArray = middle + shift + w * across + swung
     return moved
 
 
