@@ -65,12 +65,13 @@ def test_a_longer_file_is_refused(file: NetworkFile) -> None:
     assert "checksum" in refusal(file.content + b"\0")
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=200))
 def test_arbitrary_bytes_are_refused(content: bytes) -> None:
     assert "TFL3" in refusal(content) or content[4:8] == b"TFL3"
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_overwritten_parts_are_refused_without_another_error(
     file: NetworkFile, data: st.DataObject
