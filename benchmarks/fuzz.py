@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 TARGETS = ("job", "socket", "recording", "model", "csv")
 ENGINES = ("hypothesis", "atheris")
 MOST_GROWTH_MB = 30.0
-"""Over half the number of inputs again without hypothesis, whose own notes grow; with atheris
+"""Over a fifth of the inputs again without hypothesis, whose own notes grow; with atheris
 after the first fifth of them, its corpus included."""
 SLOW_MS = 1000.0
 

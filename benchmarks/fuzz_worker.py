@@ -188,7 +188,7 @@ def main() -> None:
         by_atheris(measured, int(inputs), int(seed), Path(out).parent)
     else:
         by_hypothesis(measured, int(inputs), int(seed))
-        grow_without(measured, int(inputs) // 2, int(seed))
+        grow_without(measured, int(inputs) // 5, int(seed))
 
 
 if __name__ == "__main__":
