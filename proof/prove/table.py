@@ -68,6 +68,7 @@ def table(scores: Sequence[Score]) -> list[Row]:
         share("unknown physics: right driver", of("unknown"), lambda s: s.right_driver, 0.80),
         share("... right place", of("unknown"), lambda s: s.right_place),
         share("... unknown comes first", of("unknown"), _unknown_first),
+        share("... and no named effect beside it", of("unknown"), _only_unknown),
         portion("... right about memory, where it says",
                 [s.right_memory for s in of("unknown") if s.right_memory is not None]),
         share("... held-out RMS improved", of("unknown"), lambda s: s.holdout_improved),
@@ -94,6 +95,10 @@ def _clear(scores: Sequence[Score]) -> list[Score]:
 
 def _unknown_first(marks: Score) -> bool:
     return bool(marks.said) and marks.said[0][0] == "unknown"
+
+
+def _only_unknown(marks: Score) -> bool:
+    return marks.flagged and {effect for effect, _ in marks.said} == {"unknown"}
 
 
 def _first(marks: Score) -> bool:

@@ -81,7 +81,7 @@ def _client(client: Any, cluster: Any, count: int, scheduler: str | None) -> Ite
             yield connected
         return
     with (
-        cluster(n_workers=count, threads_per_worker=1, dashboard_address=None) as local,
+        cluster(n_workers=count, threads_per_worker=1, dashboard_address=":0") as local,
         client(local) as connected,
     ):
         yield connected

@@ -131,7 +131,7 @@ def test_cases_run_on_a_schedulers_workers(tmp_path, monkeypatch):
     distributed = pytest.importorskip("distributed", reason="needs the extra 'proof' (Dask)")
     monkeypatch.setattr(campaign, "run_case", small_result)
     with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=":0"
     ) as cluster:
         outcome = campaign.prove(3, 5, tmp_path, scheduler=cluster.scheduler_address)
     assert [marks.case for marks in outcome.scores] == ["case_0000", "case_0001", "case_0002"]
@@ -148,7 +148,7 @@ def test_a_lost_case_does_not_cost_the_others(tmp_path, monkeypatch):
     monkeypatch.setattr(campaign, "run_case", one_is_lost)
     with (
         distributed.LocalCluster(
-            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0"
         ) as cluster,
         pytest.raises(ServiceError, match=r"1 did not finish .* worker died.*same command again"),
     ):

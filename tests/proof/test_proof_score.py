@@ -127,6 +127,9 @@ def test_the_memory_of_an_unknown_counts_where_something_is_said_of_it(said, rig
     marks = score(result([STRIPES], [found], "unknown"))
     assert marks.right_memory is right
     assert marks.holdout_improved
+    piled = score(result([STRIPES], [found, finding("home_offset", "motor1")], "unknown"))
+    both = {row.figure: row for row in table([marks, piled])}
+    assert both["... and no named effect beside it"].value == "50.0 %"
     rows = {row.figure: row for row in table([marks])}
     assert rows["... right about memory, where it says"].cases == (said is not None)
 
