@@ -53,6 +53,7 @@ class Study:
     scale: Scale
     say: Say
     _calibrations: dict[int, Calibrated] = field(default_factory=dict)
+    _counts: dict[tuple[str, str], IntArray] = field(default_factory=dict)
 
     @cached_property
     def machine(self) -> Machine:
@@ -103,6 +104,11 @@ class Study:
 
     def counts(self, model: str, curve: str) -> IntArray:
         """What a model commands for a curve, (n, 3); kept within the arm limits."""
+        if (model, curve) not in self._counts:
+            self._counts[model, curve] = self._counts_of(model, curve)
+        return self._counts[model, curve]
+
+    def _counts_of(self, model: str, curve: str) -> IntArray:
         target_m = self.targets(curve)
         if model == LIMIT:
             near = self._whole(self.calibration(self.scale.main).angles_rad_many(target_m[:1]))
