@@ -9,6 +9,8 @@ from typing import Any
 from proof.prove.table import Row, portion
 
 Name = tuple[str, str]
+MEASURED = "theta"
+"""What has to be measured where no motion can settle a pair: the arm angles."""
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,8 @@ class TieScore:
     proposed: bool
     admitted: bool
     settled: bool
+    told: bool
+    """Some answer says which measurement would settle what no motion can."""
 
 
 def score_tie(result: dict[str, Any]) -> TieScore:
@@ -32,12 +36,17 @@ def score_tie(result: dict[str, Any]) -> TieScore:
     named, offered = _names(result["first"])
     admitted = bool(truth & offered) and bool(rival & offered)
     proposed = result["proposed"] is not None
+    told = any(MEASURED in line for n in ("first", "second") for line in _says(result[n]))
     if not result["settleable"]:
-        return TieScore(result["pair"], False, proposed, admitted, admitted)
+        return TieScore(result["pair"], False, proposed, admitted, admitted, told)
     if proposed:
         named, offered = _names(result["second"])
     settled = truth <= named and not rival & offered
-    return TieScore(result["pair"], True, proposed, admitted, settled)
+    return TieScore(result["pair"], True, proposed, admitted, settled, told)
+
+
+def _says(answer: dict[str, Any] | None) -> list[str]:
+    return [] if answer is None else list(answer.get("says", []))
 
 
 def _names(answer: dict[str, Any] | None) -> tuple[set[Name], set[Name]]:
@@ -54,7 +63,12 @@ def tie_rows(scores: Sequence[TieScore]) -> list[Row]:
     can = [s for s in scores if s.settleable]
     return [
         portion("ties: settled after the proposed run", [s.settled for s in can], 0.90),
+        portion("... where a run was proposed", [s.settled for s in can if s.proposed]),
+        portion("... where the first answer alone was to decide",
+                [s.settled for s in can if not s.proposed]),
         portion("... the first answer offered both", [s.admitted for s in scores]),
         portion("... a run was proposed", [s.proposed for s in can]),
+        portion("... no motion can settle: says which measurement",
+                [s.told for s in scores if not s.settleable]),
         *(portion(f"... {p}", [s.settled for s in scores if s.pair == p]) for p in pairs),
-    ]
+    ]  # fmt: skip

@@ -101,6 +101,9 @@ def test_what_no_motion_settles_must_be_left_open():
     tied, sure = answer((*AZIMUTH, [LAG])), answer((*LAG, []))
     assert score_tie(tie_result(tied, settleable=False)).settled
     assert not score_tie(tie_result(sure, settleable=False)).settled
+    assert not score_tie(tie_result(tied, settleable=False)).told
+    said = {**tied, "says": ["No safe run can tell them apart: record theta_1 to theta_3."]}
+    assert score_tie(tie_result(said, settleable=False)).told
 
 
 def test_rows_count_by_pair():
@@ -108,6 +111,8 @@ def test_rows_count_by_pair():
     scores = [score_tie(tie_result(tied, clear, proposed={})), score_tie(tie_result(tied))]
     rows = {row.figure: row for row in tie_rows(scores)}
     assert rows["ties: settled after the proposed run"].value == "50.0 %"
+    assert rows["... where a run was proposed"].value == "100.0 %"
+    assert rows["... where the first answer alone was to decide"].value == "0.0 %"
     assert rows["... lag or azimuth"].cases == 2
 
 
