@@ -62,7 +62,18 @@ def diagnose_recordings(
         return diagnose_axis(belief, recordings, holdout, progress)
     if is_servo_run(belief, [*recordings, *holdout]):
         return diagnose_servo_robot(belief, recordings, holdout, progress, motion_limits)
-    model = DeltaModel(belief, recordings)
-    held_out = [DeltaModel(belief, [recording]) for recording in holdout]
-    rad_per_step = belief.drive.rad_per_step if belief.drive else 0.0
-    return diagnose_model(model, rad_per_step, held_out, progress, motion_limits)
+    try:
+        model = DeltaModel(belief, recordings)
+        held_out = [DeltaModel(belief, [recording]) for recording in holdout]
+        rad_per_step = belief.drive.rad_per_step if belief.drive else 0.0
+        return diagnose_model(model, rad_per_step, held_out, progress, motion_limits)
+    except RecordingError as error:
+        raise _with_source(error, [*recordings, *holdout]) from None
+
+
+def _with_source(error: RecordingError, recordings: Sequence[FlatRecording]) -> RecordingError:
+    """The same, saying which recordings it is about."""
+    sources = [recording.source for recording in recordings]
+    if any(source in str(error) for source in sources):
+        return error
+    return RecordingError(f"{', '.join(sources)}: {error}")

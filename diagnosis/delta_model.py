@@ -114,7 +114,11 @@ class DeltaModel:
         """Channels (n, channels) with the terms at work."""
         parts = []
         for course, own_times in zip(self._courses, self._own_times, strict=True):
-            out = self.chain.simulate(course, [term.active for term in terms])
+            try:
+                out = self.chain.simulate(course, [term.active for term in terms])
+            except ValueError:  # an arm of no length: as far off as can be, so no fit goes there
+                parts.append(np.zeros((len(course.commands.t_s), len(self.readings.names))))
+                continue
             block = {RANGES[i]: out.ranges[:, i] for i in range(3)}
             block |= {POSITIONS[i]: out.position[:, i] for i in range(3)}
             block |= {ANGLES[i]: out.measured[:, i] for i in range(3)}
