@@ -17,7 +17,7 @@ from diagnosis.limits import limits
 from diagnosis.readings import FloatArray
 from diagnosis.result import Channel, Diagnosis, Finding, Fit, Picture, Verdict
 from diagnosis.servo_model import CHANNEL, UNIT, ServoModel
-from diagnosis.servo_rivals import rivals
+from diagnosis.servo_rivals import rivals, swapped
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording
 
@@ -51,7 +51,7 @@ def diagnose_servo(
     search = AxisSearch(
         prepared, 0.0, progress, unlikely=UNLIKELY, least_share=LEAST_SHARE, blur=BLUR
     )
-    solution = search.run()
+    solution = swapped(search, search.run())
     first_p = search.first_p_of_all(solution)
     hidden, smallest = limits(search)
     outcome = _settled(search, solution.terms, solution)

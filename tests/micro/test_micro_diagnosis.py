@@ -19,6 +19,7 @@ from diagnosis.servo_signals import signals_of
 from foundation.errors import ConfigError, RecordingError
 from models.chain.servo_delta import ServoChain
 from models.robot import EffectEntry
+from proof.micro.as_built import MicroDelta
 from recording.flat import FlatRecording
 from reproduction.uzunovic_2013.control_blind import NOTHING, Outcome, confusion, line, run_case
 from reproduction.uzunovic_2013.control_hidden import KINDS, case, record
@@ -49,6 +50,24 @@ def test_the_concealed_cause_is_named_at_its_joint(number: int) -> None:
     assert size.value == pytest.approx(hidden.size, rel=0.15)
     assert answer.fit.rms_after_m < 1.02 * answer.fit.noise_floor_m
     assert answer.fit.unit == "N m"
+
+
+def test_two_causes_at_one_joint_are_told_apart() -> None:
+    """Alone a wrong torque constant explains both best: the first choice has to be taken back."""
+    plain = MicroDelta()
+    robot = MicroDelta(
+        replace(plain.body, counterweight_nm=(8e-4, 0.0, 0.0)),
+        replace(plain.drives, bearing_coulomb_nm=(1.7e-3, 9.8e-4, 9.8e-4)),
+    )
+    given = record(robot, DRIVE, np.random.default_rng(3), 10.0)
+    found = {
+        (one.effect, one.component): next(iter(one.parameters.values())).value
+        for one in diagnose_servo(ROBOT, [given]).findings
+    }
+    assert found == {
+        ("joint_friction", "motor1"): pytest.approx(7.2e-4, rel=0.05),
+        ("gravity_error", "motor1"): pytest.approx(8e-4, rel=0.05),
+    }
 
 
 def _without(given: FlatRecording, *stems: str) -> FlatRecording:
