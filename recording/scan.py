@@ -125,10 +125,12 @@ _UNREADABLE = (
     zstandard.ZstdError,
     RuntimeError,
     struct.error,
-    UnicodeDecodeError,
+    ValueError,
+    OverflowError,
     MemoryError,
 )
-"""What damaged bytes make the decoders raise (lz4 raises RuntimeError)."""
+"""What damaged bytes make the decoders raise (lz4 raises RuntimeError, a length of 2**63 bytes
+OverflowError)."""
 
 
 def _stream(data: bytes) -> ReadDataStream:

@@ -46,7 +46,9 @@ def test_round_trip(tmp_path: Path, ending: str) -> None:
     np.testing.assert_array_equal(back.extra["truth_x_m"], small().extra["truth_x_m"])
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=40)
+@settings(
+    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=40, deadline=None
+)
 @given(
     values=st.lists(
         st.floats(allow_nan=True, allow_infinity=False, width=64), min_size=1, max_size=8

@@ -119,3 +119,12 @@ def test_a_link_is_not_written_through(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="exists already"):
         RunRecorder(link, RunConfiguration("robot", "job"))
     assert target.read_text() == "keep"
+
+
+def test_a_length_beyond_all_measure_is_damage(recording: Path) -> None:
+    """Found by fuzzing: the number of bytes named inside a chunk did not fit an index."""
+    body = bytearray(chunk("", b"", 0)[9:])
+    body[-8:] = b"\xff" * 8
+    with recording.open("ab") as file:
+        file.write(b"\x06" + len(body).to_bytes(8, "little") + body)
+    assert any("damaged" in line for line in read_run(recording).damage)

@@ -46,7 +46,9 @@ def whole_chunks(whole: bytes) -> list[ChunkIndex]:
     return sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset)
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60)
+@settings(
+    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60, deadline=None
+)
 @given(part=st.floats(0.0, 1.0, exclude_max=True))
 def test_cut_anywhere_gives_all_up_to_there(whole: bytes, tmp_path: Path, part: float) -> None:
     cut = int(part * len(whole))
@@ -78,7 +80,9 @@ def test_cut_in_a_chunk_keeps_all_chunks_before(whole: bytes, tmp_path: Path) ->
     assert "cut off at byte" in run.damage[0]
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60)
+@settings(
+    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60, deadline=None
+)
 @given(part=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
 def test_damage_never_invents_anything(whole: bytes, tmp_path: Path, part: float, bit: int) -> None:
     data = bytearray(whole)
@@ -121,7 +125,7 @@ def test_garbage_is_one_clear_line(tmp_path: Path, content: bytes, says: str) ->
 
 
 @given(content=st.binary(max_size=400))
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 def test_random_bytes_are_refused(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "random.mcap"
     path.write_bytes(b"\x89MCAP0\r\n" + content)
