@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from firmware_py.faults.vitals import Vitals
 
+MOST_SHOWN = 300
+_NUMBERS = re.compile(r"[0-9]+(?:[-.T:][0-9]+)*")
 WARM_UP = 0.15
 """The first part of a soak loads, fills buffers and caches: slopes are taken after it."""
 
@@ -48,7 +52,8 @@ class Tally:
             figures = (values[late][0], values[-1], values.max())
             rows.append(f"{name:28}" + "".join(f"{v:12.1f}" for v in figures) + f"{slope:16.3f}")
         rows.append("  ".join(f"{what}: {n}" for what, n in sorted(self.happened.items())))
-        return [*rows, *(f"NOT AS IT SHOULD BE: {problem}" for problem in self.problems)]
+        kinds = Counter(_NUMBERS.sub("*", problem)[:MOST_SHOWN] for problem in self.problems)
+        return [*rows, *(f"NOT AS IT SHOULD BE, {n} times: {kind}" for kind, n in kinds.items())]
 
     def _columns(self) -> dict[str, np.ndarray]:  # type: ignore[type-arg]
         of = self.samples
