@@ -15,8 +15,8 @@ from reproduction.zhao_2023.study import GEOMETRY, LIMIT, TRUSTING, Study
 MM = 1e3
 LOOKS = {
     "zhao": ("Zhao's network", Colour.SECOND),
-    "uzunovic": ("Uzunovic's network", Colour.THIRD),
-    "ours": ("ours", Colour.GOOD),
+    "uzunovic": ("Uzunovic's network", Colour.COMMANDED),
+    "ours": ("ours", Colour.THIRD),
     "calibrated": ("calibrated", Colour.FIRST),
     GEOMETRY: ("geometry", Colour.BAD),
     LIMIT: ("limit", Colour.QUIET),
