@@ -140,10 +140,12 @@ def by_atheris(measured: Measured, inputs: int, seed: int, folder: Path) -> None
     corpus.mkdir(exist_ok=True)
     for number, one in enumerate(measured.fuzzed.seeds):
         (corpus / f"seed-{number}").write_bytes(one)
+    longest = 2 * max(len(one) for one in measured.fuzzed.seeds)
     words = folder / f"words-{measured._name}"
     words.write_text("".join(f'"{_escaped(word)}"\n' for word in measured.fuzzed.words))
-    arguments = [sys.argv[0], f"-runs={inputs}", f"-seed={seed}", "-max_len=8192", "-timeout=60",
-                 f"-dict={words}", "-verbosity=0", "-rss_limit_mb=4096", str(corpus)]  # fmt: skip
+    arguments = [sys.argv[0], f"-runs={inputs}", f"-seed={seed}", f"-max_len={longest}",
+                 "-timeout=60", f"-dict={words}", "-verbosity=0", "-rss_limit_mb=4096",
+                 str(corpus)]  # fmt: skip
     atheris.Setup(arguments, measured.one)
     atheris.Fuzz()
 

@@ -23,7 +23,14 @@ SWING_STEPS, LAP = 300, 400
 """The arms swing by so many steps in so many periods of 20 ms."""
 
 
-def swing(seconds: float, lost_steps: int = 0, motor: int = 0, at_s: float = 6.0, seed: int = 0):
+def swing(
+    seconds: float,
+    lost_steps: int = 0,
+    motor: int = 0,
+    at_s: float = 6.0,
+    seed: int = 0,
+    held: bool = False,
+):
     """What is found, and after how long: arms that swing, sensors with their usual noise."""
     watch = StepWatch(ROBOT)
     linkage, per_step = Linkage.of(ROBOT.geometry), ROBOT.drive.rad_per_step
@@ -41,6 +48,10 @@ def swing(seconds: float, lost_steps: int = 0, motor: int = 0, at_s: float = 6.0
         watch.sent(Ticks(due_ns.astype(np.int64), steps.astype(np.int8)))
         counts = wanted
         true = counts - lost_steps * (np.arange(3) == motor) * (now_ns >= at_s * 1e9)
+        if now_ns < at_s * 1e9:
+            stuck = int(counts[motor])
+        elif held:
+            true[motor] = stuck
         position_m = forward(linkage, true * per_step).position_m
         ranges_m = ROBOT.sensors.offsets_m + ROBOT.sensors.axes @ position_m
         for axis in range(3):
@@ -74,6 +85,23 @@ def test_a_jump_is_seen_within_a_second(size: int, sign: int, motor: int, seed: 
 def test_small_losses_are_below_its_limit() -> None:
     """Less than play and sensor errors make: left to 'deltactl verify' and the diagnosis."""
     assert swing(12.0, 40) == (None, 0.0)
+
+
+def test_less_is_seen_once_it_is_known_what_is_usual() -> None:
+    """60 steps, 6 mm at the elbow, are too few in the first minutes and enough later."""
+    assert swing(8.0, 60, 1, at_s=6.0) == (None, 0.0)
+    loss, after_s = swing(103.0, 60, 1, at_s=101.0)
+    assert loss is not None
+    assert loss.motor == 2
+    assert 0.0 < after_s < 1.0
+
+
+def test_a_motor_that_stands_still_is_seen_within_a_second() -> None:
+    """At 23 mm a second at the elbow; slower ones later, see benchmarks/step_watch.py."""
+    loss, after_s = swing(10.2, 0, 1, at_s=8.0, held=True, seed=3)
+    assert loss is not None
+    assert loss.motor == 2
+    assert 0.0 < after_s < 1.0
 
 
 def test_it_says_which_motor_and_how_far() -> None:
