@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from diagnosis.another_robot import check_belongs
 from diagnosis.axis_diagnose import diagnose_axis
 from diagnosis.delta_model import DeltaModel
 from diagnosis.diagnose import diagnose_model
@@ -65,6 +66,9 @@ def diagnose_recordings(
     try:
         model = DeltaModel(belief, recordings)
         held_out = [DeltaModel(belief, [recording]) for recording in holdout]
+        progress("do recording and robot file belong together")
+        for recording in (*recordings, *holdout):
+            check_belongs(belief, recording)
         rad_per_step = belief.drive.rad_per_step if belief.drive else 0.0
         return diagnose_model(model, rad_per_step, held_out, progress, motion_limits)
     except RecordingError as error:

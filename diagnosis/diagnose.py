@@ -17,24 +17,10 @@ from diagnosis.name import Progress
 from diagnosis.prepare import prepare
 from diagnosis.readings import BoolArray, FloatArray
 from diagnosis.result import Diagnosis, Finding, Fit, Verdict
-from diagnosis.sanity import check_fit, check_input
+from diagnosis.sanity import check_input
 from diagnosis.words import summary
 
 MISSING = 0.005
-STATIC = (
-    "home_offset",
-    "upper_arm_length",
-    "forearm_length",
-    "base_radius",
-    "motor_azimuth",
-    "frame_tilt",
-    "sensor_offset",
-    "sensor_scale",
-    "sensor_crosstalk",
-    "gear_ratio",
-    "thermal_expansion",
-    "sensor_drift",
-)
 REST_SHARE = 0.05
 """More than this share left unexplained is said to be only partly explained."""
 
@@ -57,8 +43,6 @@ def diagnose_model(
     outcome = Outcome(explained, fitter, solution, runs)
     found = findings(outcome)
     fit = _fit(outcome, prepared.valid, prepared.floor, held_out)
-    left = np.where(prepared.valid, fitter.observed - solution.predicted, np.nan)
-    check_fit(model, fit, left, sum(_is_static(finding) for finding in found))
     share = _left(fit)
     rest, rest_p = unexplained(outcome, share)
     hidden, smallest = limits(explained.search)
@@ -79,11 +63,6 @@ def diagnose_model(
         says=[*summary(found, fit, rest, p, explained.loosely_built), *plan.says],
         picture=picture(outcome, model.drivers()),
     )
-
-
-def _is_static(finding: Finding) -> bool:
-    """A wrong size of the machine, or something unknown."""
-    return finding.effect in STATIC or finding.effect == "unknown"
 
 
 def _stale_p(found: list[Finding]) -> list[float]:

@@ -5,16 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.model import Model
-from diagnosis.readings import MAD_TO_SIGMA, FloatArray
-from diagnosis.result import Fit
 from foundation.errors import RecordingError
 
 FACTOR = 20.0
 FEWEST_VALID = 100
 STILL = 1e-4
-HOPELESS_SHARE = 0.15
-HOPELESS_SCATTERS = 4.0
-MOST_STATIC = 1
 
 
 def check_input(model: Model) -> None:
@@ -51,22 +46,3 @@ def check_input(model: Model) -> None:
                 f"{name} is about {ratio:.3g} times what robot and commands give; "
                 f"it must be in {unit} (is it in m{unit}, or is this another robot's file?)"
             )
-
-
-def check_fit(model: Model, fit: Fit, left: FloatArray, static: int) -> None:
-    """Refuse a recording that does not belong to the robot file.
-
-    left: residual with everything fitted, (n, channels). static: how many wrong sizes it took.
-    Far off and either not explained down to the scatter from sample to sample, or only by
-    several wrong sizes at once, is another machine. Raises RecordingError.
-    """
-    observed = np.where(model.readings.valid, model.readings.values, np.nan)
-    span = float(np.nanmax(np.nanstd(observed, axis=0)))
-    scatter = MAD_TO_SIGMA * float(np.nanmedian(np.abs(np.diff(left, axis=0)))) / np.sqrt(2.0)
-    far = fit.rms_before_m > HOPELESS_SHARE * span
-    if far and (static > MOST_STATIC or fit.rms_after_m > HOPELESS_SCATTERS * scatter):
-        raise RecordingError(
-            f"recording and robot file do not belong together: {fit.rms_before_m:.3g} {fit.unit} "
-            f"apart in a motion of {span:.3g} {fit.unit}, {fit.rms_after_m:.3g} {fit.unit} with "
-            "the best explanation; is this another robot's file?"
-        )

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from diagnosis.another_robot import check_belongs
 from diagnosis.delta_model import DeltaModel
 from diagnosis.diagnose import diagnose_model
 from diagnosis.experiment import MotionLimits
@@ -57,6 +58,8 @@ def diagnose_servo_robot(
     others = [one for one in map(sensor_rounds, holdout) if one is not None]
     model = DeltaModel(robot, geometry)
     held_out = [DeltaModel(robot, [one]) for one in others] if len(others) == len(holdout) else []
+    for recording in (*geometry, *others):
+        check_belongs(robot, recording)
     outside = diagnose_model(model, 0.0, held_out, progress, motion_limits)
     try:
         torques = diagnose_servo(robot, recordings, holdout, progress)

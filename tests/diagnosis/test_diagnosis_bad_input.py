@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from diagnosis.another_robot import check_belongs
 from diagnosis.command import diagnose, diagnose_recordings
 from foundation.errors import DeltactlError, RecordingError
 from models.robot import DeltaRobot
@@ -88,12 +90,46 @@ def test_time_in_milliseconds(delta: DeltaRobot, record: Record) -> None:
         diagnose_recordings(delta, [slow])
 
 
-def test_another_robots_file(delta: DeltaRobot, record: Record) -> None:
-    geometry = delta.geometry.model_copy(update={"upper_arm_m": 0.2, "forearm_m": 0.7})
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"upper_arm_m": 0.2, "forearm_m": 0.7}, "what would fit has"),
+        ({"forearm_m": 0.55}, "what would fit has"),
+        ({"azimuth_deg": (0.0, 240.0, 120.0)}, "no lengths"),
+    ],
+)
+def test_another_robots_file(
+    delta: DeltaRobot, record: Record, changes: dict[str, object], words: str
+) -> None:
+    geometry = delta.geometry.model_copy(update=changes)
     other = delta.model_copy(update={"geometry": geometry})
-    with pytest.raises(RecordingError, match="do not belong together") as caught:
-        diagnose_recordings(other, [record(seconds=20.0)])
+    begun = time.process_time()
+    with pytest.raises(RecordingError, match=f"do not belong together.*{words}") as caught:
+        diagnose_recordings(other, [record(seconds=60.0)])
     assert "\n" not in str(caught.value)
+    assert time.process_time() - begun < 5.0
+
+
+def test_another_gear(delta: DeltaRobot, record: Record) -> None:
+    assert delta.drive is not None
+    drive = delta.drive.model_copy(update={"gear_ratio": 12.0})
+    with pytest.raises(RecordingError, match="arms turning"):
+        diagnose_recordings(delta.model_copy(update={"drive": drive}), [record(seconds=60.0)])
+
+
+@pytest.mark.parametrize("home_deg", [(0.0, 0.0, 0.0), (3.0, -4.0, 8.0)])
+def test_a_machine_that_something_stops_is_not_another(
+    delta: DeltaRobot, record: Record, home_deg: tuple[float, float, float]
+) -> None:
+    """Half of the time it stands on something and slides about, and its homes may be wrong too."""
+    recording = record(seconds=60.0)
+    columns = recording.columns
+    low = columns["range_z"] < np.median(columns["range_z"])
+    columns["range_z"][low] = np.median(columns["range_z"])
+    slid = 0.05 * np.cos(0.3 * recording.t_s)
+    columns["range_x"][low] += slid[low]
+    geometry = delta.geometry.model_copy(update={"home_offset_deg": home_deg})
+    check_belongs(delta.model_copy(update={"geometry": geometry}), recording)
 
 
 def test_empty_and_missing_files(tmp_path: Path) -> None:
