@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from diagnosis.bank import Entry
+from diagnosis.blur import EXACT, FREE, blur_of
 from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.events import Jump, jumps
@@ -26,10 +27,6 @@ GROUP_PRICE = 10.0
 """That three arms err alike is less likely than one other cause that looks the same."""
 EVENT_PRICE = 14.0
 FREE_PRICE = 26.0
-LEAST_SHARE = 0.012
-"""A further effect must explain this share of what the others do; less may be their own blur."""
-EVENT_SHARE = 0.002
-FREE_LEAST_SHARE = 0.04
 TRIED = 6
 MOST_TERMS = 5
 
@@ -69,7 +66,7 @@ class Search:
     calibration: Calibration = field(init=False)
     empty: Solution = field(init=False)
     scores_of_empty: Scores = field(init=False)
-    _with_events: dict[tuple[str, ...], float] = field(default_factory=dict)
+    _parts: dict[tuple[tuple[str, ...], ...], float] = field(default_factory=dict)
     _fine: dict[Solution, list[tuple[FreeShape, float, float]]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -152,25 +149,25 @@ class Search:
             if jump.candidate.key not in taken
         ]  # fmt: skip
 
-    def least_gain(self, solution: Solution, share: float = LEAST_SHARE) -> float:
+    def least_gain(self, solution: Solution) -> float:
         """What a further effect must explain at least: a share of what is explained already.
 
-        A jump has no blur that others could be mistaken for: what it explains counts little.
+        Sharp effects count first, so that what two could explain is not charged as blur.
         """
-        base = self._events_alone(solution)
-        return share * max(base - solution.cost, 0.0) + EVENT_SHARE * max(
-            self.empty.cost - base, 0.0
-        )
+        least, before = 0.0, self.empty.cost
+        for share in sorted({blur_of(term) for term in solution.terms}):
+            part = tuple(t for t in solution.terms if blur_of(t) <= share)
+            whole = part == solution.terms and not solution.frees
+            now = solution.cost if whole else self._part(part)
+            least, before = least + share * max(before - now, 0.0), min(now, before)
+        return least + EXACT * max(before - solution.cost, 0.0)
 
-    def _events_alone(self, solution: Solution) -> float:
-        """Cost with the events of a solution and nothing else."""
-        events = tuple(t for t in solution.terms if t.candidate.kind.event)
-        if not events:
-            return self.empty.cost
-        key = tuple(t.candidate.component for t in events)
-        if key not in self._with_events:
-            self._with_events[key] = self.fitter.solve(events, (), self.empty.nuisances, 2).cost
-        return self._with_events[key]
+    def _part(self, terms: tuple[Term, ...]) -> float:
+        """Cost with some of the terms alone."""
+        key = tuple(term.candidate.key for term in terms)
+        if key not in self._parts:
+            self._parts[key] = self.fitter.solve(terms, (), self.empty.nuisances, 2).cost
+        return self._parts[key]
 
     def worth(self, solution: Solution) -> float:
         """Cost with the price of everything in it: the smaller the better."""
@@ -245,7 +242,7 @@ class Search:
         ]
         ranked += [(free, gain, log_p) for free, gain, log_p in self.fine_scores(solution)]
         ranked.sort(key=lambda item: item[2])
-        least = max(FREE_PRICE, self.least_gain(solution, FREE_LEAST_SHARE))
+        least = max(FREE_PRICE, FREE * self.least_gain(solution))
         return [
             free for free, gain, log_p in ranked[:most] if gain > least and self.p(log_p) < ALPHA
         ]

@@ -53,6 +53,23 @@ def test_a_concealed_effect_is_named_with_its_size(
     assert answer.fit.holdout_rms_after_m < 1.15 * answer.fit.noise_floor_m
 
 
+def test_a_small_effect_is_seen_beside_a_large_one(delta: DeltaRobot, record: Record) -> None:
+    """Geometry leaves no blur: what it does not explain is somebody else's doing."""
+    answer = diagnose_recordings(
+        delta,
+        [
+            record(
+                _entry("base_radius", "frame", length_error=-0.012),
+                _entry("joint_friction", "motor2", width=0.005, stiffness=2000.0),
+            )
+        ],
+    )
+    assert {(f.effect, f.component) for f in answer.findings} == {
+        ("base_radius", "frame"),
+        ("joint_friction", "motor2"),
+    }
+
+
 def test_the_moment_of_a_loss_is_found(delta: DeltaRobot, record: Record) -> None:
     answer = diagnose_recordings(
         delta, [record(_entry("lost_steps", "motor2", steps=64.0, time=22.0))]

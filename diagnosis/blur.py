@@ -1,0 +1,35 @@
+"""How far the operator of an effect may be from the thing itself.
+
+Where the ends of a bar are is geometry: what a wrong length leaves is noise. A bearing, a spring
+or a stop is messier than any operator with two numbers, and what it leaves must not be taken
+for a second effect. So a further effect has to explain a share of what those there explain.
+"""
+
+from __future__ import annotations
+
+from diagnosis.candidate import Term
+
+EXACT = 0.001
+BLUR = {
+    "lost_steps": 0.002,  # when within a reading's time
+    "following_lag": 0.003,  # a drive is not of first order
+    "sensor_latency": 0.003,  # filters inside the sensor
+    "thermal_expansion": 0.003,  # one time constant of several
+    "sensor_drift": 0.003,  # one time constant of several
+    "transmission_error": 0.003,  # one harmonic of several
+    "contact": 0.012,  # the stop and the arms give way, the platform slides
+    "gear_backlash": 0.012,  # inside the play, friction and inertia decide
+    "joint_compliance": 0.012,  # inertia beside weight, damping beside the spring
+    "joint_friction": 0.012,  # breaks loose, creeps, changes with load and speed
+    "payload": 0.012,  # acts through compliance
+    "resonance": 0.012,  # one mode of many
+    "viscous_friction": 0.012,  # acts through compliance
+}
+"""Share of what an effect explains that its own imperfect operator may leave, with the reason."""
+FREE = 4.0
+"""So many times more for a free shape, which fits many things a little."""
+
+
+def blur_of(term: Term) -> float:
+    """Share of what a term explains that it may leave."""
+    return BLUR.get(term.candidate.effect, EXACT)
