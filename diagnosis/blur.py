@@ -17,7 +17,7 @@ BLUR = {
     "thermal_expansion": 0.003,  # one time constant of several
     "sensor_drift": 0.003,  # one time constant of several
     "transmission_error": 0.003,  # one harmonic of several
-    "contact": 0.012,  # the stop and the arms give way, the platform slides
+    "contact": 0.004,  # stop and arms give way, more in one direction than in another
     "gear_backlash": 0.012,  # inside the play, friction and inertia decide
     "joint_compliance": 0.012,  # inertia beside weight, damping beside the spring
     "joint_friction": 0.012,  # breaks loose, creeps, changes with load and speed

@@ -216,12 +216,23 @@ def candidates_of(name: str, travel_rad: float, span_s: float) -> list[Candidate
     return [Candidate(kind, component, coordinates, shapes, fixed) for component in kind.components]
 
 
+CONTACT_SHARES = (0.02, 0.05, 0.1, 0.2, 0.35)
+"""Heights of a stop to start from, as shares of the heights that the platform was sent to."""
+GRIPS = (0.0, 1.5)
+"""A smooth stop, and rubber on steel."""
+
+
 def contact(lowest_m: float, highest_m: float) -> Candidate:
     """Contact at heights within those that the platform was sent to."""
     span = highest_m - lowest_m
-    shapes = tuple(Shape((lowest_m + share * span,), ()) for share in (0.02, 0.05, 0.1, 0.2, 0.35))
-    coordinate = Coordinate("height", step=5e-4, low=lowest_m - 1.0, high=highest_m)
-    return Candidate(VOCABULARY["contact"], "platform", (coordinate,), shapes, {})
+    shapes = tuple(
+        Shape((lowest_m + share * span, grip), ()) for share, grip in product(CONTACT_SHARES, GRIPS)
+    )
+    coordinates = (
+        Coordinate("height", step=5e-4, low=lowest_m - 1.0, high=highest_m),
+        Coordinate("grip", step=0.05, low=0.0, high=20.0),
+    )
+    return Candidate(VOCABULARY["contact"], "platform", coordinates, shapes, {})
 
 
 def lost_steps(component: str, time_s: float) -> Candidate:

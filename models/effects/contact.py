@@ -1,4 +1,10 @@
-"""Something under the platform stops it: it cannot go below a height."""
+"""Something under the platform stops it: it cannot go below a height.
+
+The arms press it on and give way like springs. A smooth stop lets it slide where they send it; a
+rough one holds it where it touched down until they pull sideways by more than `grip` times how
+far they press it in. That is Coulomb's law for springs that are equally stiff in all directions,
+which those of a delta are within a factor of two.
+"""
 
 from __future__ import annotations
 
@@ -7,20 +13,71 @@ import numpy as np
 from models.effects.flow import Flow
 from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
+from models.robot import FloatArray
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
-    flow.position_m[:, 2] = np.maximum(flow.position_m[:, 2], scalar(values, "height"))
+    height_m, grip = scalar(values, "height"), scalar(values, "grip")
+    if grip > 0.0:
+        _hold(flow, height_m, grip, memory)
+    flow.position_m[:, 2] = np.maximum(flow.position_m[:, 2], height_m)
+
+
+def _hold(flow: Flow, height_m: float, grip: float, memory: Memory) -> None:
+    """Drag the platform behind where the arms send it, while it is pressed down."""
+    sent_m = flow.position_m
+    pressed_m = height_m - sent_m[:, 2]
+    down = np.flatnonzero(pressed_m > 0.0)
+    goes_on = np.diff(down, prepend=-2) == 1
+    goes_on &= ~flow.fresh[down]
+    touched_m = _touched(sent_m, pressed_m, flow.fresh, down)
+    held: tuple[float, float] | None = memory.pop("held_m", None)
+    if len(down) and down[0] == 0 and not flow.fresh[0]:
+        goes_on[0] = held is not None
+    x, y = held or (0.0, 0.0)
+    path: list[tuple[float, float]] = []
+    for on, start, sent, room in zip(
+        goes_on.tolist(), touched_m.tolist(), sent_m[down, :2].tolist(),
+        (grip * pressed_m[down]).tolist(), strict=True,
+    ):  # fmt: skip
+        if not on:
+            x, y = start
+        east, north = sent[0] - x, sent[1] - y
+        pulled = (east * east + north * north) ** 0.5
+        if pulled > room:
+            x, y = sent[0] - east * room / pulled, sent[1] - north * room / pulled
+        path.append((x, y))
+    if path:
+        sent_m[down, :2] = path
+        if down[-1] == len(sent_m) - 1:
+            memory["held_m"] = path[-1]
+
+
+def _touched(
+    sent_m: FloatArray, pressed_m: FloatArray, fresh: FloatArray, down: FloatArray
+) -> FloatArray:
+    """Where the platform touched down, were each sample in `down` its first; (len(down), 2)."""
+    before = np.maximum(down - 1, 0)
+    fell = pressed_m[down] - pressed_m[before]
+    share = np.where((pressed_m[before] <= 0.0) & ~fresh[down] & (fell > 0.0),
+                     pressed_m[down] / np.where(fell > 0.0, fell, 1.0), 0.0)  # fmt: skip
+    way = sent_m[down, :2] - sent_m[before, :2]
+    touched: FloatArray = sent_m[down, :2] - share[:, None] * way
+    return touched
 
 
 EFFECT = EffectKind(
     name="contact",
     port=Port.PLATFORM,
     components=("platform",),
-    parameters=(Parameter("height", "m", -5.0, 5.0, step=5e-4),),
+    parameters=(
+        Parameter("height", "m", -5.0, 5.0, step=5e-4),
+        Parameter("grip", "1", 0.0, 100.0, step=0.05, default=0.0),
+    ),
     operate=_operate,
     says=lambda component, v: (
         f"something stops the platform at a height of {1e3 * v['height']:.1f} mm"
+        + (", and holds it sideways where it touches" if v.get("grip", 0.0) > 0.2 else "")
     ),
     order=1,
     smooth=False,

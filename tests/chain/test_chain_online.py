@@ -28,7 +28,7 @@ EXAMPLES: dict[str, dict[str, float | tuple[float, ...]]] = {
     "base_radius": {"length_error": 0.003},
     "motor_azimuth": {"angle": 0.02},
     "thermal_expansion": {"strain": 0.01, "time_constant": 3.0},
-    "contact": {"height": -0.35},
+    "contact": {"height": -0.35, "grip": 1.5},
     "resonance": {"frequency": 2.0, "damping": 0.1},
     "frame_tilt": {"rotation": (0.01, -0.02, 0.03)},
     "sensor_offset": {"offset": 0.01},
