@@ -12,7 +12,7 @@ from diagnosis.events import Jump, Stale, jumps
 from diagnosis.explain import Explained
 from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import FreeShape
-from diagnosis.memory import has_memory
+from diagnosis.memory import has_memory, tied_drivers
 from diagnosis.name import ALPHA
 from diagnosis.readings import FloatArray, Readings
 from diagnosis.result import (
@@ -137,6 +137,7 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
     others = (*solution.frees[:number], *solution.frees[number + 1 :])
     bare = outcome.fitter.solve(solution.terms, others, solution.nuisances, steps=4)
     gain = max(bare.cost - solution.cost, 0.0)
+    drivers = [free.driver, *tied_drivers(outcome.fitter, bare, free, search.prepared.shapes)]
     first = sum(f.basis.shape[1] for f in solution.frees[:number])
     values = free.basis @ solution.coefficients[first : first + free.basis.shape[1]]
     size = float(np.std(values))
@@ -146,8 +147,8 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
     return Finding(
         effect="unknown",
         component=free.port,
-        says=f"something at {free.port} that no known effect explains follows {free.driver}, "
-        f"with a size of {1e3 * size:.2f} m{unit} (root mean square)",
+        says=f"something at {free.port} that no known effect explains follows "
+        f"{_either(drivers)}, with a size of {1e3 * size:.2f} m{unit} (root mean square)",
         parameters={
             "size_rms": ParameterResult(value=size, ci95=[size - half, size + half], unit=unit)
         },
@@ -159,9 +160,16 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
         ),
         evidence=Evidence(delta_chi2=gain, p=search.p(_log_p(gain, free))),
         share_of_mismatch=float(np.clip(gain / total, 0.0, 1.0)),
-        depends_on=free.depends_on,
+        depends_on=list(dict.fromkeys(name for driver in drivers for name in driver.split(", "))),
         has_memory=has_memory(outcome.fitter, solution, free, gain),
     )
+
+
+def _either(drivers: list[str]) -> str:
+    """The driver, and those that this recording cannot tell from it."""
+    if len(drivers) == 1:
+        return drivers[0]
+    return f"{drivers[0]} (or {', '.join(drivers[1:])}: this recording cannot tell which)"
 
 
 def _log_p(gain: float, free: FreeShape) -> float:

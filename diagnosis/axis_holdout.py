@@ -8,7 +8,6 @@ import numpy as np
 
 from diagnosis.candidate import Term
 from diagnosis.fit import Fitter, Solution
-from diagnosis.free_shapes import spline_basis
 from diagnosis.model import Model
 from diagnosis.noise import Whitener
 from diagnosis.readings import BoolArray, FloatArray
@@ -82,7 +81,7 @@ def _free_part(model: Model, solution: Solution) -> FloatArray:
     total, first = np.zeros(len(model.readings.t_s)), 0
     ports, drivers = model.ports(), model.drivers()
     for free in solution.frees:
-        basis = spline_basis(drivers[free.driver], free.knots)
+        basis = free.basis_for(drivers[free.driver])
         part = solution.coefficients[first : first + basis.shape[1]]
         total += ports[free.port][:, 0] * (basis @ part)
         first += basis.shape[1]

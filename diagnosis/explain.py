@@ -7,16 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnosis.fit import Fitter, Solution
-from diagnosis.name import ALPHA, Progress, Search
+from diagnosis.name import ALPHA, CHOICE, Progress, Search
 from diagnosis.noise import estimate
 from diagnosis.prepare import Prepared
 from diagnosis.readings import BoolArray, FloatArray
 from diagnosis.settle import Standing, in_parts, settle
 
-TERM_PRICE = 12.0
-"""Chi-square that choosing one of a hundred candidates is worth."""
 PROMOTED = 12.0
 """Chi-square that lifting the prior of a tolerance must gain to make it a finding."""
+MOST_FREES = 2
 PILE = 3
 """From so many effects on, small errors everywhere are the likelier story."""
 
@@ -47,10 +46,21 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
         rival = _promoted(other, other.run())
         if rival.terms and _evidence(other, rival) < _evidence(search, solution):
             search, solution, loose = other, rival, True
-    challenged = in_parts(search, search.challenge(solution))
+    challenged = in_parts(search, _challenged(search, solution))
     progress("what else it could be")
     settled, stands = settle(search, challenged)
     return Explained(search, settled, first_p, loose, stands)
+
+
+def _challenged(search: Search, solution: Solution) -> Solution:
+    """Free shapes beside or instead of the named effects, as long as one more earns its place."""
+    for _ in range(MOST_FREES):
+        if not solution.terms and not solution.frees and search.first_p() > ALPHA:
+            return solution
+        before, solution = solution, search.challenge(solution)
+        if len(solution.frees) == len(before.frees):
+            return solution
+    return solution
 
 
 def _looks_loose(search: Search, solution: Solution) -> bool:
@@ -88,7 +98,7 @@ def _evidence(search: Search, solution: Solution) -> float:
     count = sum(len(t.candidate.moved) for t in solution.nuisances)
     jac = solution.tangent[: fitter.rows, :count] * fitter.spread
     occam = float(np.linalg.slogdet(np.eye(count) + jac.T @ jac)[1])
-    return search.worth(solution) + TERM_PRICE * len(solution.terms) + occam
+    return search.worth(solution) + CHOICE * len(solution.terms) + occam
 
 
 def final_fit(explained: Explained, valid: BoolArray) -> tuple[Fitter, Solution]:

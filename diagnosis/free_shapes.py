@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -14,19 +15,27 @@ PIECES = 4
 FINE_PIECES = 28
 DEGREE = 3
 LEAST_TRAVEL = 0.005
+STILL = 0.02
+"""Share of the driver's range that it must move before it counts as having come another way."""
+OWN = (("motor", "theta_"), ("range_", "range_"))
+"""Ports where an error may depend on the way their own place was come to, and that place."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeShape:
     """A port, what the shape depends on, and its columns (n, k).
 
-    driver: a name, or two with a comma for a quantity made of both.
+    driver: a name, or two with a comma for a quantity made of both. kind: a spline of the driver,
+    a spline that changes sign with the way the driver came (play that is wider at some places
+    than at others), or sine and cosine of time `rate_hz` times a second.
     """
 
     port: str
     driver: str
     basis: FloatArray
     knots: FloatArray
+    kind: Literal["spline", "way", "rhythm"] = "spline"
+    rate_hz: float = 0.0
 
     @property
     def depends_on(self) -> list[str]:
@@ -36,6 +45,13 @@ class FreeShape:
     def columns(self, change: FloatArray) -> FloatArray:
         """Change of the channels per coefficient, (n, channels, k)."""
         return change[:, :, None] * self.basis[:, None, :]
+
+    def basis_for(self, driver: FloatArray) -> FloatArray:
+        """The same shape over another run of its driver, (n, k)."""
+        if self.kind == "rhythm":
+            return waves(driver, self.rate_hz)
+        basis = spline_basis(driver, self.knots)
+        return basis if self.kind == "spline" else way(driver)[:, None] * basis
 
 
 def knots_for(driver: FloatArray, pieces: int = PIECES) -> FloatArray:
@@ -52,6 +68,25 @@ def spline_basis(driver: FloatArray, knots: FloatArray) -> FloatArray:
         np.clip(driver, knots[0], knots[-1] - 1e-12), knots, DEGREE
     ).toarray()
     return basis
+
+
+def waves(t_s: FloatArray, rate_hz: float) -> FloatArray:
+    """Sine and cosine of time, (n, 2)."""
+    turn = 2.0 * np.pi * rate_hz * t_s
+    return np.stack([np.sin(turn), np.cos(turn)], axis=1)
+
+
+def way(driver: FloatArray) -> FloatArray:
+    """+1 or -1: which way the driver last moved by more than a little; 0 before it did."""
+    reach = STILL * float(np.ptp(driver))
+    ways = np.zeros(len(driver))
+    anchor, last = float(driver[0]), 0.0
+    for k, value in enumerate(driver.tolist()):
+        if abs(value - anchor) > reach:
+            last = 1.0 if value > anchor else -1.0
+            anchor = value - last * reach
+        ways[k] = last
+    return ways
 
 
 def _varies(driver: FloatArray) -> bool:
@@ -85,3 +120,16 @@ def _sensible(port: str, driver: str, coarse: bool) -> bool:
             return coarse and not elsewhere
         return not driver.startswith(("speed", "torque")) and (coarse or "," not in driver)
     return True
+
+
+def way_shapes(model: Model) -> list[FreeShape]:
+    """Each port over its own place and the way it was come to."""
+    drivers, shapes = model.drivers(), []
+    for port in model.ports():
+        for stem, place in OWN:
+            name = place + port.removeprefix(stem)
+            if port.startswith(stem) and name in drivers and _varies(drivers[name]):
+                knots = knots_for(drivers[name])
+                free = FreeShape(port, name, np.empty((0, 0)), knots, "way")
+                shapes.append(replace(free, basis=free.basis_for(drivers[name])))
+    return shapes

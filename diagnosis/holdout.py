@@ -6,7 +6,7 @@ import numpy as np
 
 from diagnosis.candidate import Term
 from diagnosis.fit import Fitter, Solution
-from diagnosis.free_shapes import FreeShape, spline_basis
+from diagnosis.free_shapes import FreeShape
 from diagnosis.model import Model
 from diagnosis.noise import Whitener
 from diagnosis.readings import BoolArray, FloatArray, without_outliers
@@ -38,7 +38,7 @@ def _free_part(model: Model, solution: Solution) -> FloatArray:
     ports, drivers = model.ports(), model.drivers()
     for free in solution.frees:
         count = free.basis.shape[1]
-        basis = spline_basis(drivers[free.driver], free.knots)
+        basis = free.basis_for(drivers[free.driver])
         part = solution.coefficients[first : first + count]
         total += ports[free.port] * (basis @ part)[:, None]
         first += count

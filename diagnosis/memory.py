@@ -7,23 +7,24 @@ past values and over the way it came last, and asks what they explain that the p
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from diagnosis.chance import log_sf
 from diagnosis.fit import Fitter, Solution
-from diagnosis.free_shapes import FreeShape, knots_for, spline_basis
+from diagnosis.free_shapes import FreeShape, knots_for, spline_basis, way
 from diagnosis.readings import FloatArray
 
 PAST_S = (0.06, 0.3, 1.5)
 PIECES = 4
+TIED = 11.0
+"""Twice the logarithm of chance within which two drivers count as tied."""
 CERTAIN = np.log(1e-5)
 """Chance, as a logarithm, below which the past counts; readings correlate, so well below 0.01."""
 LEAST_SHARE = 0.05
 """What the past must explain of what the present does; less is a shape that is not quite right."""
-STILL = 0.02
-"""Share of the driver's range that it must move before it counts as having come another way."""
 
 
 def has_memory(fitter: Fitter, solution: Solution, free: FreeShape, gain: float) -> bool | None:
@@ -36,30 +37,38 @@ def has_memory(fitter: Fitter, solution: Solution, free: FreeShape, gain: float)
     driver = fitter.model.drivers()[free.driver]
     if free.driver == "time":
         return None
+    if free.kind == "way":
+        return True
     pasts = [np.interp(readings.t_s - late_s, readings.t_s, driver) for late_s in PAST_S]
     shapes = [replace(free, basis=_shape(past)) for past in pasts]
-    shapes.append(replace(free, basis=_way(driver)[:, None] * free.basis))
+    shapes.append(replace(free, basis=way(driver)[:, None] * free.basis))
     found = [_explained(fitter, solution, shape) for shape in shapes]
     if any(log_p < CERTAIN and more > LEAST_SHARE * gain for more, log_p in found):
         return True
     return False if LEAST_SHARE * gain > -2.0 * CERTAIN else None
 
 
+def tied_drivers(
+    fitter: Fitter, bare: Solution, free: FreeShape, shapes: Sequence[FreeShape]
+) -> list[str]:
+    """Other drivers that explain at the same port as much as a free shape does, best first.
+
+    bare: the fit without the shape. On a circle an arm's angle tells its speed, and no test on
+    that circle can say which of them an error follows.
+    """
+    if free.kind == "rhythm":
+        return []
+    limit = 2.0 * _explained(fitter, bare, free)[1] + TIED
+    found: dict[str, float] = {}
+    for shape in shapes:
+        if (shape.port, shape.kind) == (free.port, free.kind) and shape.driver != free.driver:
+            chance = 2.0 * _explained(fitter, bare, shape)[1]
+            found[shape.driver] = min(chance, found.get(shape.driver, 0.0))
+    return sorted((name for name, x in found.items() if x < limit), key=lambda name: found[name])
+
+
 def _shape(driver: FloatArray) -> FloatArray:
     return spline_basis(driver, knots_for(driver, PIECES))
-
-
-def _way(driver: FloatArray) -> FloatArray:
-    """+1 or -1: which way the driver last moved by more than a little; 0 before it did."""
-    reach = STILL * float(np.ptp(driver))
-    way = np.zeros(len(driver))
-    anchor, last = float(driver[0]), 0.0
-    for k, value in enumerate(driver.tolist()):
-        if abs(value - anchor) > reach:
-            last = 1.0 if value > anchor else -1.0
-            anchor = value - last * reach
-        way[k] = last
-    return way
 
 
 def _explained(fitter: Fitter, solution: Solution, shape: FreeShape) -> tuple[float, float]:

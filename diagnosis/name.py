@@ -15,6 +15,7 @@ from diagnosis.events import Jump, jumps
 from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import FreeShape
 from diagnosis.prepare import Prepared
+from diagnosis.rhythm import rhythms
 from diagnosis.score import Calibration, Scores, calibrate, explained_by, orthonormal
 
 ALPHA = 0.003
@@ -27,6 +28,8 @@ GROUP_PRICE = 10.0
 """That three arms err alike is less likely than one other cause that looks the same."""
 EVENT_PRICE = 14.0
 FREE_PRICE = 26.0
+CHOICE = 12.0
+"""Chi-square that choosing one of a hundred candidates is worth."""
 TRIED = 6
 MOST_TERMS = 5
 
@@ -103,7 +106,7 @@ class Search:
         return jumps(self.fitter, solution, self.rad_per_step) if self.rad_per_step else []
 
     def fine_scores(self, solution: Solution) -> list[tuple[FreeShape, float, float]]:
-        """Finely resolved free shapes with their gain and log p, best first."""
+        """Finely resolved free shapes and rhythms with their gain and log p, best first."""
         if solution not in self._fine:
             self._fine[solution] = self._score_fine(solution)
         return self._fine[solution]
@@ -119,7 +122,7 @@ class Search:
             left = columns - basis @ (basis.T @ columns)
             gain, rank = explained_by(left, residual)
             found.append((free, gain, log_sf(gain, rank)))
-        return sorted(found, key=lambda item: item[2])
+        return sorted([*found, *rhythms(fitter, solution)], key=lambda item: item[2])
 
     def trials(
         self, solution: Solution, without: Sequence[tuple[str, ...]] = (), groups: bool = False
@@ -268,17 +271,24 @@ class Search:
     def challenge(self, solution: Solution) -> Solution:
         """Let free shapes compete: beside the named effects, and instead of them."""
         best = solution
-        starts = [(solution.terms, free) for free in self.free_rivals(solution)]
+        starts = [(solution.terms, (*solution.frees, free)) for free in self.free_rivals(solution)]
         if len(solution.terms) > 1 or (solution.terms and starts):
-            starts += [((), free) for free in self.free_rivals(self.empty)]
-        for terms, free in starts:
-            rival = self._drop(self.fitter.solve(terms, (free,), solution.nuisances))
+            starts += [((), (free,)) for free in self.free_rivals(self.empty)]
+        for terms, frees in starts:
+            rival = self._drop(self.fitter.solve(terms, frees, solution.nuisances))
             if not terms:
                 grown = self._add(rival)
                 rival = rival if grown is None else self._drop(self._swap(grown))
-            if self.worth(rival) < self.worth(best):
+            if self._story(rival) < self._story(best):
                 best = rival
         return best
+
+    def _story(self, solution: Solution) -> float:
+        """Worth, less what choosing each effect from all of them is worth.
+
+        The price of a free shape has it; a pile of effects in one driver must not get it free.
+        """
+        return self.worth(solution) + CHOICE * len(solution.terms)
 
 
 def _without(terms: Sequence[Term], number: int) -> tuple[Term, ...]:

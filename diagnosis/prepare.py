@@ -13,7 +13,7 @@ import numpy as np
 
 from diagnosis.bank import Bank, build
 from diagnosis.fit import Fitter
-from diagnosis.free_shapes import FINE_PIECES, FreeShape, free_shapes
+from diagnosis.free_shapes import FINE_PIECES, FreeShape, free_shapes, way_shapes
 from diagnosis.model import Model
 from diagnosis.noise import IntArray, estimate
 from diagnosis.readings import BoolArray, FloatArray, without_outliers
@@ -32,9 +32,14 @@ class Prepared:
     scorer: Scorer
     valid: BoolArray
     fine: list[FreeShape]
-    """Finely resolved free shapes, tested apart from the bank."""
+    """Finely resolved free shapes and those of place and way, tested apart from the bank."""
     floor: FloatArray
     """Residual that the saturated fit leaves, (n, channels): the noise."""
+
+    @property
+    def shapes(self) -> list[FreeShape]:
+        """All free shapes, coarse and fine."""
+        return [*(entry.free for entry in self.bank.entries if entry.free), *self.fine]
 
 
 def prepare(model: Model, valid: BoolArray, reference: FloatArray | None = None) -> Prepared:
@@ -60,7 +65,7 @@ def prepare(model: Model, valid: BoolArray, reference: FloatArray | None = None)
     scorer = Scorer(bank)
     left = residual - _saturated(bank, scorer.gram, fitter, residual)
     scorer.inflation = _inflation(bank, fitter, fitter.whiten(left))
-    fine = free_shapes(model, FINE_PIECES)
+    fine = [*free_shapes(model, FINE_PIECES), *way_shapes(model)]
     return Prepared(model, fitter, bank, scorer, valid, fine, left)
 
 

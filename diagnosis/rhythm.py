@@ -1,0 +1,64 @@
+"""An error that comes and goes in time: a table that sways, a lamp that flickers.
+
+A spline over the whole recording is too coarse for it, and one fine enough would follow noise.
+A line in the spectrum of what is left needs three numbers only: how often, and how much of sine
+and cosine.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from diagnosis.chance import log_sf
+from diagnosis.fit import Fitter, Solution
+from diagnosis.free_shapes import FreeShape, waves
+from diagnosis.readings import FloatArray
+from diagnosis.score import explained_by, orthonormal
+
+FEWEST_TURNS = 6.0
+"""Slower ones are seen by the splines over time."""
+FASTEST = 0.2
+"""Turns a sample, at most."""
+FINER = 4
+"""Frequencies looked at, for each that the length of the recording tells apart."""
+
+
+def rhythms(fitter: Fitter, solution: Solution) -> list[tuple[FreeShape, float, float]]:
+    """At each port the rhythm that explains most: shape, gain, and log p for all frequencies."""
+    ports = fitter.model.ports()
+    t_s = fitter.model.readings.t_s
+    basis = orthonormal(solution.tangent)[: fitter.rows]
+    residual = solution.residual[: fitter.rows]
+    found = []
+    for port, change in ports.items():
+        rate_hz, looks = _strongest(fitter, residual, change)
+        if rate_hz is None:
+            continue
+        free = FreeShape(port, "time", waves(t_s, rate_hz), t_s[:0], "rhythm", rate_hz)
+        columns = fitter.whiten(free.columns(change))
+        gain, rank = explained_by(columns - basis @ (basis.T @ columns), residual)
+        found.append((free, gain, min(log_sf(gain, rank) + float(np.log(looks)), 0.0)))
+    return sorted(found, key=lambda item: item[2])
+
+
+def _strongest(
+    fitter: Fitter, residual: FloatArray, change: FloatArray
+) -> tuple[float | None, int]:
+    """Frequency with most power in a residual seen through a port, and how many were looked at."""
+    readings, whiten = fitter.model.readings, fitter.whiten
+    at = np.rint((readings.t_s[whiten.rows] - readings.t_s[0]) / readings.period_s).astype(int)
+    sigma = np.array([noise.sigma for noise in whiten.channels])
+    pull = change[whiten.rows, whiten.channel] / sigma[whiten.channel]
+    power = float(pull @ pull)
+    if power == 0.0:
+        return None, 0
+    length = int(at.max()) + 1
+    series = np.bincount(at, weights=pull * residual, minlength=length)
+    size = int(2 ** np.ceil(np.log2(FINER * length)))
+    lines = np.abs(np.fft.rfft(series, size)) ** 2
+    first = int(np.ceil(FEWEST_TURNS * size / length))
+    last = int(FASTEST * size)
+    if last <= first:
+        return None, 0
+    best = first + int(np.argmax(lines[first:last]))
+    return best / (size * readings.period_s), last - first
