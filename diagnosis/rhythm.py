@@ -21,6 +21,8 @@ FASTEST = 0.2
 """Turns a sample, at most."""
 FINER = 4
 """Frequencies looked at, for each that the length of the recording tells apart."""
+BETWEEN = 16
+"""Frequencies tried on either side of the strongest."""
 
 
 def rhythms(fitter: Fitter, solution: Solution) -> list[tuple[FreeShape, float, float]]:
@@ -61,4 +63,8 @@ def _strongest(
     if last <= first:
         return None, 0
     best = first + int(np.argmax(lines[first:last]))
-    return best / (size * readings.period_s), last - first
+    # Between the lines, where a quarter of one already leaves a rest.
+    turns = (best + np.linspace(-1.0, 1.0, 2 * BETWEEN + 1)) / size
+    waves_of = np.exp(-2j * np.pi * np.outer(turns, np.arange(length)))
+    nearest = float(turns[np.argmax(np.abs(waves_of @ series))])
+    return nearest / readings.period_s, last - first
