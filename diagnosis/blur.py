@@ -7,29 +7,50 @@ for a second effect. So a further effect has to explain a share of what those th
 
 from __future__ import annotations
 
-from diagnosis.candidate import Term
+from diagnosis.candidate import Candidate, Term
 
 EXACT = 0.001
-BLUR = {
-    "lost_steps": 0.002,  # when within a reading's time
-    "following_lag": 0.003,  # a drive is not of first order
-    "sensor_latency": 0.003,  # filters inside the sensor
-    "thermal_expansion": 0.003,  # one time constant of several
-    "sensor_drift": 0.003,  # one time constant of several
-    "transmission_error": 0.003,  # one harmonic of several
-    "contact": 0.004,  # stop and arms give way, more in one direction than in another
-    "gear_backlash": 0.012,  # inside the play, friction and inertia decide
-    "joint_compliance": 0.012,  # inertia beside weight, damping beside the spring
-    "joint_friction": 0.012,  # breaks loose, creeps, changes with load and speed
-    "payload": 0.012,  # acts through compliance
-    "resonance": 0.012,  # one mode of many
-    "viscous_friction": 0.012,  # acts through compliance
+BLUR: dict[str, tuple[float, float]] = {
+    "lost_steps": (0.002, 0.002),  # when within a reading's time
+    "following_lag": (0.001, 0.003),  # a drive is not of first order
+    "sensor_latency": (0.001, 0.003),  # filters inside the sensor
+    "thermal_expansion": (0.003, 0.003),  # one time constant of several
+    "sensor_drift": (0.003, 0.003),  # one time constant of several
+    "transmission_error": (0.001, 0.003),  # one harmonic of several
+    "contact": (0.002, 0.004),  # stop and arms give way, more in one direction than in another
+    "gear_backlash": (0.001, 0.012),  # inside the play, friction and inertia decide
+    "joint_compliance": (0.012, 0.012),  # inertia beside weight, damping beside the spring
+    "joint_friction": (0.001, 0.012),  # breaks loose, creeps, changes with load and speed
+    "payload": (0.012, 0.012),  # acts through compliance
+    "resonance": (0.001, 0.012),  # one mode of many
+    "viscous_friction": (0.001, 0.012),  # acts through compliance
 }
-"""Share of what an effect explains that its own imperfect operator may leave, with the reason."""
+"""Shares of what an effect explains that its own imperfect operator may leave, with the reason:
+in what follows the pose alone, and in all the rest."""
+POSE_ALONE = frozenset(
+    {
+        "base_radius",
+        "forearm_length",
+        "frame_tilt",
+        "gear_ratio",
+        "home_offset",
+        "motor_azimuth",
+        "sensor_crosstalk",
+        "sensor_offset",
+        "sensor_scale",
+        "upper_arm_length",
+    }
+)
+"""Effects that are the same whenever the robot is in the same place: play and lag are not, so
+what play leaves cannot look like a wrong length."""
 FREE = 4.0
 """So many times more for a free shape, which fits many things a little."""
 
 
-def blur_of(term: Term) -> float:
-    """Share of what a term explains that it may leave."""
-    return BLUR.get(term.candidate.effect, EXACT)
+def blur_of(term: Term, new: Candidate | None = None) -> float:
+    """Share of what a term explains that it may leave in the shape of a new effect.
+
+    Without one: of a free shape, which may have any.
+    """
+    static, other = BLUR.get(term.candidate.effect, (EXACT, EXACT))
+    return static if new is not None and new.effect in POSE_ALONE else other

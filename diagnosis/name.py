@@ -152,14 +152,14 @@ class Search:
             if jump.candidate.key not in taken
         ]  # fmt: skip
 
-    def least_gain(self, solution: Solution) -> float:
-        """What a further effect must explain at least: a share of what is explained already.
+    def least_gain(self, solution: Solution, new: Candidate | None = None) -> float:
+        """What a new effect must explain at least: a share of what is explained already.
 
         Sharp effects count first, so that what two could explain is not charged as blur.
         """
         least, before = 0.0, self.empty.cost
-        for share in sorted({blur_of(term) for term in solution.terms}):
-            part = tuple(t for t in solution.terms if blur_of(t) <= share)
+        for share in sorted({blur_of(term, new) for term in solution.terms}):
+            part = tuple(t for t in solution.terms if blur_of(t, new) <= share)
             whole = part == solution.terms and not solution.frees
             now = solution.cost if whole else self._part(part)
             least, before = least + share * max(before - now, 0.0), min(now, before)
@@ -200,8 +200,9 @@ class Search:
         ]
         best = min(tried, key=self.worth)
         gain = solution.cost - best.cost
-        log_p = log_sf(gain, len(best.terms[-1].candidate.moved))
-        if gain < self.least_gain(solution) or self.p(log_p) > ALPHA:
+        new = best.terms[-1].candidate
+        log_p = log_sf(gain, len(new.moved))
+        if gain < self.least_gain(solution, new) or self.p(log_p) > ALPHA:
             return None
         return best
 
@@ -231,7 +232,7 @@ class Search:
             )
             gain = bare.cost - solution.cost
             log_p = log_sf(gain, len(term.candidate.moved))
-            if self.p(log_p) > ALPHA or gain < self.least_gain(bare):
+            if self.p(log_p) > ALPHA or gain < self.least_gain(bare, term.candidate):
                 return self._drop(bare)
         return solution
 

@@ -8,12 +8,16 @@ which those of a delta are within a factor of two.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from models.effects.flow import Flow
+from models.effects.flow import BoolArray, Flow
 from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 from models.robot import FloatArray
+
+IntArray = np.ndarray[Any, np.dtype[np.signedinteger[Any]]]
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
@@ -54,7 +58,7 @@ def _hold(flow: Flow, height_m: float, grip: float, memory: Memory) -> None:
 
 
 def _touched(
-    sent_m: FloatArray, pressed_m: FloatArray, fresh: FloatArray, down: FloatArray
+    sent_m: FloatArray, pressed_m: FloatArray, fresh: BoolArray, down: IntArray
 ) -> FloatArray:
     """Where the platform touched down, were each sample in `down` its first; (len(down), 2)."""
     before = np.maximum(down - 1, 0)
