@@ -32,6 +32,7 @@ CHOICE = 12.0
 """Chi-square that choosing one of a hundred candidates is worth."""
 TRIED = 6
 MOST_TERMS = 5
+MOST_TURNS = 8
 
 Progress = Callable[[str], None]
 
@@ -180,11 +181,20 @@ class Search:
     def run(self) -> Solution:
         """The best set of named effects."""
         solution = self.empty
-        for _ in range(MOST_TERMS):
-            grown = self._add(solution)
+        for _ in range(MOST_TURNS):
+            grown = self._add(solution) if len(solution.terms) < MOST_TERMS else None
             if grown is None:
                 break
-            solution = self._drop(self._swap(grown))
+            solution = self._drop(self._swap(grown, newest=False))
+        return self._polished(solution)
+
+    def _polished(self, solution: Solution) -> Solution:
+        """Swap until nothing is better: what was best beside the first need not be beside all."""
+        for _ in range(MOST_TERMS):
+            better = self._swap(solution, newest=True)
+            if better is solution:
+                break
+            solution = self._drop(better)
         return solution
 
     def _add(self, solution: Solution) -> Solution | None:
@@ -206,11 +216,11 @@ class Search:
             return None
         return best
 
-    def _swap(self, solution: Solution) -> Solution:
-        """Try to replace each term but the newest by something better."""
+    def _swap(self, solution: Solution, newest: bool) -> Solution:
+        """Try to replace each term, or each but the newest, by something better."""
         if len(solution.terms) < 2:
             return solution
-        for number in range(len(solution.terms) - 1):
+        for number in range(len(solution.terms) - (not newest)):
             rest = _without(solution.terms, number)
             bare = self.fitter.solve(rest, solution.frees, solution.nuisances, steps=4)
             own = solution.terms[number].candidate.key
@@ -279,7 +289,7 @@ class Search:
             rival = self._drop(self.fitter.solve(terms, frees, solution.nuisances))
             if not terms:
                 grown = self._add(rival)
-                rival = rival if grown is None else self._drop(self._swap(grown))
+                rival = rival if grown is None else self._drop(self._swap(grown, newest=False))
             if self._story(rival) < self._story(best):
                 best = rival
         return best
