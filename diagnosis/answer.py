@@ -50,13 +50,13 @@ def findings(outcome: Outcome) -> list[Finding]:
     """All findings, the one that explains most first."""
     solution = outcome.solution
     cov = covariance(outcome.fitter, solution)
-    total = max(outcome.explained.search.empty.cost - outcome.explained.solution.cost, 1e-9)
+    total = max(outcome.explained.nominal.cost - outcome.explained.solution.cost, 1e-9)
     found = [
         _named(outcome, number, cov, stand, total) for number, stand in enumerate(outcome.stands)
     ]
     found += [_free(outcome, number, total) for number in range(len(solution.frees))]
-    found.sort(key=lambda f: -f.evidence.delta_chi2)
-    return [*found, *(_stale(outcome, run) for run in outcome.stale)]
+    found += [_stale(outcome, run) for run in outcome.stale]
+    return sorted(found, key=lambda f: -f.evidence.delta_chi2)
 
 
 def _named(
@@ -236,7 +236,7 @@ def unexplained(outcome: Outcome, share: float) -> tuple[Unexplained, float]:
 def picture(outcome: Outcome, drivers: dict[str, FloatArray]) -> Picture:
     """Arrays for drawings."""
     readings = outcome.fitter.model.readings
-    before, after = outcome.explained.search.empty.predicted, outcome.solution.predicted.copy()
+    before, after = outcome.explained.nominal.predicted, outcome.solution.predicted.copy()
     for run in outcome.stale:
         column = readings.names.index(run.channel)
         after[run.first : run.last + 1, column] = readings.values[run.first, column]

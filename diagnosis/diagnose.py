@@ -80,7 +80,7 @@ def _fit(outcome: Outcome, valid: BoolArray, floor: FloatArray, held_out: Sequen
     model, solution = outcome.fitter.model, outcome.solution
     columns, unit = _columns(model)
     observed = outcome.fitter.observed
-    empty = outcome.explained.search.empty
+    empty = outcome.explained.nominal
     if held_out:
         pairs = [on_another_run(other, empty, solution, columns) for other in held_out]
         before, after = (float(np.sqrt(np.mean(np.square(x)))) for x in zip(*pairs, strict=True))

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from diagnosis.candidate import Term
+from diagnosis.delta_candidates import TOLERANCES
 from diagnosis.fit import Fitter, Solution
 from diagnosis.name import ALPHA, CHOICE, Progress, Search
 from diagnosis.noise import estimate
@@ -16,6 +18,8 @@ from diagnosis.settle import Standing, in_parts, settle
 PROMOTED = 12.0
 """Chi-square that lifting the prior of a tolerance must gain to make it a finding."""
 MOST_FREES = 2
+WITHIN = 2.0
+"""Usual spreads within which an error is no fault by itself."""
 PILE = 3
 """From so many effects on, small errors everywhere are the likelier story."""
 
@@ -30,6 +34,8 @@ class Explained:
     """Calibrated p of 'nothing is missing' before any finding."""
     loosely_built: bool
     """Small errors of the build are fitted everywhere beside the findings."""
+    nominal: Solution
+    """The machine of the robot file, without even the tolerances."""
     stands: list[Standing]
     """How each term of the solution stands against its rivals, in their order."""
 
@@ -38,18 +44,19 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     """Search for few effects; then let tolerances everywhere and free shapes compete."""
     search = Search(prepared, rad_per_step, progress)
     first_p = search.first_p()
-    solution = search.with_group(search.run())
+    nominal, solution = search.empty, search.with_group(search.run())
     loose = False
     if _looks_loose(search, solution):
         progress("comparing with a machine that is a little off everywhere")
         other = _with_tolerances(prepared, rad_per_step, progress)
         rival = _promoted(other, other.run())
-        if rival.terms and _evidence(other, rival) < _evidence(search, solution):
+        small = _small(search, solution) and other.story(rival) < search.story(solution)
+        if rival.terms and (small or _evidence(other, rival) < _evidence(search, solution)):
             search, solution, loose = other, rival, True
     challenged = in_parts(search, _challenged(search, solution))
     progress("what else it could be")
     settled, stands = settle(search, challenged)
-    return Explained(search, settled, first_p, loose, stands)
+    return Explained(search, settled, first_p, loose, nominal, stands)
 
 
 def _challenged(search: Search, solution: Solution) -> Solution:
@@ -70,7 +77,28 @@ def _looks_loose(search: Search, solution: Solution) -> bool:
         return False
     rest = search.trials(solution)
     static = bool(rest) and rest[0].start.candidate.effect in tolerances
-    return len(solution.terms) >= PILE or (static and search.p(rest[0].log_p) < ALPHA)
+    rest_is_static = static and search.p(rest[0].log_p) < ALPHA
+    return len(solution.terms) >= PILE or rest_is_static or _small(search, solution)
+
+
+def _small(search: Search, solution: Solution) -> bool:
+    """Whether an error no larger than every machine may have stands beside something else.
+
+    By itself it is a finding; beside a fault it says how the machine was built.
+    """
+    usual = {n.term.candidate.key: n.spread for n in search.prepared.model.tolerances}
+    return len(solution.terms) > 1 and any(
+        bool(np.all(np.abs(_sizes(term)) < WITHIN * np.array(usual[term.candidate.key])))
+        for term in solution.terms
+        if term.candidate.key in usual and term.candidate.effect in TOLERANCES
+    )
+
+
+def _sizes(term: Term) -> FloatArray:
+    """How far the moved coordinates are from doing nothing."""
+    moved = term.candidate.moved
+    sizes: FloatArray = term.at[moved] - np.array(term.candidate.shapes[0].origin)[moved]
+    return sizes
 
 
 def _promoted(search: Search, solution: Solution) -> Solution:

@@ -290,11 +290,11 @@ class Search:
             if not terms:
                 grown = self._add(rival)
                 rival = rival if grown is None else self._drop(self._swap(grown, newest=False))
-            if self._story(rival) < self._story(best):
+            if self.story(rival) < self.story(best):
                 best = rival
         return best
 
-    def _story(self, solution: Solution) -> float:
+    def story(self, solution: Solution) -> float:
         """Worth, less what choosing each effect from all of them is worth.
 
         The price of a free shape has it; a pile of effects in one driver must not get it free.
