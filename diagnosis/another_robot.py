@@ -157,9 +157,15 @@ def _would_fit(model: DeltaModel, size: FloatArray) -> str:
     believed = model.chain.linkage
     lengths = (believed.radius_m, believed.upper_arm_m, believed.forearm_m)
     told = [
-        f"{name} {1e3 * float(np.mean(length * np.exp(share))):.2g} mm"
+        f"{name} {_about_mm(float(np.mean(length * np.exp(share))))} mm"
         for name, length, share in zip(LENGTHS, lengths, size[:3], strict=True)
     ]
     if abs(size[3]) > OFF:
         told.append(f"arms turning {np.exp(size[3]):.2g} times as far")
     return f"what would fit has about {', '.join(told)}"
+
+
+def _about_mm(length_m: float) -> int:
+    """Two digits are known."""
+    digits = 1 - int(np.floor(np.log10(1e3 * length_m)))
+    return int(round(1e3 * length_m, digits))
