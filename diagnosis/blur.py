@@ -27,6 +27,12 @@ BLUR: dict[str, tuple[float, float]] = {
 }
 """Shares of what an effect explains that its own imperfect operator may leave, with the reason:
 in what follows the pose alone, and in all the rest."""
+RELATED = {
+    # Inertia on a spring rings; the operator of compliance has no inertia.
+    ("joint_compliance", "resonance"): 0.06,
+    ("payload", "resonance"): 0.06,
+}
+"""The same for a new effect that follows from the old one's physics."""
 POSE_ALONE = frozenset(
     {
         "base_radius",
@@ -52,5 +58,8 @@ def blur_of(term: Term, new: Candidate | None = None) -> float:
 
     Without one: of a free shape, which may have any.
     """
-    static, other = BLUR.get(term.candidate.effect, (EXACT, EXACT))
-    return static if new is not None and new.effect in POSE_ALONE else other
+    effect = term.candidate.effect
+    static, other = BLUR.get(effect, (EXACT, EXACT))
+    if new is None:
+        return other
+    return RELATED.get((effect, new.effect), static if new.effect in POSE_ALONE else other)
