@@ -1,6 +1,6 @@
 """How often the 95 % intervals of the diagnosis hold the truth, effect by effect.
 
-    python benchmarks/coverage.py [--seed N] [--rounds N] [--out DIR] [KIND ...]
+    python benchmarks/interval_coverage.py [--seed N] [--rounds N] [--out DIR] [KIND ...]
 
 Draws MuJoCo robots (extra `proof`) with one effect concealed, of moderate size and of a third of
 that in turn, and counts for the effects that were named which intervals hold what was built in.
