@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.chance import log_sf
-from diagnosis.events import Jump, Stale, jumps
+from diagnosis.events import Stale, moment
 from diagnosis.explain import Explained
 from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import FreeShape
@@ -66,7 +66,8 @@ def _named(
     term = solution.terms[number]
     candidate = term.candidate
     part = solution.columns_of(number)
-    jump = _moment(outcome, number) if candidate.effect == "lost_steps" else None
+    rad_per_step = outcome.explained.search.rad_per_step
+    jump = moment(outcome.fitter, solution, number, rad_per_step)
     intervals = None
     readings, says = model.readings, candidate.kind.sentence
     times, numbers = readings.whole, list(range(1, len(readings.shift_s) + 1))
@@ -107,18 +108,6 @@ def _in_which(readings: Readings, numbers: list[int]) -> str:
     """Which recording an event lies in, where there are several."""
     several = len(readings.shift_s) > 1 and len(numbers) == 1
     return f" (in recording {numbers[0]})" if several else ""
-
-
-def _moment(outcome: Outcome, number: int) -> Jump | None:
-    """The scan once more with everything else fitted, for the interval of the time."""
-    solution, search = outcome.solution, outcome.explained.search
-    rest = (*solution.terms[:number], *solution.terms[number + 1 :])
-    bare = outcome.fitter.solve(rest, solution.frees, solution.nuisances, steps=2)
-    own = solution.terms[number].candidate.component
-    for jump in jumps(outcome.fitter, bare, search.rad_per_step):
-        if jump.candidate.component == own:
-            return jump
-    return None
 
 
 def _axes(fitter: Fitter, change: FloatArray) -> list[str]:

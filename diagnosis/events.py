@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from diagnosis.candidate import Candidate
 from diagnosis.delta_candidates import lost_steps
+from diagnosis.event_times import late_of, seen_s
 from diagnosis.fit import Fitter, Solution
 from diagnosis.readings import BoolArray, Readings, long_repeats
 from diagnosis.score import orthonormal
 
 EDGE = 0.02
 """Share of the recording at each end in which a loss cannot be told from an offset."""
+NEAR_S = 2.0
+"""How far from where it was found the moment of a jump may lie once all else is fitted."""
 CHANCE = 1e-5
 FEWEST_REPEATS = 10
 MANY = 3
@@ -29,8 +32,13 @@ class Jump:
     interval_s: tuple[float, float]
 
 
-def jumps(fitter: Fitter, solution: Solution, rad_per_step: float) -> list[Jump]:
-    """For each joint the moment at which a lasting jump explains most of the residual."""
+def jumps(
+    fitter: Fitter, solution: Solution, rad_per_step: float, near_s: float | None = None
+) -> list[Jump]:
+    """For each joint the moment at which a lasting jump explains most of the residual.
+
+    near_s: look around this moment only.
+    """
     model = fitter.model
     rows = fitter.whiten.rows
     order = np.argsort(rows, kind="stable")[::-1]
@@ -40,6 +48,8 @@ def jumps(fitter: Fitter, solution: Solution, rad_per_step: float) -> list[Jump]
     inside = (times > times[-1] + EDGE * (times[0] - times[-1])) & (
         times < times[0] - EDGE * (times[0] - times[-1])
     )
+    if near_s is not None:
+        inside &= np.abs(times - near_s) < NEAR_S
     found = []
     for port, change in model.ports().items():
         if not port.startswith("motor"):
@@ -68,6 +78,24 @@ def jumps(fitter: Fitter, solution: Solution, rad_per_step: float) -> list[Jump]
             )
         )  # fmt: skip
     return found
+
+
+def moment(fitter: Fitter, solution: Solution, number: int, rad_per_step: float) -> Jump | None:
+    """When the jump that is term `number` happened, with all others fitted, and the interval."""
+    term = solution.terms[number]
+    shown_s = seen_s(term)
+    if shown_s is None:
+        return None
+    rest = (*solution.terms[:number], *solution.terms[number + 1 :])
+    bare = fitter.solve(rest, solution.frees, solution.nuisances, steps=2)
+    late_s = late_of(solution.terms)
+    for jump in jumps(fitter, bare, rad_per_step, shown_s):
+        if jump.candidate.component == term.candidate.component:
+            first_s, last_s = jump.interval_s
+            return replace(
+                jump, time_s=jump.time_s - late_s, interval_s=(first_s - late_s, last_s - late_s)
+            )
+    return None
 
 
 @dataclass(frozen=True, slots=True)

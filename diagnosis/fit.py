@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.candidate import Term
+from diagnosis.event_times import aligned, shown_later
 from diagnosis.free_shapes import FreeShape
 from diagnosis.model import Model
 from diagnosis.noise import Whitener
@@ -17,6 +18,8 @@ from diagnosis.readings import FloatArray
 STEPS = 6
 CLOSE_ENOUGH = 0.02
 """A step that lowers the cost by less than this ends the fit."""
+MOMENTS = (-3, -1, 1, 3)
+"""Readings by which the moment of an event is moved, to see whether that fits better."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,6 +118,7 @@ class Fitter:
         """Levenberg-Marquardt from the terms as they stand; free shapes are linear."""
         nuisances = tuple(n.term for n in self.nuisances) if nuisances is None else tuple(nuisances)
         nuisances, terms = given_back(self.model.nuisances, nuisances, tuple(terms))
+        terms = aligned(terms)
         linear = self.free_tangent(frees)
         basis = np.linalg.qr(linear)[0] if linear.shape[1] else linear
         predicted = self.model.predict([*nuisances, *terms])
@@ -129,13 +133,13 @@ class Fitter:
             everything = [*nuisances, *terms]
             move = _bounded_step(everything, jac, residual, damping)
             tried = _moved(everything, move)
-            trial_n, trial_t = tried[: len(nuisances)], tried[len(nuisances) :]
-            trial_predicted = self.model.predict(tried)
+            trial_n, trial_t = tried[: len(nuisances)], aligned(tried[len(nuisances) :])
+            trial_predicted = self.model.predict([*trial_n, *trial_t])
             trial_residual = self._residual(trial_predicted, trial_n)
             trial_cost = _cost(trial_residual, basis)
             if trial_cost < cost:
                 gain = cost - trial_cost
-                nuisances, terms = tuple(trial_n), tuple(trial_t)
+                nuisances, terms = tuple(trial_n), trial_t
                 predicted, residual, cost = trial_predicted, trial_residual, trial_cost
                 tangent = self.tangent(terms, nuisances, predicted)
                 damping = max(damping / 10, 1e-9)
@@ -145,7 +149,27 @@ class Fitter:
                 damping = max(damping, 1e-4) * 30
                 if damping > 1e3:
                     break
+        retimed = self._retimed(terms, nuisances, basis, cost)
+        if retimed is not None:
+            return self.solve(retimed, frees, nuisances, steps)
         return self._finish(terms, nuisances, tuple(frees), linear, predicted, residual, tangent)
+
+    def _retimed(
+        self, terms: tuple[Term, ...], nuisances: Sequence[Term], basis: FloatArray, cost: float
+    ) -> tuple[Term, ...] | None:
+        """The terms with one event a few readings earlier or later, where that fits better."""
+        best, least = None, cost - CLOSE_ENOUGH
+        for number, term in enumerate(terms):
+            for shift in MOMENTS:
+                other = shown_later(term, shift * self.model.readings.period_s)
+                if other is None:
+                    break
+                moved = aligned((*terms[:number], other, *terms[number + 1 :]))
+                predicted = self.model.predict([*nuisances, *moved])
+                other_cost = _cost(self._residual(predicted, nuisances), basis)
+                if other_cost < least:
+                    best, least = moved, other_cost
+        return best
 
     def _finish(
         self,

@@ -78,6 +78,18 @@ def test_the_moment_of_a_loss_is_found(delta: DeltaRobot, record: Record) -> Non
     assert time.value == pytest.approx(22.0, abs=0.3)
 
 
+def test_a_loss_happened_before_late_readings_show_it(delta: DeltaRobot, record: Record) -> None:
+    late = _entry("sensor_latency", "sensors", time=0.15)
+    loss = _entry("lost_steps", "motor2", steps=100.0, time=22.0)
+    answer = diagnose_recordings(delta, [record(late, loss)])
+    found = {(f.effect, f.component): f.parameters["time"] for f in answer.findings}
+    assert set(found) == {("sensor_latency", "sensors"), ("lost_steps", "motor2")}
+    assert found["sensor_latency", "sensors"].value == pytest.approx(0.15, abs=0.02)
+    assert found["lost_steps", "motor2"].value == pytest.approx(22.0, abs=0.06)
+    low, high = np.ravel(found["lost_steps", "motor2"].ci95)
+    assert low - 0.06 <= 22.0 <= high + 0.06
+
+
 def test_a_stuck_sensor_is_seen(delta: DeltaRobot, record: Record) -> None:
     recording = record()
     recording.columns["range_y"][1000:1150] = recording.columns["range_y"][1000]
