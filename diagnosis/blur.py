@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from diagnosis.candidate import Candidate, Term
 
-EXACT = 0.001
+EXACT = 1e-4
+"""One percent of the size: beside the right one of these, what is left is noise."""
 BLUR: dict[str, tuple[float, float]] = {
-    "lost_steps": (0.002, 0.002),  # when within a reading's time
+    "lost_steps": (0.0005, 0.0005),  # when within a reading's time
     "following_lag": (0.001, 0.003),  # a drive is not of first order
     "sensor_latency": (0.001, 0.003),  # filters inside the sensor
     "thermal_expansion": (0.003, 0.003),  # one time constant of several
-    "sensor_drift": (0.003, 0.003),  # one time constant of several
+    "sensor_drift": (0.001, 0.001),  # one time constant of several
     "transmission_error": (0.001, 0.003),  # one harmonic of several
     "contact": (0.002, 0.004),  # stop and arms give way, more in one direction than in another
     "gear_backlash": (0.001, 0.012),  # inside the play, friction and inertia decide
