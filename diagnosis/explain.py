@@ -60,13 +60,22 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
 
 
 def _challenged(search: Search, solution: Solution) -> Solution:
-    """Free shapes beside or instead of the named effects, as long as one more earns its place."""
+    """Free shapes beside or instead of the named effects, as long as one more earns its place.
+
+    What one shape leaves at its own port is its blur and earns no second one there.
+    """
     for _ in range(MOST_FREES):
         if not solution.terms and not solution.frees and search.first_p() > ALPHA:
             return solution
-        before, solution = solution, search.challenge(solution)
-        if len(solution.frees) == len(before.frees):
+        taken = {free.port for free in solution.frees}
+        if taken and all(free.port in taken for free in search.free_rivals(solution)):
             return solution
+        challenged = search.challenge(solution)
+        if len(challenged.frees) == len(solution.frees):
+            return challenged
+        if len({free.port for free in challenged.frees}) < len(challenged.frees):
+            return solution
+        solution = challenged
     return solution
 
 
