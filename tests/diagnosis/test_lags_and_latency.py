@@ -1,0 +1,53 @@
+"""Three equal lags are late sensors, whatever else is the matter; three unlike lags are lags."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from diagnosis.candidate import Term
+from diagnosis.delta_candidates import lost_steps
+from diagnosis.delta_model import DeltaModel
+from diagnosis.name import Search
+from diagnosis.prepare import prepare
+from diagnosis.settle import settle
+from models.robot import DeltaRobot, EffectEntry
+from recording.flat import FlatRecording
+
+Record = Callable[..., FlatRecording]
+LATE_S = 0.14
+LATE = EffectEntry(effect="sensor_latency", component="sensors", parameters={"time": LATE_S})
+LOST = EffectEntry(
+    effect="lost_steps", component="motor2", parameters={"steps": 90.0, "time": 13.0}
+)
+
+
+def test_three_equal_lags_beside_a_loss_settle_as_one_latency(
+    delta: DeltaRobot, record: Record
+) -> None:
+    """Though the search came out with three lags, and whatever stands beside them."""
+    model = DeltaModel(delta, [record(LATE, LOST, seconds=24.0)])
+    assert delta.drive is not None
+    search = Search(prepare(model, model.readings.valid), delta.drive.rad_per_step)
+    lags = [one for one in model.candidates if one.effect == "following_lag"]
+    starts = [Term(one, np.array([0.0, LATE_S])) for one in lags]
+    loss = Term(lost_steps("motor2", 13.0), np.array([90.0, 13.0]))
+    settled, stands = settle(search, search.fitter.solve((*starts, loss)))
+    assert {t.candidate.effect for t in settled.terms} == {"sensor_latency", "lost_steps"}
+    number = [t.candidate.effect for t in settled.terms].index("sensor_latency")
+    offered = {(a.effect, a.component, a.together) for a in stands[number].alternatives}
+    assert {("following_lag", f"motor{m}", True) for m in (1, 2, 3)} <= offered
+
+
+def test_three_unlike_lags_stay_three(delta: DeltaRobot, record: Record) -> None:
+    unlike = {"motor1": 0.05, "motor2": 0.10, "motor3": 0.16}
+    entries = [
+        EffectEntry(effect="following_lag", component=motor, parameters={"time": late_s})
+        for motor, late_s in unlike.items()
+    ]
+    model = DeltaModel(delta, [record(*entries, seconds=24.0)])
+    search = Search(prepare(model, model.readings.valid), 0.0)
+    lags = [one for one in model.candidates if one.effect == "following_lag"]
+    settled, _ = settle(search, search.fitter.solve([Term(o, np.array([0.1, 0.0])) for o in lags]))
+    assert [t.candidate.key for t in settled.terms] == [one.key for one in lags]
