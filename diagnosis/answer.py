@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from diagnosis import profile
 from diagnosis.chance import log_sf
 from diagnosis.events import Stale, moment
 from diagnosis.explain import Explained
@@ -68,7 +69,7 @@ def _named(
     part = solution.columns_of(number)
     rad_per_step = outcome.explained.search.rad_per_step
     jump = moment(outcome.fitter, solution, number, rad_per_step)
-    intervals = None
+    intervals = profile.intervals(outcome.fitter, solution, number, cov[part, part])
     readings, says = model.readings, candidate.kind.sentence
     times, numbers = readings.whole, list(range(1, len(readings.shift_s) + 1))
     plain = {name: np.asarray(v).tolist() for name, v in candidate.values(term.at).items()}
