@@ -32,6 +32,8 @@ CHOICE = 12.0
 """Chi-square that choosing one of a hundred candidates is worth."""
 TRIED = 6
 MOST_TERMS = 5
+PILE = 3
+"""So many effects may be a pile that stands for one cause in no list."""
 MOST_TURNS = 8
 
 Progress = Callable[[str], None]
@@ -182,15 +184,23 @@ class Search:
         """The best set of named effects."""
         solution = self.empty
         for _ in range(MOST_TURNS):
+            if len(solution.terms) >= PILE and self._free_explains_more(solution):
+                return solution
             grown = self._add(solution) if len(solution.terms) < MOST_TERMS else None
             if grown is None:
                 break
             solution = self._drop(self._swap(grown, newest=False))
         return self._polished(solution)
 
+    def _free_explains_more(self, solution: Solution) -> bool:
+        """Whether one free shape does more than a pile of effects: time to stop piling up."""
+        best = max((gain - free_price(free) for free, gain, _ in self.fine_scores(self.empty)),
+                   default=0.0)  # fmt: skip
+        return self.empty.cost - best < self.worth(solution)
+
     def _polished(self, solution: Solution) -> Solution:
         """Swap until nothing is better: what was best beside the first need not be beside all."""
-        for _ in range(MOST_TERMS):
+        for _ in range(MOST_TERMS if len(solution.terms) >= PILE else 0):
             better = self._swap(solution, newest=True)
             if better is solution:
                 break
