@@ -121,7 +121,7 @@ def _target(body: Body) -> str:
 def _table(body: Body, loops: str) -> str:
     if body.table_height_m is None:
         return ""
-    return f"""<geom name="table" type="plane" size="1 1 0.1" friction="0 0 0" condim="1"
+    return f"""<geom name="table" type="plane" size="1 1 0.1" friction="1 0 0" condim="3"
       pos="0 0 {body.table_height_m - PAD_M:.9g}" {loops}/>"""
 
 
