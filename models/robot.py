@@ -144,6 +144,9 @@ class DeltaRobot(StrictModel):
     drive: DriveSection | None = None
     sensors: Sensors | None = None
     effects: tuple[EffectEntry, ...] = ()
+    calibrated_from: str = ""
+    """Of a calibrated robot: fingerprint of the geometry it was designed with. Networks that
+    learned that robot's samples are of this one: it is the same machine, better described."""
 
 
 class StepperAxis(StrictModel):

@@ -134,6 +134,8 @@ def _runner(
 @contextmanager
 def _bar(samples: int) -> Iterator[Show]:
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=errors, transient=True) as bars:
+    # Not on a terminal it would show nothing but an empty line at its end.
+    hidden = not errors.is_terminal
+    with Progress(*columns, console=errors, transient=True, disable=hidden) as bars:
         bar = bars.add_task("", total=samples)
         yield lambda done: bars.update(bar, completed=done)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from models.network.metadata import NetworkMetadata
     from models.training.calibrate import Calibrated
     from models.training.dataset import DataSet
+    from reproduction.zhao_2023.as_built import AsBuiltFile
 
 
 def register(app: typer.Typer) -> None:
@@ -46,6 +47,7 @@ def evaluate(
     """Judge a network by samples it did not see, and on curves of an as-built robot.
 
     Beside it stand the robot file's geometry, and that geometry calibrated on the same samples.
+    Of a robot built far from its file, networks run with the file that --save-robot writes.
 
     ```
     deltactl evaluate zhao.tflite --data data
@@ -54,7 +56,7 @@ def evaluate(
     """
     try:
         from models.training.calibrate import calibrate
-        from models.training.calibrated_file import calibrated_robot, save_calibrated
+        from models.training.calibrated_file import calibrated_robot, check_new, save_calibrated
     except ImportError as error:
         raise ConfigError(
             f"evaluate needs {error.name}, which is not installed: pip install 'deltactl[training]'"
@@ -71,6 +73,9 @@ def evaluate(
     path = find(robot or f"{samples.settings.robot}.yaml")
     described = load_robot(path)
     samples.check(described)
+    if save_robot is not None:
+        check_new(path, save_robot)
+    built = None if as_built is None else _built(as_built, described, samples)
     running = InverseNetwork.open(network, described)
     held = held_out(samples, running.metadata)
     found_robot = calibrate(
@@ -93,8 +98,8 @@ def evaluate(
     }
     if not json_out:
         _show(held.words, found)
-    if as_built is not None:
-        answer["curves"] = _curves(as_built, described, samples, models, part, json_out)
+    if built is not None:
+        answer["curves"] = _curves(built, described, models, part, json_out)
     if save_robot is not None:
         words = f"{len(held.trained)} samples of {data.name} ({samples.digest})"
         save_calibrated(path, found_robot, words, save_robot)
@@ -138,14 +143,8 @@ def _show(words: str, found: dict[str, Errors]) -> None:
     say(Sheet(title, head, rows).text())
 
 
-def _curves(
-    name: str,
-    robot: RobotFile,
-    samples: DataSet,
-    models: dict[str, Angles],
-    part: float,
-    quiet: bool,
-) -> list[dict[str, Any]]:
+def _built(name: str, robot: RobotFile, samples: DataSet) -> AsBuiltFile:
+    """The as-built robot, before any work. Raises ConfigError, or RecordingError for another's."""
     try:
         from reproduction.zhao_2023 import evaluation
         from reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built
@@ -156,6 +155,14 @@ def _curves(
     file = AS_BUILT_FILE if name == SHIPPED_AS_BUILT else Path(name)
     built = load_as_built(file, robot)
     evaluation.check_same(samples, built, file)
+    return built
+
+
+def _curves(
+    built: AsBuiltFile, robot: RobotFile, models: dict[str, Angles], part: float, quiet: bool
+) -> list[dict[str, Any]]:
+    from reproduction.zhao_2023 import evaluation
+
     with errors.status("") as status:
         rows = evaluation.evaluate(models, robot, built, part, status.update)
     if not quiet:

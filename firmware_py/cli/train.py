@@ -165,7 +165,9 @@ def _bar(quiet: bool) -> Iterator[Show]:
         TimeRemainingColumn(),
         TextColumn("{task.description}"),
     )
-    with Progress(*columns, console=errors, transient=True, disable=quiet) as bars:
+    # Not on a terminal it would show nothing but an empty line at its end.
+    hidden = quiet or not errors.is_terminal
+    with Progress(*columns, console=errors, transient=True, disable=hidden) as bars:
         bar = bars.add_task("", total=None)
 
         def show(done: int, total: int, text: str) -> None:

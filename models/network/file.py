@@ -13,7 +13,7 @@ from foundation.plain_file import TooLong, read_plain
 from models.network.flat import FlatError, metadata_span
 from models.network.metadata import METADATA_NAME, NO_CHECKSUM, NetworkMetadata, fingerprint
 from models.network.structure import check_structure
-from models.robot import DeltaRobot, Geometry
+from models.robot import DeltaRobot
 
 TRAINED_FOLDER = Path(__file__).resolve().parent.parent / "trained"
 """Networks that ship with the program."""
@@ -44,23 +44,25 @@ class NetworkFile:
         check_structure(content, str(path))
         return cls(path, content, metadata)
 
-    def check_robot(self, name: str, geometry: Geometry) -> None:
-        """Raises NetworkError, naming both robots, unless the file is for this one."""
-        trained, mark = self.metadata.robot, fingerprint(geometry)
-        if trained.name != name:
+    def check(self, robot: DeltaRobot) -> None:
+        """Raises NetworkError, naming both robots, unless the file is for this one.
+
+        A network of measured samples is of the machine: a calibration of it may describe it anew.
+        """
+        trained, mark = self.metadata.robot, fingerprint(robot.geometry)
+        if trained.name != robot.name:
             raise NetworkError(
-                f"{self.path}: was trained for robot '{trained.name}', not for '{name}'; "
+                f"{self.path}: was trained for robot '{trained.name}', not for '{robot.name}'; "
                 "name the right file in the job or train one for this robot"
             )
+        measured = self.metadata.training.data != ""
+        if measured and robot.calibrated_from == trained.fingerprint:
+            return
         if trained.fingerprint != mark:
             raise NetworkError(
                 f"{self.path}: was trained for '{trained.name}' with another geometry "
-                f"({trained.fingerprint}) than '{name}' has now ({mark}); train it again"
+                f"({trained.fingerprint}) than '{robot.name}' has now ({mark}); train it again"
             )
-
-    def check(self, robot: DeltaRobot) -> None:
-        """`check_robot` with a whole robot."""
-        self.check_robot(robot.name, robot.geometry)
 
 
 def checked_metadata(content: bytes, where: str) -> NetworkMetadata:

@@ -10,6 +10,7 @@ import yaml
 from foundation.errors import RecordingError
 from foundation.strict_yaml import Document
 from models.effects.kind import MOTORS, RANGES
+from models.network.metadata import fingerprint
 from models.robot import DeltaRobot, EffectEntry, FloatArray, Geometry, per_arm
 from models.training.calibrate import Calibrated
 
@@ -36,7 +37,13 @@ def calibrated_robot(found: Calibrated) -> DeltaRobot:
         home_offset_deg=_three(np.degrees(linkage.home_offset_rad)),
     )
     effects = (*_gears(found), *_sensors(found))
-    return found.robot.model_copy(update={"geometry": geometry, "effects": effects})
+    return found.robot.model_copy(
+        update={
+            "geometry": geometry,
+            "effects": effects,
+            "calibrated_from": fingerprint(nominal),
+        }
+    )
 
 
 def true_m(found: Calibrated, seen_m: FloatArray) -> FloatArray:
@@ -51,15 +58,14 @@ def true_m(found: Calibrated, seen_m: FloatArray) -> FloatArray:
 def save_calibrated(robot_file: Path, found: Calibrated, words: str, out: Path) -> None:
     """Write the robot file with the calibration. Raises RecordingError.
 
-    A job with `inverse_kinematics: {kind: calibrated}` takes all of it into account.
+    A job with `inverse_kinematics: {kind: calibrated}` takes all of it into account; networks
+    trained on samples of the robot run with this file as well.
     """
+    check_new(robot_file, out)
     document = Document.read(robot_file)
-    if document.data.get("effects"):
-        raise RecordingError(
-            f"{robot_file}: has effects already; calibrate with the file as it was designed"
-        )
     robot = calibrated_robot(found)
     data = document.data | {
+        "calibrated_from": robot.calibrated_from,
         "geometry": robot.geometry.model_dump(mode="json"),
         "effects": [entry.model_dump(mode="json") for entry in robot.effects],
     }
@@ -71,6 +77,18 @@ def save_calibrated(robot_file: Path, found: Calibrated, words: str, out: Path) 
         raise RecordingError(f"{out}: exists already; choose another name") from None
     except OSError as error:
         raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
+
+
+def check_new(robot_file: Path, out: Path) -> None:
+    """Before any work: raise RecordingError where `save_calibrated` could not write."""
+    if Document.read(robot_file).data.get("effects"):
+        raise RecordingError(
+            f"{robot_file}: has effects already; calibrate with the file as it was designed"
+        )
+    if out.exists():
+        raise RecordingError(f"{out}: exists already; choose another name")
+    if not out.parent.is_dir():
+        raise RecordingError(f"{out}: cannot be written (no such folder)")
 
 
 def _gears(found: Calibrated) -> list[EffectEntry]:

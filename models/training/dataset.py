@@ -21,9 +21,10 @@ from pydantic import Field
 from foundation.errors import MissingFile, RecordingError
 from foundation.strict_yaml import Document, StrictModel
 from models.network.metadata import fingerprint
-from models.robot import ARMS, DeltaRobot, DriveSection, FloatArray, Geometry, Sensors
+from models.robot import ARMS, DeltaRobot, DriveSection, FloatArray, Geometry, Sensors, per_arm
 
 IntArray = np.ndarray[Any, np.dtype[np.int64]]
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 SETTINGS, SAMPLES = "settings.yaml", "samples.csv"
 HEADER = "number,steps_1,steps_2,steps_3,x_m,y_m,z_m"
 FEWEST = 50
@@ -106,7 +107,15 @@ class DataSet:
         bad = ~np.isfinite(self.position_m).all(axis=1)
         if bad.any():
             raise RecordingError(
-                f"{where}: sample {int(np.argmax(bad)) + 1} has no position (NaN); delete its line"
+                f"{where}: sample {int(np.argmax(bad)) + 1} has no position (NaN); the file was "
+                "changed, restore it or collect into another folder"
+            )
+        astray = self._astray()
+        if astray.any():
+            raise RecordingError(
+                f"{where}: sample {int(np.argmax(astray)) + 1} is none of this robot (turned or "
+                "gone further than its arms can); the file was changed, restore it or collect "
+                "into another folder"
             )
         for name, column in zip(HEADER.split(",")[1:], self._columns(), strict=True):
             if np.ptp(column) == 0.0:
@@ -114,6 +123,15 @@ class DataSet:
                     f"{where}: column {name} is the same in all samples; that motor or sensor "
                     "did not work, collect again"
                 )
+
+    def _astray(self) -> BoolArray:
+        """Rows (n,) no survey writes: beyond a whole turn, or twice as far as the arms reach."""
+        own = self.settings.geometry
+        arms_m = own.radius_m + per_arm(own.upper_arm_m) + per_arm(own.forearm_m)
+        turned = np.abs(self.angles_rad).max(axis=1) > 2.0 * np.pi
+        gone = np.abs(self.position_m).max(axis=1) > 2.0 * arms_m.max()
+        astray: BoolArray = turned | gone
+        return astray
 
     def _columns(self) -> list[Any]:
         return [*self.counts.T, *self.position_m.T]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -138,6 +139,20 @@ def test_another_geometry_is_refused(
 ) -> None:
     with pytest.raises(NetworkError, match=r"another geometry.*train it again"):
         file.check(make_robot(**change))
+
+
+def test_a_network_of_measured_samples_runs_with_the_calibration_of_its_robot(
+    file: NetworkFile, make_robot: Callable[..., DeltaRobot]
+) -> None:
+    """The machine is the same; a network of the designed geometry is of the design alone."""
+    designed = fingerprint(make_robot().geometry)
+    changes = {"calibrated_from": designed}
+    found = make_robot(forearm_m=(0.5, 0.5, 0.501)).model_copy(update=changes)
+    training = file.metadata.training.model_copy(update={"data": "0123456789abcdef"})
+    metadata = file.metadata.model_copy(update={"training": training})
+    replace(file, metadata=metadata).check(found)
+    with pytest.raises(NetworkError, match="another geometry"):
+        file.check(found)
 
 
 def test_the_same_linkage_written_differently_has_the_same_fingerprint(

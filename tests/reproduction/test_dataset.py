@@ -44,7 +44,10 @@ def settings_of(robot: DeltaRobot, seed: int = 1) -> DataSettings:
 
 def samples(count: int, seed: int = 0) -> list[tuple[np.ndarray, np.ndarray]]:
     rng = np.random.default_rng(seed)
-    counts, position_m = rng.integers(-800, 4000, (count, 3)), rng.normal(size=(count, 3))
+    counts, position_m = (
+        rng.integers(-800, 4000, (count, 3)),
+        rng.normal(scale=0.1, size=(count, 3)),
+    )
     return list(zip(counts, position_m, strict=True))
 
 
@@ -114,6 +117,16 @@ def test_useless_samples_are_named(tmp_path: Path, robot: DeltaRobot) -> None:
         writer.append(taken)
     with pytest.raises(RecordingError, match="sample 7 has no position"):
         load_dataset(tmp_path / "nan").check(robot)
+    for name, row, column, value in (("gone", 7, 4, "1e9"), ("turned", 9, 1, "99999999999")):
+        with DataSetWriter(tmp_path / name, settings_of(robot)) as writer:
+            writer.append(samples(60))
+        lines = (tmp_path / name / SAMPLES).read_text().splitlines()
+        parts = lines[row].split(",")
+        parts[column] = value
+        lines[row] = ",".join(parts)
+        (tmp_path / name / SAMPLES).write_text("\n".join([*lines, ""]))
+        with pytest.raises(RecordingError, match=f"sample {row} is none of this robot"):
+            load_dataset(tmp_path / name).check(robot)
     for _, position_m in taken:
         position_m[:] = [0.1, position_m[1] if np.isfinite(position_m[1]) else 0.0, 0.3]
     with DataSetWriter(tmp_path / "same", settings_of(robot)) as writer:

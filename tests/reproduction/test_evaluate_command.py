@@ -52,6 +52,8 @@ def test_held_out_errors_and_curves(here, surveyed: Path, network: Path, tmp_pat
     }
     assert z_m["calibrated"] < 0.005 < 0.05 < z_m["geometry"]
     assert load_robot(saved).effects
+    # The network is of the machine, whose file this is now: 13 degrees from the design's angles.
+    NetworkFile.load(network).check(load_robot(saved))
     shown = here("evaluate", network, "--data", surveyed)
     assert shown.returncode == 0, shown.stderr
     assert "45 samples it was not trained on" in shown.stdout
@@ -66,8 +68,11 @@ def test_bad_input_is_one_line(here, surveyed: Path, network: Path, tmp_path: Pa
         (("evaluate", tmp_path / "none.tflite", "--data", surveyed), "none.tflite"),
         (("evaluate", network, "--data", tmp_path), "settings.yaml"),
         (("evaluate", network, "--data", surveyed, *other), "was taken with robot"),
+        (("evaluate", network, "--data", surveyed, "--save-robot", broken), "exists already"),
+        (("evaluate", network, "--data", surveyed, "--as-built", "none.yaml"), "none.yaml"),
     ):
         done = here(*words)
         assert done.returncode == 2
+        assert done.stdout == ""
         assert len(done.stderr.strip().splitlines()) == 1
         assert said in done.stderr
