@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from random import Random
 
 import numpy as np
 
-from firmware_py.faults.daemon_stand import DAEMON_KINDS, DaemonStand
+from firmware_py.faults.daemon_stand import DAEMON_KINDS, DaemonFault, DaemonStand
 from firmware_py.faults.judge import try_fault
 from firmware_py.faults.kind import Kind
 from firmware_py.faults.motion_kinds import MOTION_KINDS
+from firmware_py.faults.run_delay import all_waits_s
 from firmware_py.faults.sensor_kinds import SENSOR_KINDS
 from firmware_py.faults.stand import Stand
 from firmware_py.faults.system_kinds import SYSTEM_KINDS
@@ -38,18 +40,22 @@ def campaign(count: int, seed: int, kinds: Sequence[Kind] = KINDS) -> Iterator[V
             stand.close()
 
 
-def daemon_campaign(count: int, seed: int) -> Iterator[Verdict]:
+def daemon_campaign(
+    count: int, seed: int, kinds: Mapping[str, DaemonFault] = DAEMON_KINDS
+) -> Iterator[Verdict]:
     """`count` faults of the daemon's own process. Yields a verdict for each."""
-    chance = Random(seed)
+    chance, turns = Random(seed), itertools.cycle(kinds.items())
     with tempfile.TemporaryDirectory(prefix="deltactl-faults-") as folder:
         stand = DaemonStand(Path(folder))
         try:
-            for number in range(count):
-                name, fault = list(DAEMON_KINDS.items())[number % len(DAEMON_KINDS)]
+            for name, fault in itertools.islice(turns, count):
+                before_s = stand.waited_s()
                 try:
                     yield fault(stand, chance)
                 except (DeltactlError, AssertionError, OSError) as error:
-                    yield Verdict(name, problems=[f"{type(error).__name__}: {error}"])
+                    waited = all_waits_s(before_s, stand.waited_s())
+                    problems = [f"{type(error).__name__}: {error}"]
+                    yield Verdict(name, waited_s=waited, problems=problems)
                     stand.restart()
         finally:
             stand.close()

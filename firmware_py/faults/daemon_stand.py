@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from mmap import mmap
 from pathlib import Path
@@ -17,6 +18,7 @@ import numpy as np
 from drivers.fakes.lines import BENCH_BYTES, BenchMemory
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.faults.edges import after, edge_times_ns
+from firmware_py.faults.run_delay import all_waits_s, waited_s
 from firmware_py.faults.stand import JOB, NETWORK, ROBOT_FILE, T_PWM_NS, wait_for
 from firmware_py.faults.verdict import HEARTBEAT_S, Verdict, judge_gaps
 from firmware_py.robot_file import TRAINED_FOLDER
@@ -74,8 +76,17 @@ class DaemonStand:
 
     def pulse_pid(self) -> int:
         """Number of the pulse process."""
-        children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")
-        return int(children.read_text().split()[0])
+        return self._children()[0]
+
+    def waited_s(self) -> dict[str, float]:
+        """How long each thread, of the pulse process too, has waited for a core so far."""
+        return waited_s(self.process.pid, *self._children())
+
+    def _children(self) -> list[int]:
+        listed = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")
+        with suppress(OSError):
+            return [int(word) for word in listed.read_text().split()]
+        return []
 
     def _start(self) -> subprocess.Popen[bytes]:
         places = ["--socket", str(self.socket), "--recordings", str(self.folder / "recordings")]
@@ -115,7 +126,9 @@ def kill_daemon(stand: DaemonStand, chance: Random) -> Verdict:
     """kill -9 of the daemon: the pulses end, the recording stays, nothing moves after a start."""
     verdict = Verdict("daemon kill -9")
     recording, bench, pulses = stand.begin(), stand.bench(), stand.pulse_pid()
+    before_s = stand.waited_s()
     time.sleep(chance.uniform(0.0, 0.5))
+    verdict.waited_s = all_waits_s(before_s, stand.waited_s())
     fault_ns = time.monotonic_ns()
     stand.process.kill()
     ended = wait_for(lambda: _is_gone(pulses), 2.0)
@@ -134,7 +147,7 @@ def kill_daemon(stand: DaemonStand, chance: Random) -> Verdict:
 def stop_daemon(stand: DaemonStand, chance: Random) -> Verdict:
     """SIGSTOP of the daemon: the pulses end; woken, it says why and does not just go on."""
     verdict = Verdict("daemon SIGSTOP")
-    recording, bench = stand.begin(), stand.bench()
+    recording, bench, before_s = stand.begin(), stand.bench(), stand.waited_s()
     time.sleep(chance.uniform(0.0, 0.5))
     fault_ns = time.monotonic_ns()
     stand.process.send_signal(signal.SIGSTOP)
@@ -152,10 +165,15 @@ def stop_daemon(stand: DaemonStand, chance: Random) -> Verdict:
         _must_refuse(client, stand, verdict, "unhomed")
     verdict.demand(int(edge_times_ns(bench)[-1]) == last_ns, "moved when it was woken")
     _judge(verdict, bench, recording, fault_ns, HEARTBEAT_S)
+    verdict.waited_s = all_waits_s(before_s, stand.waited_s())
     return verdict
 
 
-DAEMON_KINDS = {"daemon kill -9": kill_daemon, "daemon SIGSTOP": stop_daemon}
+DaemonFault = Callable[[DaemonStand, Random], Verdict]
+DAEMON_KINDS: dict[str, DaemonFault] = {
+    "daemon kill -9": kill_daemon,
+    "daemon SIGSTOP": stop_daemon,
+}
 
 
 def _judge(

@@ -10,7 +10,7 @@ import numpy as np
 
 from firmware_py.faults.edges import after, edge_times_ns
 from firmware_py.faults.kind import Kind
-from firmware_py.faults.run_delay import all_waits_s, waited_s
+from firmware_py.faults.run_delay import all_waits_s
 from firmware_py.faults.stand import T_PWM_NS, Stand, StandRun, wait_for
 from firmware_py.faults.verdict import Verdict, judge_gaps
 from foundation.errors import DeltactlError
@@ -25,16 +25,18 @@ READING_AGE_S = 0.2
 
 def try_fault(stand: Stand, kind: Kind, chance: Random) -> Verdict:
     """Run, wait for a random moment, make the fault, judge, and clear up."""
-    run = stand.ensure_running()
     verdict = Verdict(kind.name)
-    before_s = waited_s()
-    time.sleep(chance.uniform(0.05, 0.5))
+    before_s = stand.waited_s()
     try:
+        run = stand.ensure_running()
+        before_s = stand.waited_s()
+        time.sleep(chance.uniform(0.05, 0.5))
         _inject_and_judge(stand, kind, run, verdict, chance)
+        verdict.waited_s = all_waits_s(before_s, stand.waited_s())
     except (DeltactlError, AssertionError, OSError) as error:
         verdict.demand(False, f"{type(error).__name__}: {error}")
+        verdict.waited_s = all_waits_s(before_s, stand.waited_s())
         stand.restart()
-    verdict.waited_s = all_waits_s(before_s, waited_s())
     return verdict
 
 

@@ -8,15 +8,17 @@ from pathlib import Path
 NS_PER_S = 1e9
 
 
-def waited_s(pid: str = "self") -> dict[str, float]:
-    """Seconds that each thread of a process has waited for a core so far.
+def waited_s(*processes: int) -> dict[str, float]:
+    """Seconds that each thread of these processes has waited for a core so far.
 
     /proc/PID/task/TID/schedstat, second field (Documentation/scheduler/sched-stats.rst).
+    Processes that have ended have no threads.
     """
     found = {}
-    for task in Path(f"/proc/{pid}/task").glob("*/schedstat"):
-        with contextlib.suppress(OSError, IndexError):
-            found[task.parent.name] = int(task.read_text().split()[1]) / NS_PER_S
+    for process in processes:
+        for task in Path(f"/proc/{process}/task").glob("*/schedstat"):
+            with contextlib.suppress(OSError, IndexError):
+                found[task.parent.name] = int(task.read_text().split()[1]) / NS_PER_S
     return found
 
 

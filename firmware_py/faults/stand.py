@@ -6,6 +6,7 @@ its own, as on the robot. Does not model: two programs on one disk or bus, or th
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 import time
@@ -26,6 +27,7 @@ from firmware_py.controller.states import State
 from firmware_py.daemon.listener import Listener
 from firmware_py.daemon.main import SWITCH_S
 from firmware_py.daemon.server import Server
+from firmware_py.faults.run_delay import waited_s
 from firmware_py.robot_file import CONFIG_FOLDER, TRAINED_FOLDER
 from foundation.errors import MotionError
 
@@ -92,6 +94,10 @@ class Stand:
     def state(self) -> str:
         """The controller's state."""
         return self.controller.state.value
+
+    def waited_s(self) -> dict[str, float]:
+        """How long each thread, of the pulse process too, has waited for a core so far."""
+        return waited_s(os.getpid(), self.pulse_pid)
 
     def restore_network(self) -> None:
         """Put the model file (back) in its place."""

@@ -16,6 +16,9 @@ CLOCK_NS = 30_000
 """The drives note an edge where it arrives, the player where it was written: a process that is
 taken off its core between the two makes them differ by more than this only rarely."""
 
+NO_CORE_S = 0.1
+"""Whoever waited longer than this, with all threads, shared the machine with too much else."""
+
 
 @dataclass
 class Verdict:
@@ -34,6 +37,11 @@ class Verdict:
     waited_s: float = 0.0
     """How long our threads together wanted to run meanwhile and had no core."""
     problems: list[str] = field(default_factory=list)
+
+    @property
+    def counts(self) -> bool:
+        """Whether what is wrong is the program's own: it had a core when it wanted one."""
+        return bool(self.problems) and self.waited_s < NO_CORE_S
 
     def demand(self, holds: bool, problem: str) -> None:
         """Note a problem unless it holds."""

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from random import Random
+from collections.abc import Callable, Iterator
 
 import pytest
 
-from firmware_py.faults.campaign import KINDS, campaign, table
-from firmware_py.faults.daemon_stand import DaemonStand, stop_daemon
-from firmware_py.faults.verdict import MINIMUM_GAP
+from firmware_py.faults.campaign import KINDS, campaign, daemon_campaign, table
+from firmware_py.faults.daemon_stand import stop_daemon
+from firmware_py.faults.verdict import MINIMUM_GAP, Verdict
+
+ATTEMPTS = 4
 
 ENDING = (
     "e-stop pressed",
@@ -25,26 +26,58 @@ def chosen(names: tuple[str, ...]) -> list:
     return [kind for kind in KINDS if kind.name in names]
 
 
+Attempt = Callable[[int], Verdict]
+
+
+def settled(attempt: Attempt, first: Verdict | None = None) -> Verdict:
+    """Again where the machine had no core for us; a failure with a core counts at once.
+
+    What fails every time fails here, however busy the machine is.
+    """
+    verdict = first or attempt(0)
+    for number in range(1, ATTEMPTS):
+        if not verdict.problems or verdict.counts:
+            break
+        verdict = attempt(number)
+    return verdict
+
+
 @pytest.mark.parametrize("names", [ENDING, GOING_ON], ids=["ending", "going on"])
 def test_faults_in_the_middle_of_a_run(names: tuple[str, ...]) -> None:
-    kinds = chosen(names)
+    kinds = {kind.name: kind for kind in chosen(names)}
     assert len(kinds) == len(names)
-    verdicts = list(campaign(len(kinds), seed=7, kinds=kinds))
+
+    def again(name: str) -> Attempt:
+        return lambda number: one_of(campaign(1, seed=number, kinds=[kinds[name]]))
+
+    tried = list(campaign(len(kinds), seed=7, kinds=list(kinds.values())))
+    verdicts = [settled(again(one.kind), one) for one in tried]
     assert {one.kind for one in verdicts} == set(names)
-    assert [(one.kind, one.problems) for one in verdicts if one.problems] == []
+    assert [(one.kind, one.problems, one.waited_s) for one in verdicts if one.problems] == []
     assert len(table(verdicts)) == 1 + len(names)
     assert all(0.8 < one.gap_part < 1.1 for one in verdicts)
     assert MINIMUM_GAP == 0.9
 
 
-def test_a_daemon_that_wakes_up_does_not_just_go_on(tmp_path: Path) -> None:
-    stand = DaemonStand(tmp_path)
-    try:
-        verdict = stop_daemon(stand, Random(1))
-    finally:
-        stand.close()
+def test_a_daemon_that_wakes_up_does_not_just_go_on() -> None:
+    kinds = {"daemon SIGSTOP": stop_daemon}
+    verdict = settled(lambda number: one_of(daemon_campaign(1, seed=1 + number, kinds=kinds)))
     assert verdict.problems == []
     assert 0.0 < verdict.last_edge_s < 0.25
+
+
+def one_of(verdicts: Iterator[Verdict]) -> Verdict:
+    (verdict,) = verdicts
+    return verdict
+
+
+def test_a_failure_is_excused_only_where_the_machine_was_too_busy_and_not_for_ever() -> None:
+    good, own = Verdict("x"), Verdict("x", problems=["own"], waited_s=0.05)
+    busy = Verdict("x", problems=["busy"], waited_s=1.0)
+    assert settled([own, good].__getitem__) is own
+    assert settled([busy, own, good].__getitem__) is own
+    assert settled([busy, busy, good].__getitem__) is good
+    assert settled(lambda number: busy) is busy
 
 
 def test_every_kind_has_a_name_of_its_own_and_enough_of_them() -> None:
