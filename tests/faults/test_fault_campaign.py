@@ -10,6 +10,7 @@ from firmware_py.faults.campaign import KINDS, campaign, daemon_campaign, table
 from firmware_py.faults.daemon_stand import stop_daemon
 from firmware_py.faults.verdict import MINIMUM_GAP, Verdict
 
+Attempt = Callable[[int], Verdict]
 ATTEMPTS = 4
 
 ENDING = (
@@ -24,9 +25,6 @@ GOING_ON = ("brown-out to 0x29", "torn data (bits flipped)", "disk full", "clien
 
 def chosen(names: tuple[str, ...]) -> list:
     return [kind for kind in KINDS if kind.name in names]
-
-
-Attempt = Callable[[int], Verdict]
 
 
 def settled(attempt: Attempt, first: Verdict | None = None) -> Verdict:
