@@ -25,7 +25,8 @@ from firmware_py.robot_file import TRAINED_FOLDER
 from foundation.errors import DeltactlError
 from recording.reader import read_run
 
-START_S = 20.0
+START_S = 60.0
+"""TimeoutStartSec of the unit."""
 LOST_S = 1.0
 ON_PATH_S = 1.2
 """From the start of the run until the arms are surely on the path."""
