@@ -20,6 +20,17 @@ class Outcome:
     tables: Path
 
 
+def check_writable(folder: Path) -> None:
+    """Before any work: raise RecordingError where nothing could be written in the end."""
+    probe = (folder / REPORT).with_suffix(".partial")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe.write_text("")
+        probe.unlink()
+    except OSError as error:
+        raise _unwritable(folder, error) from error
+
+
 def write(folder: Path, sheets: list[Sheet], html: str, markdown: str) -> Outcome:
     """Write report and tables. Raises RecordingError when they cannot be written."""
     outcome = Outcome(sheets, folder / REPORT, folder / TABLES)
@@ -30,8 +41,12 @@ def write(folder: Path, sheets: list[Sheet], html: str, markdown: str) -> Outcom
             partial.write_text(text, encoding="utf-8")
             partial.replace(path)
     except OSError as error:
-        raise RecordingError(
-            f"{folder}: cannot be written ({error.strerror or error}); what is done is kept, the "
-            "same command goes on from there"
-        ) from error
+        raise _unwritable(folder, error) from error
     return outcome
+
+
+def _unwritable(folder: Path, error: OSError) -> RecordingError:
+    return RecordingError(
+        f"{folder}: cannot be written ({error.strerror or error}); make room or name another "
+        "folder with --out, and give the command again"
+    )

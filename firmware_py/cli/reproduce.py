@@ -32,7 +32,8 @@ def register(app: typer.Typer) -> None:
 def reproduce(
     paper: Annotated[Paper, typer.Argument(help="Whose experiments.")],
     out: Annotated[
-        Path | None, typer.Option(help="Folder for data, networks and report; gone on with.")
+        Path | None,
+        typer.Option(help="Folder for the report (zhao-2023: data and networks, gone on with)."),
     ] = None,
     quick: Annotated[
         bool, typer.Option("--quick", help="A short version that shows that it runs.")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from charts.page import HINT, page, paragraph
-from reproduction.outcome import Outcome, write
+from reproduction.outcome import Outcome, check_writable, write
 from reproduction.sheet import Sheet
 from reproduction.uzunovic_2013.control import ControlPart, reproduce_control
 from reproduction.uzunovic_2013.kinematics import KinematicsPart, reproduce_kinematics
@@ -25,6 +25,7 @@ def reproduce(folder: Path, quick: bool, say: Callable[[str], None]) -> Outcome:
         if text:
             say(f"{done} of {total}: {text}")
 
+    check_writable(folder)
     say("section 3: kinematics")
     kinematics = reproduce_kinematics(quick, tell)
     say("section 5: control")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from firmware_py.robot_file import find, load_robot
 from foundation.errors import DeltactlError, RecordingError
-from reproduction.outcome import Outcome, write
+from reproduction.outcome import Outcome, check_writable, write
 from reproduction.zhao_2023 import report
 from reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built
 from reproduction.zhao_2023.scale import FULL, QUICK
@@ -17,6 +17,7 @@ ROBOT = "zhao-2023.yaml"
 
 def reproduce(folder: Path, quick: bool, say: Say) -> Outcome:
     """Run what is missing in the folder. Raises ConfigError or RecordingError."""
+    check_writable(folder)
     robot = load_robot(find(ROBOT))
     built = load_as_built(AS_BUILT_FILE, robot)
     study = Study(folder, robot, built, QUICK if quick else FULL, say)
