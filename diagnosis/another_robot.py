@@ -31,6 +31,8 @@ MOST_SAMPLES = 500
 TRUSTED = 0.4
 """Share of the samples that the fit of another machine goes by."""
 TURNS = 5
+LATE_S = (0.0, 0.04, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.4, 0.5)
+"""Delays of a drive or of the sensors; a recording that is late belongs all the same."""
 NOWHERE_M = 1.0
 """Mismatch where the other machine cannot be assembled."""
 LENGTHS = ("base minus platform radius", "upper arm", "forearm")
@@ -55,7 +57,8 @@ def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
     if before < FAR * span or _near(left, scatter) > NEAR_SHARE:
         return
     rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), MOST_SAMPLES)).astype(int)]
-    size, left = _closest(model, rows, seen[rows], scatter)
+    angles = _as_late_as_fits(model, rows, seen[rows])
+    size, left = _closest(model, angles, seen[rows], scatter)
     after = float(np.sqrt(np.nanmean(left**2)))
     far = f"{recording.source}: recording and robot file do not belong together: "
     apart = f"{before:.3g} {readings.units[0]} apart in a motion of {span:.3g} {readings.units[0]}"
@@ -87,8 +90,32 @@ def _near(left: FloatArray, scatter: FloatArray) -> float:
     return float(np.mean(~off.any(axis=1)[some])) if some.any() else 0.0
 
 
+def _as_late_as_fits(model: DeltaModel, rows: IntArray, seen: FloatArray) -> FloatArray:
+    """Commanded angles (n, 3), each motor's as late as brings it closest, one after another."""
+    t_s = model.readings.t_s
+    nothing = np.zeros(4), np.zeros(3), np.zeros(len(model.readings.names))
+
+    def late(joint: int, lag_s: float) -> FloatArray:
+        shifted: FloatArray = np.interp(t_s[rows] - lag_s, t_s, model.commanded_rad[:, joint])
+        return shifted
+
+    def apart(angles: FloatArray) -> float:
+        left = seen - _predicted(model, angles, *nothing)
+        return float(np.nanmean(np.abs(left - np.nanmedian(left, axis=0))))
+
+    angles = model.commanded_rad[rows]
+    for joint in (*range(3), *range(3)):
+        tried = []
+        for lag_s in LATE_S:
+            other = angles.copy()
+            other[:, joint] = late(joint, lag_s)
+            tried.append(other)
+        angles = min(tried, key=apart)
+    return angles
+
+
 def _closest(
-    model: DeltaModel, rows: IntArray, seen: FloatArray, scatter: FloatArray
+    model: DeltaModel, angles: FloatArray, seen: FloatArray, scatter: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Shares by which lengths (3) and gear are off in the best fit, and what is left (n, c).
 
@@ -99,7 +126,7 @@ def _closest(
 
     def left(x: FloatArray) -> FloatArray:
         at = x * usual
-        predicted = _predicted(model, rows, at[:4], at[4:7], at[7:])
+        predicted = _predicted(model, angles, at[:4], at[4:7], at[7:])
         off = np.where(np.isfinite(predicted), seen - predicted, NOWHERE_M)
         return np.where(np.isfinite(seen), off, np.nan)
 
@@ -112,18 +139,18 @@ def _closest(
         return found
 
     nothing = np.zeros(len(usual))
-    whole = fit(nothing, np.arange(len(rows)))
+    whole = fit(nothing, np.arange(len(seen)))
     ends = [whole, nothing]
     for _ in range(TURNS):
         off = [np.nanmax(np.abs(left(x)) / scatter, axis=1) for x in ends]
-        best = [np.argsort(x)[: int(TRUSTED * len(rows))] for x in off]
+        best = [np.argsort(x)[: int(TRUSTED * len(seen))] for x in off]
         ends = [fit(x, chosen) for x, chosen in zip(ends, best, strict=True)]
     x = max([whole, *ends], key=lambda x: _near(left(x), scatter))
     return x[:4] * usual[:4], left(x)
 
 
 def _predicted(
-    model: DeltaModel, rows: IntArray, size: FloatArray, home: FloatArray, offset: FloatArray
+    model: DeltaModel, angles: FloatArray, size: FloatArray, home: FloatArray, offset: FloatArray
 ) -> FloatArray:
     """Channels of a machine with other lengths, gear, homes and offsets of what looks at it."""
     believed = model.chain.linkage
@@ -135,7 +162,7 @@ def _predicted(
         believed.azimuth_rad,
         believed.home_offset_rad,
     )
-    angles = model.commanded_rad[rows] * gear + home
+    angles = angles * gear + home
     position = forward(other, angles).position_m
     columns = []
     for column, name in enumerate(model.readings.names):
