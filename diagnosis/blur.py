@@ -30,8 +30,8 @@ BLUR: dict[str, tuple[float, float]] = {
 in what follows the pose alone, and in all the rest."""
 RELATED = {
     # Inertia on a spring rings; the operator of compliance has no inertia.
-    ("joint_compliance", "resonance"): 0.06,
-    ("payload", "resonance"): 0.06,
+    ("joint_compliance", "resonance"): 0.3,
+    ("payload", "resonance"): 0.3,
 }
 """The same for a new effect that follows from the old one's physics."""
 POSE_ALONE = frozenset(

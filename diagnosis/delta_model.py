@@ -9,6 +9,7 @@ import numpy as np
 
 from diagnosis.candidate import Candidate, Coordinate, Shape, Term
 from diagnosis.delta_candidates import EVENTS, candidates_of, contact, runout, tolerances
+from diagnosis.fragile import fragile
 from diagnosis.groups import groups_of
 from diagnosis.nuisance import Nuisance
 from diagnosis.own_times import OwnTimes
@@ -108,7 +109,7 @@ class DeltaModel:
                 f"{100 * lost.mean():.0f} % of the samples; is this another robot's file, "
                 "or are the units wrong?"
             )
-        self.readings.valid[lost] = False
+        self.readings.valid[lost | fragile(self.chain.linkage, self.commanded_rad)] = False
 
     def predict(self, terms: Sequence[Term]) -> FloatArray:
         """Channels (n, channels) with the terms at work."""

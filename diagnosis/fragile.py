@@ -1,0 +1,34 @@
+"""Poses that a machine a little off its file may not reach: they tell nothing reliable.
+
+Near where the arms lie flat, a wrong length moves the platform by many times itself, and a little
+more and the arms cannot be assembled at all. A fit would meet cliffs there.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from models.linkage import Linkage, forward
+from models.robot import FloatArray
+
+LENGTH_OFF = 0.02
+HOME_OFF_RAD = 0.02
+"""How far a faulty machine may well be off; moderate faults are half as large."""
+MOST = 0.2
+"""More than this share is not left out: then the file is wrong, or the motion is all there."""
+
+BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+
+def fragile(linkage: Linkage, angles_rad: FloatArray) -> BoolArray:
+    """Samples, of angles (n, 3) [rad], that cannot be assembled with all arms off alike; (n,)."""
+    lost = np.zeros(len(angles_rad), dtype=bool)
+    for longer, further in product((-1.0, 1.0), (-1.0, 1.0)):
+        other = linkage.with_(
+            forearm_m=linkage.forearm_m * (1.0 + longer * LENGTH_OFF),
+            home_offset_rad=linkage.home_offset_rad + further * HOME_OFF_RAD,
+        )
+        lost |= ~np.isfinite(forward(other, angles_rad).position_m[:, 0])
+    return lost if lost.mean() <= MOST else np.zeros(len(angles_rad), dtype=bool)
