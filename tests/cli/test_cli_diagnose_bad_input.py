@@ -145,11 +145,12 @@ def test_too_few_rows(refused: Refused, tmp_path: Path, good: FlatRecording, row
     [
         ("empty.csv", b""),
         ("words.csv", b"these are no numbers\n"),
-        ("cut.csv.gz", gzip.compress(b"t,range_x\n" + b"0.1,0.2\n" * 5000)[:60]),
+        ("cut.csv.gz", gzip.compress(b"t,range_x\n" + b"0.1,0.2\n" * 5000, mtime=0)[:60]),
         ("cut.parquet", b"PAR1\0\0\0"),
         ("cut.mcap", b"\x89MCAP0\r\n\x01"),
         ("no.mcap", b"something else"),
     ],
+    ids=["empty", "words", "cut gzip", "cut parquet", "cut mcap", "no mcap"],
 )
 def test_files_that_are_none(refused: Refused, tmp_path: Path, name: str, content: bytes) -> None:
     path = tmp_path / name
