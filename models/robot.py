@@ -144,9 +144,11 @@ class DeltaRobot(StrictModel):
     drive: DriveSection | None = None
     sensors: Sensors | None = None
     effects: tuple[EffectEntry, ...] = ()
-    calibrated_from: str = ""
+    calibrated_from: Annotated[str, Field(pattern="^([0-9a-f]{16})?$")] = ""
     """Of a calibrated robot: fingerprint of the geometry it was designed with. Networks that
     learned that robot's samples are of this one: it is the same machine, better described."""
+    calibrated_on: str = ""
+    """The machine whose samples it was calibrated on, in the words of the data set."""
 
 
 class StepperAxis(StrictModel):

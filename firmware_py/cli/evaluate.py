@@ -13,8 +13,9 @@ from firmware_py.cli.output import console, errors, print_json, say
 from foundation.errors import ConfigError
 
 if TYPE_CHECKING:
-    from firmware_py.evaluating.held_out import Angles, Errors
+    from firmware_py.evaluating.held_out import Angles, Errors, HeldOut
     from firmware_py.robot_file import RobotFile
+    from models.network.inverse import InverseNetwork
     from models.network.metadata import NetworkMetadata
     from models.training.calibrate import Calibrated
     from models.training.dataset import DataSet
@@ -54,19 +55,12 @@ def evaluate(
     deltactl evaluate zhao.tflite --data data --as-built zhao-2023 --save-robot calibrated.yaml
     ```
     """
-    try:
-        from models.training.calibrate import calibrate
-        from models.training.calibrated_file import calibrated_robot, check_new, save_calibrated
-    except ImportError as error:
-        raise ConfigError(
-            f"evaluate needs {error.name}, which is not installed: pip install 'deltactl[training]'"
-        ) from error
-    from firmware_py.evaluating.held_out import errors as errors_of
+    _check_installed()
     from firmware_py.evaluating.held_out import held_out
     from firmware_py.robot_file import find, load_robot
-    from models.inverse_kinematics import CalibratedInverse
-    from models.linkage import Linkage, inverse
     from models.network.inverse import InverseNetwork
+    from models.training.calibrate import calibrate
+    from models.training.calibrated_file import check_new
     from models.training.dataset import load_dataset
 
     samples = load_dataset(data)
@@ -78,35 +72,69 @@ def evaluate(
     built = None if as_built is None else _built(as_built, described, samples)
     running = InverseNetwork.open(network, described)
     held = held_out(samples, running.metadata)
-    found_robot = calibrate(
-        described, samples.position_m[held.trained], samples.angles_rad[held.trained]
-    )
-    linkage = Linkage.of(described.geometry)
-    models: dict[str, Angles] = {
-        "network": running.raw_rad_many,
-        "geometry": lambda position_m: inverse(linkage, position_m).angles_rad,
-        "calibrated": CalibratedInverse(calibrated_robot(found_robot)).angles_rad_at_once,
-    }
-    found = {
-        name: errors_of(angles, samples, described, held.judged)
-        for name, angles in _asked_where_seen(models, running.metadata, found_robot).items()
-    }
-    answer: dict[str, Any] = {
-        "network": str(network),
-        "judged_by": held.words,
-        "held_out": {name: one.as_json() for name, one in found.items()},
-    }
-    if not json_out:
-        _show(held.words, found)
+    known = held.trained
+    calibrated = calibrate(described, samples.position_m[known], samples.angles_rad[known])
+    models = _models(running, described, calibrated)
+    asked = _asked_where_seen(models, running.metadata, calibrated)
+    answer: dict[str, Any] = {"network": str(network)}
+    answer |= _held_out(asked, samples, described, held, json_out)
     if built is not None:
         answer["curves"] = _curves(built, described, models, part, json_out)
     if save_robot is not None:
-        words = f"{len(held.trained)} samples of {data.name} ({samples.digest})"
-        save_calibrated(path, found_robot, words, save_robot)
-        if not json_out:
-            say(f"calibrated robot file: {save_robot}")
+        _save(path, calibrated, samples, held, save_robot, json_out)
     if json_out:
         print_json(answer)
+
+
+def _check_installed() -> None:
+    try:
+        import models.training.calibrate  # noqa: F401
+    except ImportError as error:
+        raise ConfigError(
+            f"evaluate needs {error.name}, which is not installed: pip install 'deltactl[training]'"
+        ) from error
+
+
+def _models(network: InverseNetwork, robot: RobotFile, calibrated: Calibrated) -> dict[str, Angles]:
+    """The network, and what it is compared with."""
+    from models.inverse_kinematics import CalibratedInverse
+    from models.linkage import Linkage, inverse
+    from models.training.calibrated_file import calibrated_robot
+
+    linkage = Linkage.of(robot.geometry)
+    return {
+        "network": network.raw_rad_many,
+        "geometry": lambda position_m: inverse(linkage, position_m).angles_rad,
+        "calibrated": CalibratedInverse(calibrated_robot(calibrated)).angles_rad_at_once,
+    }
+
+
+def _held_out(
+    models: dict[str, Angles], samples: DataSet, robot: RobotFile, held: HeldOut, quiet: bool
+) -> dict[str, Any]:
+    """Errors on the samples that were held out: printed, and for the answer in JSON."""
+    from firmware_py.evaluating.held_out import errors as errors_of
+
+    found = {
+        name: errors_of(angles, samples, robot, held.judged) for name, angles in models.items()
+    }
+    if not quiet:
+        _show(held.words, found)
+    return {
+        "judged_by": held.words,
+        "held_out": {name: one.as_json() for name, one in found.items()},
+    }
+
+
+def _save(
+    path: Path, calibrated: Calibrated, samples: DataSet, held: HeldOut, out: Path, quiet: bool
+) -> None:
+    from models.training.calibrated_file import save_calibrated
+
+    words = f"{len(held.trained)} samples of {samples.folder.name} ({samples.digest})"
+    save_calibrated(path, calibrated, words, samples.settings.machine_words, out)
+    if not quiet:
+        say(f"calibrated robot file: {out}")
 
 
 def _asked_where_seen(

@@ -48,6 +48,7 @@ class NetworkFile:
         """Raises NetworkError, naming both robots, unless the file is for this one.
 
         A network of measured samples is of the machine: a calibration of it may describe it anew.
+        Not one of another machine of the same design, as of the simulated one.
         """
         trained, mark = self.metadata.robot, fingerprint(robot.geometry)
         if trained.name != robot.name:
@@ -55,13 +56,19 @@ class NetworkFile:
                 f"{self.path}: was trained for robot '{trained.name}', not for '{robot.name}'; "
                 "name the right file in the job or train one for this robot"
             )
-        measured = self.metadata.training.data != ""
-        if measured and robot.calibrated_from == trained.fingerprint:
+        if trained.fingerprint == mark:
             return
-        if trained.fingerprint != mark:
+        learned = self.metadata.training
+        if not learned.data or robot.calibrated_from != trained.fingerprint:
             raise NetworkError(
                 f"{self.path}: was trained for '{trained.name}' with another geometry "
                 f"({trained.fingerprint}) than '{robot.name}' has now ({mark}); train it again"
+            )
+        if learned.machine != robot.calibrated_on:
+            raise NetworkError(
+                f"{self.path}: learned from samples of '{learned.machine}', and the robot file is "
+                f"a calibration on samples of '{robot.calibrated_on}'; calibrate on the network's "
+                "own data set (deltactl evaluate --save-robot)"
             )
 
 

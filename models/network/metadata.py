@@ -62,6 +62,8 @@ class Training(StrictModel):
     """Where the labels come from: geometry, or a data set."""
     data: str = ""
     """Digest of the data set."""
+    machine: str = ""
+    """The machine the data set was taken on: robot, simulated, or how a MuJoCo robot was built."""
     held_out: Count = 0
     """Samples of it that were kept from the training, to judge by."""
     versions: dict[str, str] = Field(default_factory=dict)

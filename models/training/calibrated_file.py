@@ -55,17 +55,21 @@ def true_m(found: Calibrated, seen_m: FloatArray) -> FloatArray:
     return position_m
 
 
-def save_calibrated(robot_file: Path, found: Calibrated, words: str, out: Path) -> None:
+def save_calibrated(
+    robot_file: Path, found: Calibrated, words: str, machine: str, out: Path
+) -> None:
     """Write the robot file with the calibration. Raises RecordingError.
 
-    A job with `inverse_kinematics: {kind: calibrated}` takes all of it into account; networks
-    trained on samples of the robot run with this file as well.
+    `machine`: whose samples they are, in the words of the data set's settings. A job with
+    `inverse_kinematics: {kind: calibrated}` takes all of it into account; networks trained on
+    samples of that machine run with this file as well.
     """
     check_new(robot_file, out)
     document = Document.read(robot_file)
     robot = calibrated_robot(found)
     data = document.data | {
         "calibrated_from": robot.calibrated_from,
+        "calibrated_on": machine,
         "geometry": robot.geometry.model_dump(mode="json"),
         "effects": [entry.model_dump(mode="json") for entry in robot.effects],
     }
@@ -81,9 +85,11 @@ def save_calibrated(robot_file: Path, found: Calibrated, words: str, out: Path) 
 
 def check_new(robot_file: Path, out: Path) -> None:
     """Before any work: raise RecordingError where `save_calibrated` could not write."""
-    if Document.read(robot_file).data.get("effects"):
+    data = Document.read(robot_file).data
+    if data.get("effects") or data.get("calibrated_from"):
         raise RecordingError(
-            f"{robot_file}: has effects already; calibrate with the file as it was designed"
+            f"{robot_file}: has effects or a calibration already; calibrate with the file as it "
+            "was designed"
         )
     if out.exists():
         raise RecordingError(f"{out}: exists already; choose another name")

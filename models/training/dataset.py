@@ -56,6 +56,11 @@ class DataSettings(StrictModel):
     dwell_s: Annotated[float, Field(ge=0.0)]
     versions: dict[str, str] = Field(default_factory=dict)
 
+    @property
+    def machine_words(self) -> str:
+        """Which machine was measured; of real ones of one design and name nothing tells which."""
+        return f"{self.machine} {self.as_built}".strip()
+
 
 @dataclass(frozen=True, eq=False)
 class DataSet:

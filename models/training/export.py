@@ -40,6 +40,7 @@ class Origin:
     data: str = ""
     """Digest of the data set."""
     held_out: int = 0
+    machine: str = ""
 
 
 def to_file(
@@ -160,6 +161,7 @@ def _metadata(
             samples=trained.samples,
             source=origin.source,
             data=origin.data,
+            machine=origin.machine,
             held_out=origin.held_out,
             versions=versions(),
         ),

@@ -30,6 +30,8 @@ class Source:
     angle_deg: tuple[float, float]
     words: str
     digest: str = ""
+    machine: str = ""
+    """The machine that was measured, if one was."""
 
     def __len__(self) -> int:
         return len(self.position_m)
@@ -53,6 +55,7 @@ def of_dataset(data: DataSet, robot: DeltaRobot, first: int | None = None) -> So
         angle_deg=_outward(used.angles_rad),
         words=f"data set {used.folder.name}: {used.settings.machine} {used.settings.source}",
         digest=used.digest,
+        machine=used.settings.machine_words,
     )
 
 

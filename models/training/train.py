@@ -48,7 +48,7 @@ def train_from_samples(
     trained = trained_on(source, recipe, seed, effort, follow)
     _, held = split(len(source), seed)
     task = Task(source.robot, source.domain, seed, source.angle_deg)
-    origin = Origin(source.words, source.digest, len(held))
+    origin = Origin(source.words, source.digest, len(held), source.machine)
     kept = HeldOut(source.position_m[held], source.angles_rad[held])
     return Written(data_to_file(path, trained, task, origin, kept), trained)
 

@@ -31,6 +31,13 @@ def refusal(content: bytes) -> str:
     return message
 
 
+def of_samples(file: NetworkFile, machine: str) -> NetworkFile:
+    """The same file as if it had learned from samples of a machine."""
+    changes = {"data": "0123456789abcdef", "machine": machine}
+    training = file.metadata.training.model_copy(update=changes)
+    return replace(file, metadata=file.metadata.model_copy(update={"training": training}))
+
+
 @pytest.fixture
 def file(write: Callable[..., NetworkFile], make_network: Callable[..., Any]) -> NetworkFile:
     return write(make_network())
@@ -146,13 +153,28 @@ def test_a_network_of_measured_samples_runs_with_the_calibration_of_its_robot(
 ) -> None:
     """The machine is the same; a network of the designed geometry is of the design alone."""
     designed = fingerprint(make_robot().geometry)
-    changes = {"calibrated_from": designed}
+    changes = {"calibrated_from": designed, "calibrated_on": "robot"}
     found = make_robot(forearm_m=(0.5, 0.5, 0.501)).model_copy(update=changes)
-    training = file.metadata.training.model_copy(update={"data": "0123456789abcdef"})
-    metadata = file.metadata.model_copy(update={"training": training})
-    replace(file, metadata=metadata).check(found)
+    measured = of_samples(file, "robot")
+    measured.check(found)
+    measured.check(make_robot())
     with pytest.raises(NetworkError, match="another geometry"):
         file.check(found)
+    with pytest.raises(NetworkError, match=r"'bench'.*'other'"):
+        measured.check(found.model_copy(update={"name": "other"}))
+    other_design = found.model_copy(update={"calibrated_from": "0123456789abcdef"})
+    with pytest.raises(NetworkError, match="another geometry"):
+        measured.check(other_design)
+
+
+@pytest.mark.parametrize("machine", ["simulated", "as-built workshop.yaml 1234", ""])
+def test_the_calibration_of_another_machine_of_the_same_design_is_refused(
+    file: NetworkFile, make_robot: Callable[..., DeltaRobot], machine: str
+) -> None:
+    changes = {"calibrated_from": fingerprint(make_robot().geometry), "calibrated_on": "robot"}
+    found = make_robot(forearm_m=(0.5, 0.5, 0.501)).model_copy(update=changes)
+    with pytest.raises(NetworkError, match=f"'{machine}'.*'robot'.*--save-robot"):
+        of_samples(file, machine).check(found)
 
 
 def test_the_same_linkage_written_differently_has_the_same_fingerprint(

@@ -10,7 +10,7 @@ import pytest
 from firmware_py.job_file import JobFile, load_job
 from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.robot_file import find, load_robot
-from foundation.errors import ConfigError, UnreachablePoint
+from foundation.errors import ConfigError, RecordingError, UnreachablePoint
 from models.chain.commands import Commands
 from models.chain.delta import Chain
 from models.inverse_kinematics import CalibratedInverse, GeometricInverse
@@ -90,14 +90,20 @@ def test_jobs_take_known_effects_into_account() -> None:
 def test_a_calibration_is_the_robot_file_it_is_written_to(surveyed: Path, tmp_path: Path) -> None:
     pytest.importorskip("scipy", reason="calibrating needs the extra 'training'")
     from models.training.calibrate import calibrate
-    from models.training.calibrated_file import save_calibrated
+    from models.training.calibrated_file import check_new, save_calibrated
     from models.training.dataset import load_dataset
 
     data = load_dataset(surveyed)
     found = calibrate(ROBOT, data.position_m, data.angles_rad)
     path = tmp_path / "calibrated.yaml"
-    save_calibrated(find("zhao-2023.yaml"), found, "120 samples", path)
+    save_calibrated(find("zhao-2023.yaml"), found, "120 samples", "as-built", path)
     robot = load_robot(path)
+    assert robot.calibrated_on == "as-built"
+    bare = tmp_path / "bare.yaml"
+    bare.write_text(path.read_text().split("effects:")[0])
+    for calibrated in (path, bare):  # a calibration of a calibration would be of no design
+        with pytest.raises(RecordingError, match="calibration already"):
+            check_new(calibrated, tmp_path / "new.yaml")
     inverse = CalibratedInverse(robot)
     apart_rad = inverse.angles_rad_at_once(TARGETS_M) - found.angles_rad_many(TARGETS_M)
     assert np.degrees(np.abs(apart_rad)).max() < 0.0225  # one microstep
