@@ -60,6 +60,13 @@ function ticks(low, high, wanted) {
   return { step, values };
 }
 
+// At least two ticks where there is a range: a single one tells no scale.
+function scaleTicks(low, high, wanted) {
+  let found = ticks(low, high, wanted);
+  for (let more = Math.max(1, wanted); found.values.length < 2 && more < 20; more *= 1.5) found = ticks(low, high, more);
+  return found;
+}
+
 // As many digits as the step needs to tell one tick from the next.
 function written(value, step) {
   if (value === 0) return "0";

@@ -14,7 +14,9 @@ function paintGrid(pen, chart) {
     pen.strokeStyle = colour("grid");
     line(pen, x, plot.top, x, plot.top + plot.height);
     pen.fillStyle = colour("soft");
-    pen.fillText(written(value, across.step), x, plot.top + plot.height + 5);
+    const text = written(value, across.step);
+    const half = pen.measureText(text).width / 2;
+    pen.fillText(text, Math.min(Math.max(x, half), chart.size.width - half), plot.top + plot.height + 5);
   }
   pen.fillStyle = colour("soft");
   pen.fillText(spec.xLabel, plot.left + plot.width / 2, plot.top + plot.height + 21);

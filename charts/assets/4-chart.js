@@ -168,7 +168,7 @@ class Chart {
   }
 
   yTicks() {
-    return ticks(this.view.y0, this.view.y1, this.plot.height / (this.spec.equal ? 80 : 45));
+    return scaleTicks(this.view.y0, this.view.y1, this.plot.height / (this.spec.equal ? 80 : 45));
   }
 
   // Indices of a series that touch the view.

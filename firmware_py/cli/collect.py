@@ -52,6 +52,7 @@ def collect(
     ```
     """
     from firmware_py.robot_file import find, load_robot
+    from models.training.dataset import load_dataset
 
     path = find(robot)
     described = load_robot(path)
@@ -63,7 +64,7 @@ def collect(
             _by_jobs(path, described, out, samples, seed, simulate, socket, show)
     if jammed:
         warn(f"{jammed} poses were left out: the robot as it was built jams there")
-    say(f"{out}: {samples} samples")
+    say(f"{out}: {len(load_dataset(out))} samples")
 
 
 def _as_built(name: str, robot: RobotFile, out: Path, samples: int, seed: int, show: Show) -> int:

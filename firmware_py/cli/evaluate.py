@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from firmware_py.cli.collect import SHIPPED_AS_BUILT
+from firmware_py.cli.data_robot import robot_file_of
 from firmware_py.cli.jobs import JsonOption
 from firmware_py.cli.output import console, errors, print_json, say
 from foundation.errors import ConfigError
@@ -57,14 +58,14 @@ def evaluate(
     """
     _check_installed()
     from firmware_py.evaluating.held_out import held_out
-    from firmware_py.robot_file import find, load_robot
+    from firmware_py.robot_file import load_robot
     from models.network.inverse import InverseNetwork
     from models.training.calibrate import calibrate
     from models.training.calibrated_file import check_new
     from models.training.dataset import load_dataset
 
     samples = load_dataset(data)
-    path = find(robot or f"{samples.settings.robot}.yaml")
+    path = robot_file_of(samples, robot)
     described = load_robot(path)
     samples.check(described)
     if save_robot is not None:

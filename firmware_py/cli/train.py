@@ -19,6 +19,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from firmware_py.cli.data_robot import robot_file_of
 from firmware_py.cli.jobs import JsonOption
 from firmware_py.cli.output import console, duration, errors, facts, print_json, say
 from foundation.errors import ConfigError
@@ -110,7 +111,7 @@ def _source(dataset: Path | None, robot: str | None, samples: int | None, seed: 
             )
         return of_geometry(load_delta(find(robot)), samples or 5000, seed)
     data = load_dataset(dataset)
-    return of_dataset(data, load_delta(find(robot or f"{data.settings.robot}.yaml")), samples)
+    return of_dataset(data, load_delta(robot_file_of(data, robot)), samples)
 
 
 def _rows(written: Written, source: Source, seconds: float) -> list[tuple[str, str]]:

@@ -48,7 +48,7 @@ def collect(
     """
     counts = survey_counts(robot, int(SPARE * samples) + CHUNK, settings.seed)
     with DataSetWriter(folder, settings) as writer:
-        next_pose = _after_last(folder, writer, counts)
+        next_pose = _after_last(folder, writer, counts) if writer.count < samples else 0
         while writer.count < samples and next_pose < len(counts):
             progress(writer.count)
             wanted = counts[next_pose : next_pose + min(CHUNK, samples - writer.count)]
@@ -76,11 +76,17 @@ def collect(
 
 
 def _after_last(folder: Path, writer: DataSetWriter, counts: IntArray) -> int:
-    """Number of the pose after the last one kept."""
+    """Number of the pose after the last one kept. Raises RecordingError for a foreign one."""
     if not writer.count:
         return 0
     last = load_dataset(folder).counts[-1]
-    return int(np.flatnonzero((counts == last).all(axis=1))[-1]) + 1
+    found = np.flatnonzero((counts == last).all(axis=1))
+    if not len(found):
+        raise RecordingError(
+            f"{writer.path}: its last sample is no pose of this survey; the file was changed, "
+            "restore it or collect into another folder"
+        )
+    return int(found[-1]) + 1
 
 
 def rests(run: Run, robot: RobotFile, counts: IntArray) -> list[Sample]:

@@ -109,6 +109,17 @@ class DataSet:
                 f"{where}: has {len(self)} samples and {fewest} are needed; "
                 "go on with deltactl collect"
             )
+        self.check_rows()
+        for name, column in zip(HEADER.split(",")[1:], self._columns(), strict=True):
+            if np.ptp(column) == 0.0:
+                raise RecordingError(
+                    f"{where}: column {name} is the same in all samples; that motor or sensor "
+                    "did not work, collect again"
+                )
+
+    def check_rows(self) -> None:
+        """Raise RecordingError for the first sample that no collection writes."""
+        where = self.folder / SAMPLES
         bad = ~np.isfinite(self.position_m).all(axis=1)
         if bad.any():
             raise RecordingError(
@@ -122,12 +133,6 @@ class DataSet:
                 "gone further than its arms can); the file was changed, restore it or collect "
                 "into another folder"
             )
-        for name, column in zip(HEADER.split(",")[1:], self._columns(), strict=True):
-            if np.ptp(column) == 0.0:
-                raise RecordingError(
-                    f"{where}: column {name} is the same in all samples; that motor or sensor "
-                    "did not work, collect again"
-                )
 
     def _astray(self) -> BoolArray:
         """Rows (n,) no survey writes: beyond a whole turn, or twice as far as the arms reach."""

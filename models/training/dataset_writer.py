@@ -17,6 +17,7 @@ from models.training.dataset import (
     HEADER,
     SAMPLES,
     SETTINGS,
+    DataSet,
     DataSettings,
     IntArray,
     parse_lines,
@@ -32,8 +33,8 @@ VOLATILE = ("versions",)
 class DataSetWriter:
     """Begins a data set or goes on with one.
 
-    Raises RecordingError when the folder holds a data set with other settings, or when nothing
-    can be written.
+    Raises RecordingError when the folder holds a data set with other settings or a damaged one, or
+    when nothing can be written.
     """
 
     def __init__(self, folder: Path, settings: DataSettings):
@@ -45,7 +46,11 @@ class DataSetWriter:
             self._file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
         except OSError as error:
             raise self._failed(error) from error
-        self.count = self._resume()
+        try:
+            self.count = self._resume(settings)
+        except BaseException:
+            os.close(self._file)
+            raise
 
     def __enter__(self) -> DataSetWriter:
         return self
@@ -99,13 +104,17 @@ class DataSetWriter:
             raise RecordingError(f"{self.path}: is there without {SETTINGS}; use another folder")
         partial = path.with_suffix(".partial")
         text = yaml.safe_dump(settings.model_dump(mode="json"), sort_keys=False)
-        partial.write_text(text, encoding="utf-8")
+        with partial.open("w", encoding="utf-8") as stream:
+            stream.write(text)
+            stream.flush()
+            os.fsync(stream.fileno())
         os.replace(partial, path)
 
-    def _resume(self) -> int:
+    def _resume(self, settings: DataSettings) -> int:
         size = os.fstat(self._file).st_size
         content, _ = whole_lines(os.pread(self._file, size, 0))
-        counts, _ = parse_lines(content, self.path)
+        counts, position_m = parse_lines(content, self.path)
+        DataSet(self.folder, settings, counts, position_m).check_rows()
         self._end = len(content)
         os.ftruncate(self._file, self._end)
         if not content:

@@ -14,7 +14,7 @@ from models.training import shared_arm
 from models.training.export import HeldOut, Origin, data_to_file, to_file, unwritable
 from models.training.one_thread import one_thread
 from models.training.ours import OurSettings, train_ours
-from models.training.recipe import Follow, Settings, Task, Trained, unseen
+from models.training.recipe import Follow, Settings, Task, Trained, plain, unseen
 from models.training.samples_of_angles import split
 from models.training.sources import Source
 from models.training.train_shipped import SHIPPED
@@ -62,18 +62,34 @@ def trained_on(
 ) -> Trained:
     """The network alone, not written."""
     samples = source.position_m, source.angles_rad
+    settings = settings_of(recipe, effort)
+    if isinstance(settings, ZhaoSettings):
+        return train_zhao(*samples, settings, seed, follow)
+    if isinstance(settings, UzunovicSettings):
+        return train_uzunovic(*samples, settings, seed, follow)
+    return train_ours(source.robot, *samples, settings, seed, follow)
+
+
+def settings_of(
+    recipe: Recipe, effort: int | None = None
+) -> ZhaoSettings | UzunovicSettings | OurSettings:
+    """What a recipe trains with."""
     if recipe == "zhao":
-        zhao = ZhaoSettings() if effort is None else ZhaoSettings(epochs=effort)
-        return train_zhao(*samples, zhao, seed, follow)
+        return ZhaoSettings() if effort is None else ZhaoSettings(epochs=effort)
     if recipe == "uzunovic":
-        uzunovic = UzunovicSettings() if effort is None else UzunovicSettings(iterations=effort)
-        return train_uzunovic(*samples, uzunovic, seed, follow)
+        return UzunovicSettings() if effort is None else UzunovicSettings(iterations=effort)
     ours = OurSettings()
-    if effort is not None:
-        a_round = max(effort // 5, 1)
-        short = replace(ours.effort, iterations=effort, iterations_a_round=a_round)
-        ours = replace(ours, effort=short)
-    return train_ours(source.robot, *samples, ours, seed, follow)
+    if effort is None:
+        return ours
+    a_round = max(effort // 5, 1)
+    short = replace(ours.effort, iterations=effort, iterations_a_round=a_round)
+    return replace(ours, effort=short)
+
+
+def settings_in_file(recipe: Recipe, effort: int | None = None) -> dict[str, float | int | str]:
+    """The same as a network's file names them."""
+    settings = settings_of(recipe, effort)
+    return settings.as_metadata() if isinstance(settings, OurSettings) else plain(settings)
 
 
 @one_thread

@@ -109,7 +109,10 @@ def _save(folder: Path, survey: Survey, samples: int) -> None:
     state = {"samples": samples, "drawn": survey.drawn, "robot": survey.robot.state()}
     partial = folder / f"{STATE}.partial"
     try:
-        partial.write_text(json.dumps(state), encoding="utf-8")
+        with partial.open("w", encoding="utf-8") as stream:
+            stream.write(json.dumps(state))
+            stream.flush()
+            os.fsync(stream.fileno())
         os.replace(partial, folder / STATE)
     except OSError as error:
         raise RecordingError(
@@ -119,10 +122,15 @@ def _save(folder: Path, survey: Survey, samples: int) -> None:
 
 
 def _resume(folder: Path, survey: Survey, writer: DataSetWriter) -> None:
-    """Samples behind the last saved state are taken again: their robot is not known."""
+    """Samples behind the last saved state are taken again: their robot is not known.
+
+    Without a state (power cut before the first, a copy of the two files of the data set) the
+    survey is gone through from its beginning, and what is there already is left as it is.
+    """
     path = folder / STATE
     if not path.exists():
-        writer.keep(0)
+        for _ in zip(range(writer.count), survey.take(), strict=False):
+            pass
         return
     try:
         state = json.loads(path.read_text(encoding="utf-8"))
@@ -130,7 +138,8 @@ def _resume(folder: Path, survey: Survey, writer: DataSetWriter) -> None:
         survey.robot.restore(state["robot"])
     except (ValueError, KeyError, IndexError, OSError) as error:
         raise RecordingError(
-            f"{path}: cannot be read ({error}); collect into another folder"
+            f"{path}: cannot be read ({error}); delete it, and the same command goes through the "
+            "survey again to where it was"
         ) from error
     if samples > writer.count:
         raise RecordingError(

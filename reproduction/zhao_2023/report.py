@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from charts.page import HINT, columns, heading, page, paragraph
+from models.training.train import Recipe, settings_in_file
 from reproduction.sheet import Sheet
 from reproduction.zhao_2023 import beyond, figures, tables
 from reproduction.zhao_2023.curves import CURVES
@@ -14,6 +15,7 @@ LEAD = (
     "network, open loop. The robot here is a simulated one as a workshop may have built it; its "
     "figures, and where each is from, are in reproduction/zhao_2023/as_built.yaml."
 )
+RECIPES: tuple[tuple[str, Recipe], ...] = (("Zhao's", "zhao"), ("Uzunovic's", "uzunovic"))
 DIFFERS = (
     "Zhao's robot was never measured; home angles, lengths and sensor errors of ours were chosen "
     "so that geometry errs by about as much as in Table 3. Agreement of the geometry rows is "
@@ -47,10 +49,22 @@ def sheets(study: Study) -> list[Sheet]:
     ]
 
 
+def recipes(effort: int | None) -> str:
+    """What the papers' networks were trained with: whoever reads an old table can tell."""
+    each = []
+    for whose, recipe in RECIPES:
+        said = ", ".join(
+            f"{name} {value}" for name, value in settings_in_file(recipe, effort).items()
+        )
+        each.append(f"{whose} network: {said}.")
+    return " ".join(each)
+
+
 def html(study: Study, found: list[Sheet]) -> str:
     """The page."""
     network = f"zhao-{study.scale.main}"
-    parts = [paragraph(HINT, "note"), *(sheet.html() for sheet in found[:3])]
+    parts = [paragraph(HINT, "note"), paragraph(recipes(study.scale.effort), "note")]
+    parts += [*(sheet.html() for sheet in found[:3])]
     parts += [heading("Where ours differs from print, and why")]
     parts += [paragraph(text) for text in DIFFERS]
     parts += [heading("The data (Figures 4 and 5)")]
@@ -72,9 +86,9 @@ def html(study: Study, found: list[Sheet]) -> str:
     return page(TITLE, parts, LEAD)
 
 
-def markdown(found: list[Sheet], command: str) -> str:
+def markdown(study: Study, found: list[Sheet], command: str) -> str:
     """The tables for docs, with the command that made them."""
-    lines = [f"Printed by `{command}`.", ""]
+    lines = [f"Printed by `{command}`. {recipes(study.scale.effort)}", ""]
     for sheet in found:
         lines += [sheet.markdown(), ""]
     lines += ["**Where ours differs from print, and why**", ""]

@@ -24,7 +24,7 @@ def reproduce(folder: Path, quick: bool, say: Say) -> Outcome:
     command = f"deltactl reproduce zhao-2023{' --quick' if quick else ''}"
     try:
         sheets = report.sheets(study)
-        html, markdown = report.html(study, sheets), report.markdown(sheets, command)
+        html, markdown = report.html(study, sheets), report.markdown(study, sheets, command)
     except OSError as error:
         if isinstance(error, DeltactlError):
             raise

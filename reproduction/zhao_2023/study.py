@@ -22,7 +22,7 @@ from models.training.calibrate import Calibrated, calibrate
 from models.training.calibrated_file import true_m
 from models.training.dataset import DataSet, IntArray, load_dataset
 from models.training.sources import of_dataset
-from models.training.train import Recipe, train_from_samples
+from models.training.train import Recipe, settings_in_file, train_from_samples
 from proof.recorded import Machine
 from reproduction.kept import Arrays, kept
 from reproduction.zhao_2023.as_built import AsBuiltFile, machine_of
@@ -70,14 +70,19 @@ class Study:
         return load_dataset(self.folder / "data").first(samples)
 
     def network(self, model: str) -> InverseNetwork:
-        """A trained network, trained now if it is not there. Raises NetworkError."""
+        """A trained network, trained now unless one of this data and recipe is kept.
+
+        Raises NetworkError.
+        """
         effort = "" if self.scale.effort is None else f"-{self.scale.effort}"
         path = self.folder / f"networks{effort}" / f"{model}.tflite"
         recipe, _, rest = model.partition("-")
         data = self.data.first(int(rest)) if rest.isdigit() else self._curve_data(rest)
         try:
             file = NetworkFile.load(path)
-            if file.metadata.training.data == data.digest:
+            known = file.metadata.training
+            recipe_now = settings_in_file(_recipe(recipe), self.scale.effort)
+            if known.data == data.digest and known.settings == recipe_now:
                 return InverseNetwork(file)
         except (NetworkError, OSError):
             pass

@@ -17,6 +17,7 @@ from charts.figures import Bar, BarChart, HeatStrip, LineChart, histogram
 from charts.page import columns, facts, folded, heading, page, paragraph, script, table
 from charts.spec import Colour, Mark, Series, Span, Style, unpack
 
+ASSETS = Path(__file__).resolve().parents[2] / "charts" / "assets"
 NASTY = "</script><script>alert('x')</script> & \"quoted\" \u2028"
 VOID = {"meta", "br"}
 
@@ -112,6 +113,22 @@ def test_the_script_is_sound_javascript(tmp_path: Path) -> None:
     file = tmp_path / "script.js"
     file.write_text(script(), encoding="utf-8")
     subprocess.run([node, "--check", str(file)], check=True, timeout=20)
+
+
+def test_a_scale_has_two_ticks_or_more(tmp_path: Path) -> None:
+    """One tick alone, as the 0 of an error between -25 and 40 mm in a low chart, tells no size."""
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("checked where node is at hand")
+    ranges = [[-25.3, 40.2], [-95.0, -68.0], [-1e-6, 2e-6], [-800.0, 5000.0], [0.0, 1.0]]
+    asked = f"console.log(JSON.stringify({ranges}.map(([a, b]) => scaleTicks(a, b, 1.4).values)))"
+    numbers = (ASSETS / "1-numbers.js").read_text(encoding="utf-8")
+    file = tmp_path / "numbers.js"
+    file.write_text(f"{numbers}\n{asked}\n", encoding="utf-8")
+    done = subprocess.run([node, file], check=True, timeout=20, capture_output=True, text=True)
+    for (low, high), values in zip(ranges, json.loads(done.stdout), strict=True):
+        assert 2 <= len(values) <= 6
+        assert low <= min(values) < max(values) <= high
 
 
 def test_precision_far_from_zero() -> None:

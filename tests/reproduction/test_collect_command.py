@@ -63,6 +63,25 @@ def test_going_on_gives_what_one_go_gives(here, surveyed: Path, tmp_path: Path) 
     assert (out / SAMPLES).read_bytes() == (surveyed / SAMPLES).read_bytes()
 
 
+def test_without_its_state_a_survey_is_gone_through_again_and_kept(
+    here, surveyed: Path, tmp_path: Path
+) -> None:
+    """A copy of the two files of a data set; or a power cut before the first state."""
+    out = tmp_path / "data"
+    out.mkdir()
+    whole = (surveyed / SAMPLES).read_bytes()
+    for name in ("settings.yaml", SAMPLES):
+        (out / name).write_bytes((surveyed / name).read_bytes())
+    fewer = here("collect", "--samples", "30", "--as-built", "zhao-2023", "--out", out)
+    assert fewer.returncode == 0, fewer.stderr
+    assert "120 samples" in fewer.stdout
+    assert (out / SAMPLES).read_bytes() == whole
+    (out / SAMPLES).write_bytes(b"".join(whole.splitlines(keepends=True)[:61]))
+    more = here("collect", "--samples", "120", "--as-built", "zhao-2023", "--out", out)
+    assert more.returncode == 0, more.stderr
+    assert (out / SAMPLES).read_bytes() == whole
+
+
 def test_a_full_disk_is_one_line_and_keeps_what_was_taken(cli, here, tmp_path: Path) -> None:
     out = tmp_path / "data"
     words = ("collect", "--samples", "300", "--as-built", "zhao-2023", "--out", out)
@@ -100,5 +119,15 @@ def test_a_survey_of_the_simulated_chain(here, tmp_path: Path) -> None:
 
     nominal_m = forward(Linkage.of(data.settings.geometry), data.angles_rad).position_m
     assert abs(nominal_m - data.position_m).max() < 0.004  # 1.5 mm of noise, 25 readings
-    again = here("collect", "--samples", "2", "--simulate", "--out", out)
-    assert again.returncode == 0, again.stderr
+    kept = (out / SAMPLES).read_bytes()
+    for samples in ("2", "1"):
+        again = here("collect", "--samples", samples, "--simulate", "--out", out)
+        assert again.returncode == 0, again.stderr
+        assert "2 samples" in again.stdout
+        assert (out / SAMPLES).read_bytes() == kept
+    changed = kept.replace(b"\n2,", b"\n2,1")
+    (out / SAMPLES).write_bytes(changed)
+    foreign = here("collect", "--samples", "3", "--simulate", "--out", out)
+    assert foreign.returncode == 2
+    assert "its last sample is no pose of this survey" in foreign.stderr
+    assert (out / SAMPLES).read_bytes() == changed

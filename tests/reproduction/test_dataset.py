@@ -137,6 +137,22 @@ def test_useless_samples_are_named(tmp_path: Path, robot: DeltaRobot) -> None:
         load_dataset(tmp_path / "nan").check(robot, fewest=100)
 
 
+def test_a_damaged_data_set_is_not_gone_on_with(tmp_path: Path, robot: DeltaRobot) -> None:
+    with DataSetWriter(tmp_path, settings_of(robot)) as writer:
+        writer.append(samples(60))
+    whole = (tmp_path / SAMPLES).read_text()
+    lines = whole.splitlines()
+    lines[7] = ",".join([*lines[7].split(",")[:5], "nan", "-0.3"])
+    damaged = "\n".join([*lines, ""])
+    (tmp_path / SAMPLES).write_text(damaged)
+    with pytest.raises(RecordingError, match=r"sample 7 has no position \(NaN\)"):
+        DataSetWriter(tmp_path, settings_of(robot))
+    assert (tmp_path / SAMPLES).read_text() == damaged
+    (tmp_path / SAMPLES).write_text(whole)
+    with DataSetWriter(tmp_path, settings_of(robot)) as writer:
+        assert writer.count == 60
+
+
 def test_a_damaged_line_and_a_missing_folder_are_named(tmp_path: Path, robot: DeltaRobot) -> None:
     with DataSetWriter(tmp_path, settings_of(robot)) as writer:
         writer.append(samples(60))

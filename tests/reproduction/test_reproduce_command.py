@@ -12,9 +12,16 @@ pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'
 pytest.importorskip("tflite", reason="training needs the extra 'training'")
 pytest.importorskip("numba", reason="training needs the extra 'training'")
 
+from firmware_py.robot_file import find
 from foundation.errors import RecordingError
+from models.robot import load_delta
+from models.training.dataset import load_dataset
+from models.training.sources import of_dataset
+from models.training.train import train_from_samples
 from reproduction.kept import kept
 from reproduction.sheet import Sheet
+from reproduction.zhao_2023.report import recipes
+from reproduction.zhao_2023.scale import FULL
 
 
 def test_everything_short_and_again_from_what_is_kept(here, tmp_path: Path) -> None:
@@ -36,6 +43,20 @@ def test_everything_short_and_again_from_what_is_kept(here, tmp_path: Path) -> N
     third = here("reproduce", "zhao-2023", "--quick", "--out", out)
     assert third.stdout == first.stdout
     assert "limit" in third.stderr
+    # A network kept from a program with another recipe is not gone on with.
+    network = out / "networks-10" / "zhao-100.tflite"
+    source = of_dataset(load_dataset(out / "data").first(100), load_delta(find("zhao-2023.yaml")))
+    train_from_samples(source, "zhao", network, 0, 9)
+    fourth = here("reproduce", "zhao-2023", "--quick", "--out", out)
+    assert fourth.stdout == first.stdout
+    assert "training zhao-100" in fourth.stderr
+    assert "training zhao-200" not in fourth.stderr
+
+
+def test_the_tables_of_the_docs_are_of_the_recipes_there_are() -> None:
+    """The tables once were of a learning rate that had been changed since."""
+    page = (Path(__file__).resolve().parents[2] / "docs" / "reproduction.md").read_text()
+    assert recipes(FULL.effort) in page
 
 
 def test_a_full_disk_is_one_line(cli, tmp_path: Path) -> None:

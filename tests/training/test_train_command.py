@@ -20,7 +20,7 @@ from models.network import InverseNetwork, NetworkFile
 from models.robot import DeltaRobot
 from models.training.dataset import load_dataset
 from models.training.sources import of_dataset, of_geometry
-from models.training.train import train_from_samples
+from models.training.train import settings_in_file, train_from_samples
 
 MakeData = Callable[..., Path]
 RECIPES = {"zhao": 3, "uzunovic": 5, "ours": 5}
@@ -60,6 +60,8 @@ def test_a_trained_file_says_how_to_make_it_again(
     training = network.metadata.training
     assert (training.recipe, training.seed, training.data) == (recipe, 7, data.digest)
     assert (training.samples, training.held_out) == (90, 30)
+    assert training.machine == "simulated"
+    assert training.settings == settings_in_file(recipe, RECIPES[recipe])
     assert {"python", "numpy"} <= training.versions.keys()
     assert len(training.settings) >= 5
     stated = network.metadata.validation
@@ -133,6 +135,17 @@ def test_a_mistake_in_the_data_is_one_line(
     assert line.startswith("deltactl: ")
     assert expected in line
     assert not (tmp_path / "net.tflite").exists()
+
+
+def test_a_data_set_whose_robot_file_is_not_there_says_which(
+    make_data: MakeData, deltactl: Deltactl
+) -> None:
+    folder = make_data(spoil="robot")
+    status, _, said = deltactl("train", folder.name, "--out", "net.tflite")
+    (line,) = said.splitlines()
+    assert status == 2
+    assert "was taken with robot 'another-robot'" in line
+    assert "name that robot's file with --robot" in line
 
 
 @pytest.mark.parametrize(
