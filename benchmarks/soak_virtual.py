@@ -53,6 +53,7 @@ class VirtualSoak:
         self._edges_told = [0, 0, 0]
         self._offset = (0, 0, 0)
         self._sampled_s = 0.0
+        self._shifts = itertools.count()
         self._kept = KeptRecordings(max_gib=SIZE_MB * MB / GIB, keep_free_gib=0.0)
         output = self.controller.machine.output
         self._take_sent = output.take_sent
@@ -66,8 +67,8 @@ class VirtualSoak:
     def run(self, hours: float) -> None:
         """Whole hours of shifts, breaks and nights; stops in the middle when the time is over."""
         end_s = hours * 3600.0
-        for number in itertools.count():
-            self._rotate_by(number % 3)
+        while True:
+            self._rotate_by(next(self._shifts) % 3)
             self._do("on")
             self._home()
             self._shift(min(end_s, self.now_s + SHIFT_S))
@@ -175,6 +176,7 @@ class VirtualSoak:
 
     def _rotate_by(self, turn: int) -> None:
         """Size, free space, age in turns; every one is the limit that binds."""
+        self.tally.count(f"shifts with recordings kept by {('size', 'space', 'age')[turn]}")
         ballast = self.folder / "something.else"
         ballast.unlink(missing_ok=True)
         free_gib = 0.0

@@ -28,6 +28,8 @@ GRID_S = 0.002
 """Step of the chain: a tenth of the shortest timing budget, so that averages are smooth."""
 MEMORY_S = 5.0
 DROOP_RAD = 0.2
+MOST_AT_ONCE = 500
+"""Samples in one block: nobody may have looked for a night."""
 AVERAGED = 8
 """Points over which the light of one sample is averaged."""
 
@@ -60,7 +62,8 @@ class SimulatedRobot:
         self._rest_steps = (self._home_rad + self.droop_rad(robot)) / robot.drive.rad_per_step
         self._lock = threading.Lock()
         self._start_ns = start_ns
-        self._samples: deque[_Sample] = deque(maxlen=round(MEMORY_S / GRID_S))
+        self._kept = round(MEMORY_S / GRID_S)
+        self._samples: deque[_Sample] = deque(maxlen=self._kept)
         self._next_ns = start_ns
         self._put(np.zeros(3))
 
@@ -122,9 +125,14 @@ class SimulatedRobot:
             return
         until_ns = max(until_ns, self._now_ns())
         step_ns = ns(GRID_S)
-        count = (until_ns - self._next_ns) // step_ns + 1
-        if count <= 0:
-            return
+        if self._nominal is not None:  # nothing to remember: leave out what would be forgotten
+            ahead = (until_ns - self._next_ns) // step_ns - self._kept
+            self._next_ns += max(0, ahead) * step_ns
+        while self._next_ns <= until_ns:
+            count = (until_ns - self._next_ns) // step_ns + 1
+            self._advance_by(min(count, MOST_AT_ONCE), step_ns)
+
+    def _advance_by(self, count: int, step_ns: int) -> None:
         times_ns = range(self._next_ns, self._next_ns + count * step_ns, step_ns)
         counts = [self._counts_at(t_ns) for t_ns in times_ns]
         simulate = self._by_chain if self._nominal is None else self._nominally
