@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from models.gravity import gravity_torque_nm, torque_per_kg_nm
 from models.linkage import Linkage, forward
 from models.robot import DeltaRobot, EffectEntry, FloatArray
 
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 ANGLE_PORTS = (Port.MOTOR, Port.GEAR, Port.ARM)
 
 
@@ -70,6 +72,10 @@ class Chain:
                 effect.act(flow)
         self._assemble(flow, at(active, Port.LINKAGE))
         true_rad = flow.angles_rad
+        lost = ~np.isfinite(flow.position_m).all(axis=1)
+        if lost.any():
+            # What remembers (ringing, a stop) must not remember a robot at nowhere for ever.
+            flow.position_m = _standing(flow.position_m, lost)
         for effect in at(active, Port.PLATFORM):
             effect.act(flow)
         self._sense(flow)
@@ -79,6 +85,8 @@ class Chain:
         flow.measured_rad = true_rad.copy()
         for effect in at(active, Port.ENCODER):
             effect.act(flow)
+        if lost.any():
+            flow.position_m[lost] = flow.ranges_m[lost] = np.nan
         return Outputs(true_rad, flow.position_m, flow.ranges_m, flow.measured_rad)
 
     def _flow(self, course: Course, start_s: float) -> Flow:
@@ -115,6 +123,15 @@ class Chain:
             return Load(np.zeros_like(per_kg), np.nan_to_num(per_kg))
         torque = gravity_torque_nm(self.linkage, masses, angles_rad, position_m, per_kg_nm=per_kg)
         return Load(np.nan_to_num(torque), np.nan_to_num(per_kg))
+
+
+def _standing(position_m: FloatArray, lost: BoolArray) -> FloatArray:
+    """Positions (n, 3) that stay where they last were while the arms cannot be assembled."""
+    if lost.all():
+        return position_m
+    last = np.maximum.accumulate(np.where(lost, -1, np.arange(len(lost))))
+    held: FloatArray = position_m[np.where(last < 0, np.argmin(lost), last)]
+    return held
 
 
 def _activated(effects: Iterable[Active | EffectEntry]) -> list[Active]:
