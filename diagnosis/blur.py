@@ -18,7 +18,7 @@ BLUR: dict[str, tuple[float, float]] = {
     "thermal_expansion": (0.003, 0.003),  # one time constant of several
     "sensor_drift": (0.001, 0.001),  # one time constant of several
     "transmission_error": (0.001, 0.003),  # one harmonic of several
-    "contact": (0.002, 0.004),  # stop and arms give way, more in one direction than in another
+    "contact": (0.002, 0.002),  # a platform that slips and sticks where it is pressed on
     "gear_backlash": (0.001, 0.012),  # inside the play, friction and inertia decide
     "joint_compliance": (0.012, 0.012),  # inertia beside weight, damping beside the spring
     "joint_friction": (0.001, 0.012),  # breaks loose, creeps, changes with load and speed
@@ -30,8 +30,12 @@ BLUR: dict[str, tuple[float, float]] = {
 in what follows the pose alone, and in all the rest."""
 RELATED = {
     # Inertia on a spring rings; the operator of compliance has no inertia.
-    ("joint_compliance", "resonance"): 0.3,
-    ("payload", "resonance"): 0.3,
+    ("joint_compliance", "resonance"): 1.0,
+    ("payload", "resonance"): 1.0,
+    # Arms that press on a stop give way.
+    ("contact", "joint_compliance"): 0.01,
+    ("contact", "payload"): 0.01,
+    ("contact", "resonance"): 0.01,
 }
 """The same for a new effect that follows from the old one's physics."""
 POSE_ALONE = frozenset(

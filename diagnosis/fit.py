@@ -39,6 +39,18 @@ class Solution:
     predicted: FloatArray
     """Channels with everything fitted, (n, channels)."""
 
+    @property
+    def free_tangent(self) -> FloatArray:
+        """The tangent without coordinates at an end of their range, which cannot give way."""
+        stuck = [
+            term.at[i] in (term.candidate.coordinates[i].low, term.candidate.coordinates[i].high)
+            for term in (*self.nuisances, *self.terms)
+            for i in term.candidate.moved
+        ]
+        keep = np.ones(self.tangent.shape[1], dtype=bool)
+        keep[: len(stuck)] = ~np.array(stuck, dtype=bool)
+        return self.tangent[:, keep]
+
     def columns_of(self, number: int) -> slice:
         """Columns of the tangent that belong to term `number`."""
         first = sum(len(t.candidate.moved) for t in self.nuisances)

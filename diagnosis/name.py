@@ -14,6 +14,7 @@ from diagnosis.chance import log_sf
 from diagnosis.events import Jump, jumps
 from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import FreeShape
+from diagnosis.pairs import best_pairs, leading, start_of
 from diagnosis.prepare import Prepared
 from diagnosis.rhythm import rhythms
 from diagnosis.score import Calibration, Scores, calibrate, explained_by, orthonormal
@@ -31,6 +32,15 @@ FREE_PRICE = 26.0
 CHOICE = 12.0
 """Chi-square that choosing one of a hundred candidates is worth."""
 TRIED = 6
+QUICK = 2
+"""Steps of a first try."""
+HOPEFUL, HOPE = 0.7, 40.0
+"""Share of the best first try's gain, and chi-square behind it, with which a fit is followed."""
+OPTIMISM = 1.5
+"""How much more than its linearised gain an effect may bring."""
+TRIED_PAIRS = 3
+LEAST_MORE = 5.0
+"""What two others must promise beyond the newest two for a refit to be worth its time."""
 MOST_TERMS = 5
 PILE = 3
 """So many effects may be a pile that stands for one cause in no list."""
@@ -87,7 +97,7 @@ class Search:
 
     def scores(self, solution: Solution) -> Scores:
         """Scores of the whole bank against a solution."""
-        return self.prepared.scorer.against(solution.tangent, solution.residual)
+        return self.prepared.scorer.against(solution.free_tangent, solution.residual)
 
     @property
     def event_tests(self) -> float:
@@ -182,15 +192,40 @@ class Search:
 
     def run(self) -> Solution:
         """The best set of named effects."""
-        solution = self.empty
+        return self._collected(self.empty)
+
+    def resumed(self, found: Solution) -> Solution:
+        """The same, from a set that was found under other noise."""
+        return self._collected(self._drop(self.fitter.solve(found.terms, (), found.nuisances)))
+
+    def _collected(self, solution: Solution) -> Solution:
         for _ in range(MOST_TURNS):
             if len(solution.terms) >= PILE and self._free_explains_more(solution):
                 return solution
             grown = self._add(solution) if len(solution.terms) < MOST_TERMS else None
             if grown is None:
                 break
+            grown = self._paired(solution, grown)
             solution = self._drop(self._swap(grown, newest=False))
         return self._polished(solution)
+
+    def _paired(self, before: Solution, grown: Solution) -> Solution:
+        """Two others in place of the newest two, where these together would do more."""
+        if not before.terms:
+            return grown
+        base = self.empty
+        if len(before.terms) > 1:
+            base = self.fitter.solve(before.terms[:-1], before.frees, before.nuisances, steps=4)
+        scorer, taken = self.prepared.scorer, {term.candidate.key for term in base.terms}
+        entries = leading(scorer, self.scores(base), taken)
+        pairs = best_pairs(scorer, base.free_tangent, base.residual, entries, price, TRIED_PAIRS)
+        best = grown
+        for pair in pairs:
+            if pair.value < self.worth(base) - self.worth(best) + LEAST_MORE:
+                break
+            rival = self.fitter.solve((*base.terms, *pair.starts), base.frees, base.nuisances)
+            best = min(best, rival, key=self.worth)
+        return best
 
     def _free_explains_more(self, solution: Solution) -> bool:
         """Whether one free shape does more than a pile of effects: time to stop piling up."""
@@ -215,16 +250,25 @@ class Search:
         worthy = [t for t in trials[:TRIED] if t.gain > 0.4 * strongest]
         self.progress(f"trying {len(worthy)} explanations")
         tried = [
-            self.fitter.solve((*solution.terms, t.start), solution.frees, solution.nuisances)
+            self.fitter.solve((*solution.terms, t.start), solution.frees, solution.nuisances, QUICK)
             for t in worthy
         ]
-        best = min(tried, key=self.worth)
+        best = min(self.followed(solution, tried), key=self.worth)
         gain = solution.cost - best.cost
         new = best.terms[-1].candidate
         log_p = log_sf(gain, len(new.moved))
         if gain < self.least_gain(solution, new) or self.p(log_p) > ALPHA:
             return None
         return best
+
+    def followed(self, before: Solution, tried: Sequence[Solution]) -> list[Solution]:
+        """Fits that were begun, brought to their end where they may yet become the best."""
+        most = max((before.cost - one.cost for one in tried), default=0.0)
+        return [
+            self.fitter.solve(one.terms, one.frees, one.nuisances)
+            for one in tried
+            if before.cost - one.cost >= min(HOPEFUL * most, most - HOPE)
+        ]
 
     def _swap(self, solution: Solution, newest: bool) -> Solution:
         """Try to replace each term, or each but the newest, by something better."""
@@ -296,13 +340,21 @@ class Search:
         if len(solution.terms) > 1 or (solution.terms and starts):
             starts += [((), (free,)) for free in self.free_rivals(self.empty)]
         for terms, frees in starts:
-            rival = self._drop(self.fitter.solve(terms, frees, solution.nuisances))
+            rival = self.fitter.solve(terms, frees, solution.nuisances)
+            if not terms and self._hopeless(rival, best):
+                continue
+            rival = self._drop(rival)
             if not terms:
                 grown = self._add(rival)
                 rival = rival if grown is None else self._drop(self._swap(grown, newest=False))
             if self.story(rival) < self.story(best):
                 best = rival
         return best
+
+    def _hopeless(self, rival: Solution, best: Solution) -> bool:
+        """Whether a rival stays behind even with all that one more effect may add to it."""
+        more = max((trial.gain for trial in self.trials(rival)), default=0.0)
+        return self.worth(rival) - OPTIMISM * more > self.worth(best) + HOPE
 
     def story(self, solution: Solution) -> float:
         """Worth, less what choosing each effect from all of them is worth.
@@ -318,15 +370,9 @@ def _without(terms: Sequence[Term], number: int) -> tuple[Term, ...]:
 
 def _trial(entry: Entry, scores: Scores, number: int) -> Trial:
     assert entry.candidate is not None
-    assert entry.shape is not None
-    at = np.array(entry.shape.origin)
-    for i, step in zip(entry.shape.linear, scores.step[number], strict=False):
-        at[i] += step
-    start = Term(entry.candidate, at).moved_to(at)
-    gain = float(scores.gain[number])
-    if not entry.shape.linear and scores.step[number][0] <= 0.0:
-        gain = 0.0
-    # A size outside its bounds (a negative width) explains nothing.
-    if entry.shape.linear and not np.allclose(start.at, at, rtol=0.2, atol=1e-12):
-        gain = 0.0
-    return Trial(start, gain, float(scores.log_p[number]) if gain else 0.0, price(entry.candidate))
+    start, gain = start_of(entry, scores.step[number]), float(scores.gain[number])
+    log_p, cost = float(scores.log_p[number]), price(entry.candidate)
+    if start is None:
+        assert entry.shape is not None
+        return Trial(Term(entry.candidate, np.array(entry.shape.origin)), 0.0, 0.0, cost)
+    return Trial(start, gain, log_p if gain else 0.0, cost)

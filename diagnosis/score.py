@@ -37,19 +37,24 @@ class Scorer:
         self.inflation = np.ones(len(bank.entries)) if inflation is None else inflation
         self.gram = np.asarray(bank.white.T @ bank.white, dtype=np.float64)
 
-    def against(self, tangent: FloatArray, residual: FloatArray) -> Scores:
-        """Scores given a whitened residual (m,) and the tangent (m, p) of what is refitted."""
+    def project(self, tangent: FloatArray, residual: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """What columns share with the tangent's basis, (c, p), and with what it leaves, (c,)."""
         white = self.bank.white
         rows = len(white)
         basis = orthonormal(tangent)
         shared = np.asarray(white.T @ basis[:rows].astype(np.float32), dtype=np.float64)
         left = residual - basis @ (basis.T @ residual)
         along = np.asarray(white.T @ left[:rows].astype(np.float32), dtype=np.float64)
+        return shared, along
+
+    def against(self, tangent: FloatArray, residual: FloatArray) -> Scores:
+        """Scores given a whitened residual (m,) and the tangent (m, p) of what is refitted."""
+        shared, along = self.project(tangent, residual)
         gains, ranks, steps, infos = [], [], [], []
         for number, entry in enumerate(self.bank.entries):
             part = entry.columns
             information = self.gram[part, part] - shared[part] @ shared[part].T
-            step, gain, rank = _solve(information, along[part], np.diag(self.gram[part, part]))
+            step, gain, rank = gain_of(information, along[part], np.diag(self.gram[part, part]))
             gain /= self.inflation[number]
             gains.append(gain)
             steps.append(step)
@@ -70,9 +75,13 @@ def orthonormal(tangent: FloatArray) -> FloatArray:
     return basis
 
 
-def _solve(
+def gain_of(
     information: FloatArray, along: FloatArray, full: FloatArray
 ) -> tuple[FloatArray, float, int]:
+    """Step (k,), gain in chi-square and rank of columns, from their projected Gram matrix (k, k).
+
+    along: their products with the residual, (k,). full: squares of their lengths before, (k,).
+    """
     scale = np.sqrt(np.maximum(full, 1e-30))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
     usable = values > COLLINEAR
@@ -85,7 +94,7 @@ def _solve(
 
 def explained_by(columns: FloatArray, residual: FloatArray) -> tuple[float, int]:
     """Gain in chi-square of columns (m, k) on a residual (m,), and their rank."""
-    _, gain, rank = _solve(columns.T @ columns, columns.T @ residual, np.sum(columns**2, axis=0))
+    _, gain, rank = gain_of(columns.T @ columns, columns.T @ residual, np.sum(columns**2, axis=0))
     return gain, rank
 
 

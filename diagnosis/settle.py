@@ -9,7 +9,7 @@ from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.fit import Solution
 from diagnosis.groups import apart, whole_groups
-from diagnosis.name import Search, Trial
+from diagnosis.name import QUICK, Search, Trial
 from diagnosis.result import Alternative
 from diagnosis.twins import twins
 
@@ -83,8 +83,13 @@ def standing(search: Search, solution: Solution, numbers: Sequence[int]) -> Stan
     gain = max(bare.cost - solution.cost, 0.0)
     log_p = log_sf(gain, sum(len(one.moved) for one in own))
     rivals: list[tuple[Alternative, Candidate, Solution]] = []
-    for start in _starts(search, solution, bare, numbers, gain):
-        other = search.fitter.solve((*rest, start), solution.frees, bare.nuisances)
+    starts = _starts(search, solution, bare, numbers, gain)
+    tried = [
+        search.fitter.solve((*rest, start), solution.frees, bare.nuisances, QUICK)
+        for start in starts
+    ]
+    for other in search.followed(bare, tried):
+        start = other.terms[-1]
         worse = other.cost - solution.cost
         # A rival with fewer coordinates is forgiven what the others' freedom is worth.
         if min(worse, search.worth(other) - search.worth(solution)) < LIMIT:
@@ -104,9 +109,8 @@ def _starts(
     """Where to start each rival: twins of what was left out, then what scores best."""
     left_out = [solution.terms[i] for i in numbers]
     model = search.prepared.model
-    known = {
-        term.candidate.key: term for term in twins(left_out, [*model.candidates, *model.groups])
-    }
+    known = twins(left_out, [*model.candidates, *model.groups])
+    twinned = {term.candidate.key for term in known}
     effects = {term.candidate.effect for term in left_out}
     keys = [term.candidate.key for term in left_out]
     least = min(0.75 * gain, gain - 60.0)
@@ -116,8 +120,8 @@ def _starts(
         if t.gain > least and not _same(t, effects, numbers)
     ]
     trials.sort(key=lambda t: -t.gain)
-    best = [t.start for t in trials[:REFITTED] if t.start.candidate.key not in known]
-    return [*known.values(), *best]
+    best = [t.start for t in trials[:REFITTED] if t.start.candidate.key not in twinned]
+    return [*known, *best]
 
 
 def _same(trial: Trial, effects: set[str], numbers: Sequence[int]) -> bool:

@@ -9,18 +9,22 @@ import numpy as np
 from diagnosis.candidate import Candidate, Term
 
 LAG, VISCOUS, LATE = "following_lag", "viscous_friction", "sensor_latency"
+PLAY, HOME = "gear_backlash", "home_offset"
 
 
 def twins(terms: Sequence[Term], candidates: Sequence[Candidate]) -> list[Term]:
     """The candidates where they do what the terms do together, as far as they are twins.
 
     Viscous friction c behind a shaft of stiffness k is a first-order lag of c / k. A dead time of
-    all drives is a sensor latency unless the joints are seen.
+    all drives is a sensor latency unless the joints are seen. Play that always hangs on the same
+    flank is a home offset of half its width.
     """
     effects = {term.candidate.effect for term in terms}
     if len(effects) != 1:
         return []
     effect = effects.pop()
+    if effect == PLAY and len(terms) == 1:
+        return _hanging(terms[0], candidates)
     late_s = float(np.mean([_late_s(term) for term in terms]))
     if late_s <= 0.0:
         return []
@@ -37,6 +41,12 @@ def twins(terms: Sequence[Term], candidates: Sequence[Candidate]) -> list[Term]:
         elif effect == LAG and other.effect == LATE and len(terms) > 1:
             found.append(Term(other, np.array([late_s])))
     return found
+
+
+def _hanging(play: Term, candidates: Sequence[Candidate]) -> list[Term]:
+    half_rad = 0.5 * float(play.candidate.values(play.at)["width"])
+    homes = [c for c in candidates if (c.effect, c.component) == (HOME, play.candidate.component)]
+    return [Term(home, np.array([side * half_rad])) for home in homes for side in (1.0, -1.0)]
 
 
 def _late_s(term: Term) -> float:

@@ -1,0 +1,70 @@
+"""Two causes that look like a third one first are found as the pair they are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from diagnosis.candidate import Term
+from diagnosis.delta_model import DeltaModel
+from diagnosis.name import Search, price
+from diagnosis.pairs import best_pairs, leading
+from diagnosis.prepare import prepare
+from diagnosis.twins import twins
+from models.robot import DeltaRobot, EffectEntry
+from recording.flat import FlatRecording
+
+Record = Callable[..., FlatRecording]
+TRUTH = {("gear_ratio", "motor1"), ("joint_compliance", "joints")}
+
+
+def test_the_best_pair_is_the_truth_and_the_search_takes_it(
+    delta: DeltaRobot, record: Record
+) -> None:
+    soft = EffectEntry(
+        effect="joint_compliance", component="joints", parameters={"stiffness": 300.0}
+    )
+    ratio = EffectEntry(effect="gear_ratio", component="motor1", parameters={"scale": 0.985})
+    model = DeltaModel(delta, [record(soft, ratio, seconds=40.0)])
+    search = Search(prepare(model, model.readings.valid.copy()), 0.0)
+    empty, scorer = search.empty, search.prepared.scorer
+    entries = leading(scorer, search.scores(empty), set())
+    first, *others = best_pairs(scorer, empty.free_tangent, empty.residual, entries, price, 3)
+    assert {start.candidate.key for start in first.starts} == TRUTH
+    assert [pair.value for pair in others] == sorted((p.value for p in others), reverse=True)
+    assert first.value >= others[0].value
+    assert {term.candidate.key for term in search.run().terms} == TRUTH
+
+
+@pytest.fixture(scope="module")
+def quiet(delta: DeltaRobot, record: Record) -> Search:
+    model = DeltaModel(delta, [record(seconds=15.0)])
+    return Search(prepare(model, model.readings.valid.copy()), 0.0)
+
+
+def test_what_is_taken_is_in_no_pair(quiet: Search) -> None:
+    scorer, taken = quiet.prepared.scorer, {("base_radius", "frame")}
+    entries = [scorer.bank.entries[n] for n in leading(scorer, quiet.scores_of_empty, taken)]
+    keys = [entry.key for entry in entries]
+    assert len(keys) == len(set(keys)) > 20
+    assert ("base_radius", "frame") not in keys
+    assert ("forearm_length", "arm1") in keys
+    assert not any(entry.candidate is None or entry.candidate.members for entry in entries)
+
+
+def test_a_coordinate_at_the_end_of_its_range_cannot_give_way(quiet: Search) -> None:
+    candidates = quiet.prepared.model.candidates
+    friction = next(c for c in candidates if c.key == ("joint_friction", "motor1"))
+    solution = quiet.fitter.solve([Term(friction, np.array([0.005, 0.0, 0.01]))], steps=0)
+    assert solution.tangent.shape[1] - solution.free_tangent.shape[1] == 1
+
+
+def test_play_that_hangs_on_one_flank_is_tried_as_a_home_offset(quiet: Search) -> None:
+    candidates = quiet.prepared.model.candidates
+    play = next(c for c in candidates if c.key == ("gear_backlash", "motor2"))
+    hanging = Term(play, np.array([0.02, 1.0, 0.0]))
+    found = twins([hanging], candidates)
+    assert {term.candidate.key for term in found} == {("home_offset", "motor2")}
+    assert sorted(float(term.at[0]) for term in found) == [-0.01, 0.01]
