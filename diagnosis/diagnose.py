@@ -42,7 +42,7 @@ def diagnose_model(
     fitter, solution = final_fit(explained, prepared.valid)
     outcome = Outcome(explained, fitter, solution, runs)
     found = findings(outcome)
-    fit = _fit(outcome, prepared.valid, prepared.floor, held_out)
+    fit = _fit(outcome, prepared.valid, explained.search.prepared.floor, held_out)
     share = _left(fit)
     rest, rest_p = unexplained(outcome, share)
     hidden, smallest = limits(explained.search)

@@ -10,8 +10,8 @@ from diagnosis.candidate import Term
 from diagnosis.delta_candidates import TOLERANCES
 from diagnosis.fit import Fitter, Solution
 from diagnosis.name import ALPHA, CHOICE, Progress, Search
-from diagnosis.noise import estimate
-from diagnosis.prepare import Prepared
+from diagnosis.noise import Whitener, estimate
+from diagnosis.prepare import Prepared, prepare
 from diagnosis.readings import BoolArray, FloatArray
 from diagnosis.settle import Standing, in_parts, settle
 
@@ -20,6 +20,10 @@ PROMOTED = 12.0
 MOST_FREES = 2
 WITHIN = 2.0
 """Usual spreads within which an error is no fault by itself."""
+CALMER = 0.99
+"""Noise that shrinks by more than this once an explanation is found had mismatch in it."""
+MOST_ROUNDS = 3
+MOST_REFITS = 6
 PILE = 3
 """From so many effects on, small errors everywhere are the likelier story."""
 
@@ -44,11 +48,12 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     """Search for few effects; then let tolerances everywhere and free shapes compete."""
     search = Search(prepared, rad_per_step, progress)
     first_p = search.first_p()
-    nominal, solution = search.empty, search.with_group(search.run())
+    search, solution = calmed(search, search.run())
+    nominal, solution = search.empty, search.with_group(solution)
     loose = False
     if _looks_loose(search, solution):
         progress("comparing with a machine that is a little off everywhere")
-        other = _with_tolerances(prepared, rad_per_step, progress)
+        other = _with_tolerances(search.prepared, rad_per_step, progress)
         rival = _promoted(other, other.run())
         small = _small(search, solution) and other.story(rival) < search.story(solution)
         if rival.terms and (small or _evidence(other, rival) < _evidence(search, solution)):
@@ -57,6 +62,35 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     progress("what else it could be")
     settled, stands = settle(search, challenged)
     return Explained(search, settled, first_p, loose, nominal, stands)
+
+
+def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
+    """Search on where the noise had mismatch in it: what rings or sticks looks like noise with a
+    memory, and whitening by that takes it, and much beside it, away.
+    """
+    for _ in range(MOST_ROUNDS):
+        prepared = search.prepared
+        if not solution.terms or not _calmer(
+            left_noise(search.fitter, solution, prepared.valid), search.fitter.whiten
+        ):
+            break
+        search.progress("noise of the readings, once more")
+        again = prepare(prepared.model, prepared.valid, solution.predicted)
+        search = Search(again, search.rad_per_step, search.progress)
+        solution = search.resumed(solution)
+    return search, solution
+
+
+def left_noise(fitter: Fitter, solution: Solution, valid: BoolArray) -> Whitener:
+    """Noise model of what a solution leaves."""
+    left: FloatArray = fitter.observed - solution.predicted
+    return estimate(fitter.model.readings, valid, left)
+
+
+def _calmer(new: Whitener, old: Whitener) -> bool:
+    """Whether any channel is less noisy than was thought."""
+    pairs = zip(new.channels, old.channels, strict=True)
+    return any(len(a.rows) and a.sigma < CALMER * b.sigma for a, b in pairs)
 
 
 def _challenged(search: Search, solution: Solution) -> Solution:
@@ -139,9 +173,13 @@ def _evidence(search: Search, solution: Solution) -> float:
 
 
 def final_fit(explained: Explained, valid: BoolArray) -> tuple[Fitter, Solution]:
-    """Fit once more under the noise that the chosen explanation itself leaves."""
+    """Fit again under the noise that the chosen explanation itself leaves, until both agree."""
     fitter, solution = explained.search.fitter, explained.solution
-    left: FloatArray = fitter.observed - solution.predicted
-    whitener = estimate(fitter.model.readings, valid, left)
-    last = Fitter(fitter.model, whitener, fitter.nuisances)
-    return last, last.solve(solution.terms, solution.frees, solution.nuisances, steps=4)
+    for _ in range(MOST_REFITS):
+        whitener = left_noise(fitter, solution, valid)
+        calmer = _calmer(whitener, fitter.whiten)
+        fitter = Fitter(fitter.model, whitener, fitter.nuisances)
+        solution = fitter.solve(solution.terms, solution.frees, solution.nuisances, steps=4)
+        if not calmer:
+            break
+    return fitter, solution
