@@ -174,8 +174,8 @@ def _stale(outcome: Outcome, run: Stale) -> Finding:
     rows = slice(run.first, run.last + 1)
     noise = outcome.fitter.whiten.channels[column]
     miss = readings.values[rows, column] - outcome.solution.predicted[rows, column]
-    # It began after the last reading that was new and ended before the next; a neighbour that
-    # happens to be equal makes it look one longer.
+    # It began after the last reading that was new and ended before the next; neighbours that
+    # happen to be equal make it look one or two longer, nothing makes it look shorter.
     number = [readings.recording_of(begin)]
     half, seconds = readings.period_s, end - begin + readings.period_s
     own_end += 0.5 * half
@@ -192,7 +192,7 @@ def _stale(outcome: Outcome, run: Stale) -> Finding:
                 unit="s",
             ),
             "duration": ParameterResult(
-                value=seconds, ci95=[seconds - 1.5 * half, seconds + 1.5 * half], unit="s"
+                value=seconds, ci95=[seconds - 2.5 * half, seconds + half], unit="s"
             ),
         },
         where=Where(

@@ -19,6 +19,8 @@ Rows = tuple[tuple[Coordinate, ...], tuple[Shape, ...], dict[str, float]]
 
 WARM_UP_SHARES = (0.06, 0.2, 0.6, 2.0)
 """Time constants to start from, as shares of the recording."""
+SOONEST_WARM_S = 8.0
+"""No arm and no sensor is warm sooner: less would be a wrong length from the start."""
 PLAYS_RAD = (0.0025, 0.006, 0.015)
 DRAGS = (5.0, 10.0, 25.0)
 STICKS = 1e4
@@ -209,7 +211,8 @@ def candidates_of(name: str, travel_rad: float, span_s: float) -> list[Candidate
             coordinates = _bounded(coordinates, number, c.low, high)
             shapes = tuple(s for s in shapes if s.origin[number] <= high)
         if c.parameter == "time_constant":
-            coordinates = _bounded(coordinates, number, np.log(span_s / 40), np.log(4 * span_s))
+            low_s = max(span_s / 40, min(SOONEST_WARM_S, span_s / 4))
+            coordinates = _bounded(coordinates, number, np.log(low_s), np.log(4 * span_s))
             shapes = tuple(
                 Shape((0.0, float(np.log(share * span_s))), (0,), 1e-4) for share in WARM_UP_SHARES
             )

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from diagnosis.candidate import Candidate, Term
+from diagnosis.exactness import giving_way, pull
 from diagnosis.fit import Fitter, Solution
 from diagnosis.prepare import blocks_of
 from diagnosis.readings import FloatArray
@@ -19,7 +20,8 @@ def covariance(fitter: Fitter, solution: Solution) -> FloatArray:
     """Of all fitted numbers: the larger of the plain one and the sandwich over blocks of time.
 
     The sandwich (bread, meat of block sums, bread) is scaled on to the plain one's shape by the
-    ratio of standard deviations, so that it can only widen an interval.
+    ratio of standard deviations, so that it can only widen an interval. What no robot file can
+    promise (`exactness.py`) comes on top.
     """
     rows = fitter.rows
     tangent, residual = solution.tangent, solution.residual
@@ -35,6 +37,8 @@ def covariance(fitter: Fitter, solution: Solution) -> FloatArray:
     ratio = np.sqrt(np.maximum(np.diag(sandwich), 1e-300) / np.maximum(np.diag(bread), 1e-300))
     widen = np.clip(ratio, 1.0, 3.0)
     cov: FloatArray = bread * np.outer(widen, widen) / np.outer(scale, scale)
+    pulled = pull(fitter, solution, bread / np.outer(scale, scale))
+    cov += pulled @ pulled.T + np.diag(giving_way(solution))
     return cov
 
 

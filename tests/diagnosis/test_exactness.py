@@ -1,0 +1,84 @@
+"""Intervals have room for what no robot file can promise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from diagnosis.candidate import Term
+from diagnosis.delta_candidates import TOLERANCES
+from diagnosis.delta_model import DeltaModel
+from diagnosis.exactness import EXACT, GIVES_WAY_M, giving_way, pull
+from diagnosis.fit import Fitter, Solution
+from diagnosis.noise import estimate
+from diagnosis.sizes import covariance
+from models.robot import DeltaRobot, EffectEntry
+from recording.flat import FlatRecording
+
+Record = Callable[..., FlatRecording]
+
+
+def _fitted(
+    delta: DeltaRobot, recording: FlatRecording, key: tuple[str, str], at: list[float]
+) -> tuple[Fitter, Solution]:
+    model = DeltaModel(delta, [recording])
+    term = Term(next(c for c in model.candidates if c.key == key), np.array(at))
+    left = model.readings.values - model.predict([*(n.term for n in model.nuisances), term])
+    fitter = Fitter(
+        model,
+        estimate(model.readings, model.readings.valid, np.nan_to_num(left)),
+        model.nuisances,
+    )
+    return fitter, fitter.solve([term])
+
+
+def _bread(solution: Solution) -> np.ndarray:
+    return np.linalg.pinv(solution.tangent.T @ solution.tangent, hermitian=True)
+
+
+def test_an_offset_is_no_surer_than_the_sensor_is_mounted(
+    delta: DeltaRobot, record: Record
+) -> None:
+    off = EffectEntry(effect="sensor_offset", component="range_z", parameters={"offset": 0.005})
+    fitter, solution = _fitted(
+        delta, record(off, seconds=30.0), ("sensor_offset", "range_z"), [0.005]
+    )
+    place = solution.columns_of(0).start
+    pulled = pull(fitter, solution, _bread(solution))[place]
+    mounted = EXACT * TOLERANCES["sensor_offset"]
+    assert np.isclose(np.abs(pulled), mounted, rtol=1e-6).any()
+    plain = _bread(solution)[place, place]
+    assert covariance(fitter, solution)[place, place] >= plain + pulled @ pulled
+
+
+def test_errors_that_are_fitted_with_room_pull_nothing(delta: DeltaRobot, record: Record) -> None:
+    off = EffectEntry(effect="sensor_offset", component="range_z", parameters={"offset": 0.005})
+    fitter, solution = _fitted(
+        delta, record(off, seconds=20.0), ("sensor_offset", "range_z"), [0.005]
+    )
+    model = fitter.model
+    loose = Fitter(model, fitter.whiten, [*model.nuisances, *model.tolerances])
+    fitted = loose.solve(solution.terms)
+    assert not pull(loose, fitted, _bread(fitted)).any()
+
+
+@pytest.mark.parametrize(
+    ("key", "at", "expected"),
+    [
+        (("contact", "platform"), [-0.5, 1.0], [GIVES_WAY_M**2, 0.0]),
+        (("base_radius", "frame"), [0.001], [0.0]),
+    ],
+)
+def test_only_a_stop_gives_way(
+    delta: DeltaRobot, record: Record, key: tuple[str, str], at: list[float], expected: list[float]
+) -> None:
+    model = DeltaModel(delta, [record(seconds=5.0)])
+    term = Term(next(c for c in model.candidates if c.key == key), np.array(at))
+    tangent = np.zeros((3, 1 + len(at)))
+    late = model.nuisances[0].term
+    solution = Solution(
+        (term,), (late,), (), np.zeros(0), 0.0, np.zeros(3), tangent, np.zeros((1, 3))
+    )
+    assert giving_way(solution).tolist() == [0.0, *expected]
