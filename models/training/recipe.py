@@ -76,10 +76,14 @@ class Settings:
 
 
 def plain(settings: Any) -> dict[str, float | int | str]:
-    """A dataclass of settings as the metadata has them: yes and no as words."""
+    """A dataclass of settings as the metadata has them: yes, no and tables as words."""
     words = {True: "yes", False: "no"}
     return {
-        name: words[value] if isinstance(value, bool) else value
+        name: words[value]
+        if isinstance(value, bool)
+        else str(value)
+        if isinstance(value, tuple)
+        else value
         for name, value in asdict(settings).items()
     }
 

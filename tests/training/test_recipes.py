@@ -23,7 +23,7 @@ from models.training.zhao import AS_KERAS, AS_PRINTED, ZhaoSettings, train_zhao
 Samples = tuple[FloatArray, FloatArray]
 
 ZHAO = ZhaoSettings(layers=3, width=20, epochs=400, rate=3e-3)
-UZUNOVIC = UzunovicSettings(iterations=40, starts=2, tries=5)
+UZUNOVIC = UzunovicSettings(iterations=40, rounds=((2, 5), (1, 5)))
 OURS = OurSettings(poses=250, effort=Settings(hidden=(6,), iterations=30, rounds=0))
 
 
