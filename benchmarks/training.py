@@ -122,7 +122,7 @@ def ablation(epochs: int) -> None:
 
 
 def levenberg_marquardt(library_steps: int) -> None:
-    """Uzunovic's network: ours, and scipy from our first starting point."""
+    """Uzunovic's network: ours, and scipy from one random start."""
     from reproduction.uzunovic_2013.kinematics import ROBOT_FILE
     from reproduction.uzunovic_2013.kinematics_as_built import StageRobot
     from reproduction.uzunovic_2013.kinematics_stage import SAMPLES as ALL
@@ -180,7 +180,7 @@ def _zhao(
 
 
 def _scipy(samples: tuple[FloatArray, FloatArray], method: str, steps: int) -> float:
-    """The same network, Jacobian and standardised samples; the first random start."""
+    """The same network, Jacobian and standardised samples; one random start."""
     network = Perceptron((3, 25, 3))
     into, out = (Scaling.of(part) for part in samples)
     inputs, wanted = into.apply(samples[0]), out.apply(samples[1])

@@ -77,15 +77,13 @@ class Settings:
 
 def plain(settings: Any) -> dict[str, float | int | str]:
     """A dataclass of settings as the metadata has them: yes, no and tables as words."""
-    words = {True: "yes", False: "no"}
-    return {
-        name: words[value]
-        if isinstance(value, bool)
-        else str(value)
-        if isinstance(value, tuple)
-        else value
-        for name, value in asdict(settings).items()
-    }
+    return {name: _as_word(value) for name, value in asdict(settings).items()}
+
+
+def _as_word(value: Any) -> float | int | str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return str(value) if isinstance(value, tuple) else value
 
 
 @dataclass(frozen=True)

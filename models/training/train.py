@@ -77,7 +77,8 @@ def settings_of(
     if recipe == "zhao":
         return ZhaoSettings() if effort is None else ZhaoSettings(epochs=effort)
     if recipe == "uzunovic":
-        return UzunovicSettings() if effort is None else UzunovicSettings(iterations=effort)
+        whole = UzunovicSettings()
+        return whole if effort is None else whole.lasting(effort)
     ours = OurSettings()
     if effort is None:
         return ours

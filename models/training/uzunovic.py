@@ -7,7 +7,7 @@ random starts, sifted in rounds, the best is trained to the end.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
@@ -39,6 +39,12 @@ class UzunovicSettings:
     """Ends when the error fell by less than this part over the last 20 iterations."""
     hold_out: bool = True
     """A quarter to judge by; the paper trains on, and judges by, all samples."""
+
+    def lasting(self, iterations: int) -> UzunovicSettings:
+        """With another number of iterations; a shorter training sifts for less, in proportion."""
+        part = min(iterations / self.iterations, 1.0)
+        rounds = tuple((starts, max(round(part * each), 1)) for starts, each in self.rounds)
+        return replace(self, iterations=iterations, rounds=rounds)
 
 
 @one_thread

@@ -6,7 +6,7 @@ encoders said. `reproduce_kinematics` gives tables and figures as plain data.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +27,7 @@ from reproduction.uzunovic_2013.kinematics_stage import SAMPLES, Measured, measu
 from reproduction.uzunovic_2013.kinematics_tables import range_sheet, recipe_sheet, table_1
 
 ROBOT_FILE = Path(__file__).resolve().parents[2] / "config" / "uzunovic-2013.yaml"
-QUICK_SAMPLES = 1000
+QUICK_SAMPLES, QUICK_ITERATIONS = 1000, 30
 TITLE = "Section 3: is the geometric model of the micro delta right?"
 LEAD = (
     "An XYZ stage leads the robot along eq. (1), 13 333 samples over 1333.3 s, and encoders of "
@@ -101,13 +101,17 @@ class KinematicsPart:
 
 def reproduce_kinematics(quick: bool = False, follow: Follow = unseen) -> KinematicsPart:
     """Measure, train, compare. quick: a thirteenth of the samples and fewer iterations."""
-    found = validate(QUICK_SAMPLES if quick else SAMPLES, 30 if quick else 300, follow)
+    network = UzunovicSettings(hold_out=False)
+    if quick:
+        found = validate(QUICK_SAMPLES, network.lasting(QUICK_ITERATIONS), follow)
+    else:
+        found = validate(SAMPLES, network, follow)
     sheets = [range_sheet(found.error_m), table_1(found), recipe_sheet(found)]
     return KinematicsPart(found, sheets, figures(found))
 
 
 @one_thread
-def validate(samples: int, iterations: int, follow: Follow = unseen) -> Validation:
+def validate(samples: int, settings: UzunovicSettings, follow: Follow = unseen) -> Validation:
     """The experiment and all models. Raises UnreachablePoint when the robot cannot follow."""
     robot = load_delta(ROBOT_FILE)
     follow(0, _STEPS, "leading the robot along eq. (1)")
@@ -117,12 +121,11 @@ def validate(samples: int, iterations: int, follow: Follow = unseen) -> Validati
     position_m, angles_rad = measured.position_m, measured.angles_rad
     models: dict[str, tuple[FloatArray, int, IntArray]] = {}
     models["mathematical model"] = (inverse(nominal, position_m).angles_rad, 0, everything)
-    settings = UzunovicSettings(iterations=iterations, hold_out=False)
     follow(1, _STEPS, "training the network on all samples")
     network = train_uzunovic(position_m, angles_rad, settings)
     models["network"] = (network.angles_rad_many(position_m), network.parameters, everything)
     follow(2, _STEPS, "training the network on three quarters")
-    models["network, held-out samples"] = _held_out(measured, iterations)
+    models["network, held-out samples"] = _held_out(measured, settings)
     follow(3, _STEPS, "calibrating the robot")
     exact_rad, numbers = _calibrated(robot, measured)
     models["calibrated geometry"] = (exact_rad, numbers, everything)
@@ -140,10 +143,10 @@ def validate(samples: int, iterations: int, follow: Follow = unseen) -> Validati
     )
 
 
-def _held_out(measured: Measured, iterations: int) -> tuple[FloatArray, int, IntArray]:
+def _held_out(measured: Measured, settings: UzunovicSettings) -> tuple[FloatArray, int, IntArray]:
     """The paper's network again, judged by a quarter of the samples that it did not see."""
-    settings = UzunovicSettings(iterations=iterations)
-    network = train_uzunovic(measured.position_m, measured.angles_rad, settings)
+    judged = replace(settings, hold_out=True)
+    network = train_uzunovic(measured.position_m, measured.angles_rad, judged)
     _, held = split(len(measured.t_s), network.seed)
     return network.angles_rad_many(measured.position_m), network.parameters, held
 

@@ -13,7 +13,7 @@ from models.linkage import Linkage
 from models.robot import DeltaRobot, FloatArray
 from models.training.calibrate import Plausible, calibrate
 from models.training.ours import OurSettings, train_ours
-from models.training.recipe import Settings
+from models.training.recipe import Settings, plain
 from models.training.samples_of_angles import random_poses, split
 from models.training.start import starting_weights
 from models.training.train_shipped import SHIPPED
@@ -98,6 +98,36 @@ def test_uzunovic_s_own_way_judges_by_all_samples(exact: Samples) -> None:
     trained = train_uzunovic(*exact, replace(UZUNOVIC, hold_out=False))
     assert trained.samples == 400
     assert trained.course[-1][1] == pytest.approx(trained.rmse_deg(*exact), rel=1e-3)
+
+
+def test_sifting_goes_on_with_the_deepest_start(exact: Samples) -> None:
+    position_m, angles_rad = exact
+    better = 0
+    for seed in range(3):
+        costs = []
+        for starts in (1, 4):
+            sifting = replace(UZUNOVIC, rounds=((starts, 8),), iterations=0, hold_out=False)
+            answers_rad = train_uzunovic(*exact, sifting, seed).angles_rad_many(position_m)
+            costs.append(np.sum(((answers_rad - angles_rad) / angles_rad.std(axis=0)) ** 2))
+        # The first of the four is the one start of before.
+        assert costs[1] <= costs[0] * (1.0 + 1e-9)
+        better += costs[1] < 0.9 * costs[0]
+    assert better
+
+
+def test_a_shorter_training_sifts_for_less() -> None:
+    whole = UzunovicSettings()
+    tenth = whole.lasting(15)
+    assert (tenth.iterations, tenth.rounds) == (15, ((16, 6), (8, 15), (3, 30)))
+    assert whole.lasting(1).rounds == ((16, 1), (8, 1), (3, 2))
+    assert whole.lasting(600) == replace(whole, iterations=600)
+
+
+def test_settings_are_plain_in_a_file() -> None:
+    told = plain(UzunovicSettings())
+    assert told["hold_out"] == "yes"
+    assert told["rounds"] == "((16, 60), (8, 150), (3, 300))"
+    assert (told["width"], told["enough"]) == (25, 1e-5)
 
 
 @pytest.mark.parametrize("train", [train_zhao, train_uzunovic])
