@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from diagnosis.another_robot import check_belongs
 from foundation.errors import RecordingError
 from models.robot import DeltaRobot, EffectEntry
+from recording.flat import FlatRecording
 
 
 @pytest.mark.parametrize("late_s", [0.2, 0.45])
@@ -30,3 +32,22 @@ def test_longer_arms_are_another_robot(delta: DeltaRobot, record) -> None:
     )
     with pytest.raises(RecordingError, match="forearm"):
         check_belongs(other, recording)
+
+
+def test_what_broke_on_the_way_is_said_with_its_moment(delta: DeltaRobot, record) -> None:
+    """From 6 s on the readings are those of no machine of the file: a rod came off."""
+    whole, apart = record(seconds=40.0), record(seconds=40.0, seed=2)
+    late = whole.t_s > 6.0
+    columns = {
+        name: np.where(late, apart.columns[name], values) if name.startswith("range") else values
+        for name, values in whole.columns.items()
+    }
+    with pytest.raises(RecordingError, match=r"up to [56]\.\d s recording and robot file agree"):
+        check_belongs(delta, FlatRecording(whole.t_s, columns, {}, "broken"))
+
+
+def test_a_great_loss_of_steps_is_no_breakage(delta: DeltaRobot, record) -> None:
+    entry = EffectEntry(
+        effect="lost_steps", component="motor2", parameters={"steps": -600.0, "time": 4.0}
+    )
+    check_belongs(delta, record(entry, seconds=40.0))
