@@ -95,8 +95,8 @@ def _refuse_broken(model: DeltaModel, source: str, left: FloatArray) -> None:
     if count[at] >= LEAST_BEFORE and agreed[at] > 1.0 - NEAR_SHARE and later[at] < NEAR_SHARE:
         raise RecordingError(
             f"{source}: up to {t_s[at] - t_s[0]:.1f} s recording and robot file agree, from there "
-            f"on they are {after:.2g} {readings.units[0]} apart: has an arm folded over, a rod come "
-            "off or a motor stopped? Put it right, home the robot and record again"
+            f"on they are {after:.2g} {readings.units[0]} apart: has an arm folded over, a rod "
+            "come off or a motor stopped? Put it right, home the robot and record again"
         )
 
 

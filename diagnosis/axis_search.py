@@ -19,8 +19,9 @@ from diagnosis.axis_tidy import ALIKE, tidied
 from diagnosis.candidate import Term
 from diagnosis.fit import Solution
 from diagnosis.free_shapes import FreeShape
-from diagnosis.name import ALPHA, Search, Trial, price
+from diagnosis.name import ALPHA, Search
 from diagnosis.noise import IntArray
+from diagnosis.prices import Trial, price
 
 MOST_TERMS = 6
 TRIED = 6

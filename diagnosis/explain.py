@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnosis.candidate import Term
+from diagnosis.challenge import challenge, free_rivals
 from diagnosis.delta_candidates import TOLERANCES
 from diagnosis.fit import Fitter, Solution
 from diagnosis.name import ALPHA, CHOICE, Progress, Search
@@ -102,9 +103,9 @@ def _challenged(search: Search, solution: Solution) -> Solution:
         if not solution.terms and not solution.frees and search.first_p() > ALPHA:
             return solution
         taken = {free.port for free in solution.frees}
-        if taken and all(free.port in taken for free in search.free_rivals(solution)):
+        if taken and all(free.port in taken for free in free_rivals(search, solution)):
             return solution
-        challenged = search.challenge(solution)
+        challenged = challenge(search, solution)
         if len(challenged.frees) == len(solution.frees):
             return challenged
         if len({free.port for free in challenged.frees}) < len(challenged.frees):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from diagnosis.bank import Entry
-from diagnosis.blur import EXACT, FREE, blur_of
+from diagnosis.blur import EXACT, blur_of
 from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.events import Jump, jumps
@@ -16,19 +16,11 @@ from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import FreeShape
 from diagnosis.pairs import best_pairs, leading, start_of
 from diagnosis.prepare import Prepared
+from diagnosis.prices import Trial, free_price, price
 from diagnosis.rhythm import rhythms
 from diagnosis.score import Calibration, Scores, calibrate, explained_by, orthonormal
 
 ALPHA = 0.003
-PRICE = 4.0
-"""Chi-square each coordinate of a candidate has to earn beyond the others."""
-RELUCTANCE = {"viscous_friction": 7.0, "payload": 12.0, "joint_friction": -PRICE}
-"""A price beside that of the coordinates. How far a friction-bound arm swings on when it stops
-comes free: where play and friction fit alike, the play would have to stick like friction."""
-GROUP_PRICE = 10.0
-"""That three arms err alike is less likely than one other cause that looks the same."""
-EVENT_PRICE = 14.0
-FREE_PRICE = 26.0
 CHOICE = 12.0
 """Chi-square that choosing one of a hundred candidates is worth."""
 TRIED = 6
@@ -36,8 +28,6 @@ QUICK = 2
 """Steps of a first try."""
 HOPEFUL, HOPE = 0.7, 40.0
 """Share of the best first try's gain, and chi-square behind it, with which a fit is followed."""
-OPTIMISM = 1.5
-"""How much more than its linearised gain an effect may bring."""
 TRIED_PAIRS = 3
 LEAST_MORE = 5.0
 """What two others must promise beyond the newest two for a refit to be worth its time."""
@@ -47,29 +37,6 @@ PILE = 3
 MOST_TURNS = 8
 
 Progress = Callable[[str], None]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Trial:
-    """A start for a refit and its linearised gain."""
-
-    start: Term
-    gain: float
-    log_p: float
-    price: float
-
-
-def price(candidate: Candidate) -> float:
-    """What a candidate must earn."""
-    if candidate.kind.event:
-        return EVENT_PRICE
-    together = GROUP_PRICE if candidate.members else 0.0
-    return PRICE * len(candidate.moved) + RELUCTANCE.get(candidate.effect, 0.0) + together
-
-
-def free_price(free: FreeShape) -> float:
-    """What a free shape must earn: more than any named effect, and more the finer it is."""
-    return FREE_PRICE + 2.0 * free.basis.shape[1]
 
 
 @dataclass(slots=True, eq=False)
@@ -196,7 +163,7 @@ class Search:
 
     def resumed(self, found: Solution) -> Solution:
         """The same, from a set that was found under other noise."""
-        return self._collected(self._drop(self.fitter.solve(found.terms, (), found.nuisances)))
+        return self._collected(self.drop(self.fitter.solve(found.terms, (), found.nuisances)))
 
     def _collected(self, solution: Solution) -> Solution:
         for _ in range(MOST_TURNS):
@@ -206,7 +173,7 @@ class Search:
             if grown is None:
                 break
             grown = self._paired(solution, grown)
-            solution = self._drop(self._swap(grown, newest=False))
+            solution = self.drop(self._swap(grown, newest=False))
         return self._polished(solution)
 
     def _paired(self, before: Solution, grown: Solution) -> Solution:
@@ -239,7 +206,7 @@ class Search:
             better = self._swap(solution, newest=True)
             if better is solution:
                 break
-            solution = self._drop(better)
+            solution = self.drop(better)
         return solution
 
     def _add(self, solution: Solution) -> Solution | None:
@@ -286,7 +253,7 @@ class Search:
                     return other
         return solution
 
-    def _drop(self, solution: Solution) -> Solution:
+    def drop(self, solution: Solution) -> Solution:
         """Leave out whatever no longer earns its place."""
         for number, term in enumerate(solution.terms):
             if len(solution.terms) + len(solution.frees) == 1:
@@ -297,23 +264,8 @@ class Search:
             gain = bare.cost - solution.cost
             log_p = log_sf(gain, len(term.candidate.moved))
             if self.p(log_p) > ALPHA or gain < self.least_gain(bare, term.candidate):
-                return self._drop(bare)
+                return self.drop(bare)
         return solution
-
-    def free_rivals(self, solution: Solution, most: int = 2) -> list[FreeShape]:
-        """Free shapes that explain most of what a solution leaves."""
-        scores = self.scores(solution)
-        ranked = [
-            (entry.free, float(scores.gain[number]), float(scores.log_p[number]))
-            for number, entry in enumerate(self.prepared.bank.entries)
-            if entry.free is not None
-        ]
-        ranked += [(free, gain, log_p) for free, gain, log_p in self.fine_scores(solution)]
-        ranked.sort(key=lambda item: item[2])
-        least = max(FREE_PRICE, FREE * self.least_gain(solution))
-        return [
-            free for free, gain, log_p in ranked[:most] if gain > least and self.p(log_p) < ALPHA
-        ]
 
     def with_group(self, solution: Solution) -> Solution:
         """A whole group instead of several effects, where it is the better story."""
@@ -328,33 +280,15 @@ class Search:
                 grown = self._add(rival)
                 if grown is None:
                     break
-                rival = self._drop(grown)
+                rival = self.drop(grown)
             if self.worth(rival) < self.worth(best):
                 best = rival
         return best
 
-    def challenge(self, solution: Solution) -> Solution:
-        """Let free shapes compete: beside the named effects, and instead of them."""
-        best = solution
-        starts = [(solution.terms, (*solution.frees, free)) for free in self.free_rivals(solution)]
-        if len(solution.terms) > 1 or (solution.terms and starts):
-            starts += [((), (free,)) for free in self.free_rivals(self.empty)]
-        for terms, frees in starts:
-            rival = self.fitter.solve(terms, frees, solution.nuisances)
-            if not terms and self._hopeless(rival, best):
-                continue
-            rival = self._drop(rival)
-            if not terms:
-                grown = self._add(rival)
-                rival = rival if grown is None else self._drop(self._swap(grown, newest=False))
-            if self.story(rival) < self.story(best):
-                best = rival
-        return best
-
-    def _hopeless(self, rival: Solution, best: Solution) -> bool:
-        """Whether a rival stays behind even with all that one more effect may add to it."""
-        more = max((trial.gain for trial in self.trials(rival)), default=0.0)
-        return self.worth(rival) - OPTIMISM * more > self.worth(best) + HOPE
+    def one_more(self, solution: Solution) -> Solution:
+        """With the best further effect, where one earns its place."""
+        grown = self._add(solution)
+        return solution if grown is None else self.drop(self._swap(grown, newest=False))
 
     def story(self, solution: Solution) -> float:
         """Worth, less what choosing each effect from all of them is worth.

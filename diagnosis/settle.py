@@ -9,7 +9,8 @@ from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.fit import Solution
 from diagnosis.groups import apart, whole_groups
-from diagnosis.name import QUICK, Search, Trial
+from diagnosis.name import QUICK, Search
+from diagnosis.prices import Trial
 from diagnosis.result import Alternative
 from diagnosis.twins import twins
 

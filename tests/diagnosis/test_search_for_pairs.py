@@ -9,9 +9,10 @@ import pytest
 
 from diagnosis.candidate import Term
 from diagnosis.delta_model import DeltaModel
-from diagnosis.name import Search, price
+from diagnosis.name import Search
 from diagnosis.pairs import best_pairs, leading
 from diagnosis.prepare import prepare
+from diagnosis.prices import price
 from diagnosis.twins import twins
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
