@@ -6,7 +6,7 @@ from diagnosis.blur import FREE
 from diagnosis.fit import Solution
 from diagnosis.free_shapes import FreeShape
 from diagnosis.name import ALPHA, HOPE, Search
-from diagnosis.prices import FREE_PRICE
+from diagnosis.prices import FREE_PRICE, price, price_of
 
 MOST_RIVALS = 2
 OPTIMISM = 1.5
@@ -18,7 +18,9 @@ def challenge(search: Search, solution: Solution) -> Solution:
     best = solution
     beside = free_rivals(search, solution)
     starts = [(solution.terms, (*solution.frees, free)) for free in beside]
-    if len(solution.terms) > 1 or (solution.terms and starts):
+    named = solution.terms
+    as_free = any(price_of(term) > price(term.candidate) for term in named)
+    if len(named) > 1 or (named and starts) or as_free:
         starts += [((), (free,)) for free in free_rivals(search, search.empty)]
     for terms, frees in starts:
         rival = search.fitter.solve(terms, frees, solution.nuisances)

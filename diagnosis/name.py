@@ -12,11 +12,12 @@ from diagnosis.blur import EXACT, blur_of
 from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.events import Jump, jumps
+from diagnosis.exactness import doubt
 from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import FreeShape
 from diagnosis.pairs import best_pairs, leading, start_of
 from diagnosis.prepare import Prepared
-from diagnosis.prices import Trial, free_price, price
+from diagnosis.prices import Trial, free_price, price, price_of
 from diagnosis.rhythm import rhythms
 from diagnosis.score import Calibration, Scores, calibrate, explained_by, orthonormal
 
@@ -101,7 +102,9 @@ class Search:
             columns = fitter.whiten(free.columns(ports[free.port]))
             left = columns - basis @ (basis.T @ columns)
             gain, rank = explained_by(left, residual)
-            found.append((free, gain, log_sf(gain, rank)))
+            small = self.prepared.small
+            doubted = 1.0 if small is None else doubt(left.T @ left, left.T @ small)
+            found.append((free, gain, log_sf(gain / doubted, rank)))
         return sorted([*found, *rhythms(fitter, solution)], key=lambda item: item[2])
 
     def trials(
@@ -154,7 +157,7 @@ class Search:
 
     def worth(self, solution: Solution) -> float:
         """Cost with the price of everything in it: the smaller the better."""
-        prices = sum(price(term.candidate) for term in solution.terms)
+        prices = sum(price_of(term) for term in solution.terms)
         return solution.cost + prices + sum(free_price(free) for free in solution.frees)
 
     def run(self) -> Solution:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.bank import Bank, build
+from diagnosis.exactness import doubt, small_errors
 from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FINE_PIECES, FreeShape, free_shapes, way_shapes
 from diagnosis.model import Model
@@ -35,6 +36,8 @@ class Prepared:
     """Finely resolved free shapes and those of place and way, tested apart from the bank."""
     floor: FloatArray
     """Residual that the saturated fit leaves, (n, channels): the noise."""
+    small: FloatArray | None = None
+    """Whitened changes by what no robot file can promise, (m, k); None for lone axes."""
 
     @property
     def shapes(self) -> list[FreeShape]:
@@ -65,8 +68,12 @@ def prepare(model: Model, valid: BoolArray, reference: FloatArray | None = None)
     scorer = Scorer(bank)
     left = residual - _saturated(bank, scorer.gram, fitter, residual)
     scorer.inflation = _inflation(bank, fitter, fitter.whiten(left))
+    small = small_errors(fitter)[: fitter.rows]
+    with_small = np.asarray(bank.white.T @ small.astype(np.float32), dtype=np.float64)
+    parts = [entry.columns for entry in bank.entries]
+    scorer.doubt = np.array([doubt(scorer.gram[p, p], with_small[p]) for p in parts])
     fine = [*free_shapes(model, FINE_PIECES), *way_shapes(model)]
-    return Prepared(model, fitter, bank, scorer, valid, fine, left)
+    return Prepared(model, fitter, bank, scorer, valid, fine, left, small)
 
 
 def _saturated(bank: Bank, gram: FloatArray, fitter: Fitter, residual: FloatArray) -> FloatArray:

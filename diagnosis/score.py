@@ -35,6 +35,8 @@ class Scorer:
     def __init__(self, bank: Bank, inflation: FloatArray | None = None):
         self.bank = bank
         self.inflation = np.ones(len(bank.entries)) if inflation is None else inflation
+        self.doubt = np.ones(len(bank.entries))
+        """How many times more a score may be by what no robot file promises (`exactness.py`)."""
         self.gram = np.asarray(bank.white.T @ bank.white, dtype=np.float64)
 
     def project(self, tangent: FloatArray, residual: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -61,7 +63,8 @@ class Scorer:
             infos.append(information)
             ranks.append(rank)
         degrees = np.array(ranks)
-        logs = np.array([log_sf(g, int(d)) for g, d in zip(gains, degrees, strict=True)])
+        sure = np.array(gains) / self.doubt
+        logs = np.array([log_sf(g, int(d)) for g, d in zip(sure, degrees, strict=True)])
         return Scores(np.array(gains), logs, steps, infos)
 
 
