@@ -16,7 +16,7 @@ from diagnosis.own_times import OwnTimes
 from diagnosis.readings import FloatArray, gather
 from foundation.errors import RecordingError
 from models.chain import Chain, Commands
-from models.chain.delta import Course
+from models.chain.delta import Course, standing
 from models.effects import VOCABULARY
 from models.linkage import forward, jacobian
 from models.robot import AXES, DeltaRobot
@@ -123,7 +123,9 @@ class DeltaModel:
             block = {RANGES[i]: out.ranges[:, i] for i in range(3)}
             block |= {POSITIONS[i]: out.position[:, i] for i in range(3)}
             block |= {ANGLES[i]: out.measured[:, i] for i in range(3)}
-            rows = _standing(np.stack([block[name] for name in self.readings.names], axis=1))
+            # A fit that comes where nothing can be assembled must find its way back; from a robot
+            # at nowhere it would not.
+            rows = standing(np.stack([block[name] for name in self.readings.names], axis=1))
             parts.append(own_times.shift(self.readings.names, rows))
         return np.nan_to_num(np.concatenate(parts))
 
@@ -191,19 +193,6 @@ class DeltaModel:
                 block[:, column] = 1.0
                 ports[name] = block
         return ports
-
-
-def _standing(rows: FloatArray) -> FloatArray:
-    """Where the arms cannot be assembled, the platform stands where it last was.
-
-    A fit that comes there must find its way back; from a robot at nowhere it would not.
-    """
-    lost = ~np.isfinite(rows).all(axis=1)
-    if not lost.any() or lost.all():
-        return rows
-    last = np.maximum.accumulate(np.where(lost, -1, np.arange(len(rows))))
-    held: FloatArray = rows[np.where(last < 0, np.argmin(lost), last)]
-    return held
 
 
 def _somewhere(recordings: Sequence[FlatRecording], name: str) -> bool:

@@ -76,7 +76,7 @@ def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
         ):
             break
         search.progress("noise of the readings, once more")
-        again = prepare(prepared.model, prepared.valid, solution.predicted)
+        again = prepare(prepared.model, prepared.valid, solution.predicted, prepared.bank)
         search = Search(again, search.rad_per_step, search.progress)
         solution = search.resumed(solution)
     return search, solution

@@ -12,14 +12,13 @@ from diagnosis.blur import EXACT, blur_of
 from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.events import Jump, jumps
-from diagnosis.exactness import doubt
 from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import FreeShape
 from diagnosis.pairs import best_pairs, leading, start_of
 from diagnosis.prepare import Prepared
 from diagnosis.prices import Trial, free_price, price, price_of
 from diagnosis.rhythm import rhythms
-from diagnosis.score import Calibration, Scores, calibrate, explained_by, orthonormal
+from diagnosis.score import Calibration, Scores, calibrate, doubt, explained_by, orthonormal
 
 ALPHA = 0.003
 CHOICE = 12.0

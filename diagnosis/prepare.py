@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.bank import Bank, build
-from diagnosis.exactness import doubt, small_errors
+from diagnosis.exactness import small_errors
 from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FINE_PIECES, FreeShape, free_shapes, way_shapes
 from diagnosis.model import Model
 from diagnosis.noise import IntArray, estimate
 from diagnosis.readings import BoolArray, FloatArray, without_outliers
-from diagnosis.score import BLOCK_S, Scorer
+from diagnosis.score import BLOCK_S, Scorer, doubt
 
 RIDGE = 1e-5
 
@@ -45,14 +45,19 @@ class Prepared:
         return [*(entry.free for entry in self.bank.entries if entry.free), *self.fine]
 
 
-def prepare(model: Model, valid: BoolArray, reference: FloatArray | None = None) -> Prepared:
+def prepare(
+    model: Model,
+    valid: BoolArray,
+    reference: FloatArray | None = None,
+    bank: Bank | None = None,
+) -> Prepared:
     """Noise model, whitened bank and scorer around the nominal machine.
 
     reference: a better prediction than the nominal one (from a first round of naming), for the
-    noise model and the outliers.
+    noise model and the outliers. bank: of an earlier round, which then serves this one.
     """
     readings = model.readings
-    bank = build(model)
+    bank = build(model) if bank is None else bank
     predicted = model.predict([n.term for n in model.nuisances]) if reference is None else reference
     residual = np.nan_to_num(readings.values) - predicted
     valid = without_outliers(residual, valid)
@@ -68,7 +73,7 @@ def prepare(model: Model, valid: BoolArray, reference: FloatArray | None = None)
     scorer = Scorer(bank)
     left = residual - _saturated(bank, scorer.gram, fitter, residual)
     scorer.inflation = _inflation(bank, fitter, fitter.whiten(left))
-    small = small_errors(fitter)[: fitter.rows]
+    small = small_errors(fitter, [n.term for n in model.nuisances])[: fitter.rows]
     with_small = np.asarray(bank.white.T @ small.astype(np.float32), dtype=np.float64)
     parts = [entry.columns for entry in bank.entries]
     scorer.doubt = np.array([doubt(scorer.gram[p, p], with_small[p]) for p in parts])

@@ -85,14 +85,28 @@ def gain_of(
 
     along: their products with the residual, (k,). full: squares of their lengths before, (k,).
     """
+    frame = _frame(information, full)
+    coordinates = frame.T @ along
+    return frame @ coordinates, float(coordinates @ coordinates), frame.shape[1]
+
+
+def _frame(information: FloatArray, full: FloatArray) -> FloatArray:
+    """Directions (k, rank) of unit information among columns, the collinear left out."""
     scale = np.sqrt(np.maximum(full, 1e-30))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
     usable = values > COLLINEAR
-    if not usable.any():
-        return np.zeros(len(along)), 0.0, 0
-    coordinates = vectors[:, usable].T @ (along / scale)
-    step = vectors[:, usable] @ (coordinates / values[usable]) / scale
-    return step, float(np.sum(coordinates**2 / values[usable])), int(usable.sum())
+    frame: FloatArray = vectors[:, usable] / np.sqrt(values[usable]) / scale[:, None]
+    return frame
+
+
+def doubt(gram: FloatArray, with_small: FloatArray) -> float:
+    """How many times more a test's gain may be by small errors than by noise alone.
+
+    gram: of the test's columns, (k, k). with_small: their products with the `small_errors` of
+    `exactness.py`, (k, n).
+    """
+    frame = _frame(gram, np.diag(gram))
+    return 1.0 + float(np.sum((frame.T @ with_small) ** 2)) / max(frame.shape[1], 1)
 
 
 def explained_by(columns: FloatArray, residual: FloatArray) -> tuple[float, int]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,6 @@ from models.gravity import gravity_torque_nm, torque_per_kg_nm
 from models.linkage import Linkage, forward
 from models.robot import DeltaRobot, EffectEntry, FloatArray
 
-BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 ANGLE_PORTS = (Port.MOTOR, Port.GEAR, Port.ARM)
 
 
@@ -75,7 +73,7 @@ class Chain:
         lost = ~np.isfinite(flow.position_m).all(axis=1)
         if lost.any():
             # What remembers (ringing, a stop) must not remember a robot at nowhere for ever.
-            flow.position_m = _standing(flow.position_m, lost)
+            flow.position_m = standing(flow.position_m)
         for effect in at(active, Port.PLATFORM):
             effect.act(flow)
         self._sense(flow)
@@ -125,12 +123,13 @@ class Chain:
         return Load(np.nan_to_num(torque), np.nan_to_num(per_kg))
 
 
-def _standing(position_m: FloatArray, lost: BoolArray) -> FloatArray:
-    """Positions (n, 3) that stay where they last were while the arms cannot be assembled."""
-    if lost.all():
-        return position_m
-    last = np.maximum.accumulate(np.where(lost, -1, np.arange(len(lost))))
-    held: FloatArray = position_m[np.where(last < 0, np.argmin(lost), last)]
+def standing(rows: FloatArray) -> FloatArray:
+    """Rows (n, k) that stay as they last were where any of their values is unknown."""
+    lost = ~np.isfinite(rows).all(axis=1)
+    if not lost.any() or lost.all():
+        return rows
+    last = np.maximum.accumulate(np.where(lost, -1, np.arange(len(rows))))
+    held: FloatArray = rows[np.where(last < 0, np.argmin(lost), last)]
     return held
 
 

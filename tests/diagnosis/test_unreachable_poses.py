@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.delta_model import _standing
+from models.chain.delta import standing
 
 
 def test_the_platform_stands_where_it_last_was() -> None:
     rows = np.array([[np.nan, 1.0], [1.0, 2.0], [np.nan, np.nan], [np.nan, 5.0], [3.0, 4.0]])
     expected = [[1.0, 2.0], [1.0, 2.0], [1.0, 2.0], [1.0, 2.0], [3.0, 4.0]]
-    np.testing.assert_array_equal(_standing(rows), expected)
+    np.testing.assert_array_equal(standing(rows), expected)
 
 
 def test_whole_rows_stay_as_they_are() -> None:
     rows = np.arange(6.0).reshape(3, 2)
-    np.testing.assert_array_equal(_standing(rows), rows)
+    np.testing.assert_array_equal(standing(rows), rows)
