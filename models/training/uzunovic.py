@@ -118,12 +118,12 @@ def _sifted(
     """
     rng = np.random.default_rng(seed)
     few = rng.permutation(len(inputs))[: settings.few]
+    inputs, wanted = inputs[few], wanted[few]
     left = [network.start(rng) for _ in range(settings.rounds[0][0])]
     for starts, iterations in settings.rounds:
         ends = []
         for start in left[:starts]:
-            tried = islice(search(network, inputs[few], wanted[few], start), iterations)
-            ends.append(min(((s.cost, s.parameters) for s in tried), key=lambda end: end[0],
-                            default=(np.inf, start)))  # fmt: skip
+            tried = list(islice(search(network, inputs, wanted, start), iterations))
+            ends.append((tried[-1].cost, tried[-1].parameters) if tried else (np.inf, start))
         left = [parameters for _, parameters in sorted(ends, key=lambda end: end[0])]
     return left[0]
