@@ -67,9 +67,9 @@ class Site:
             client.power_on()
         client.home()
 
-    def run(self, client: Client, job: Path) -> JobResult:
+    def run(self, client: Client, job: Path, limit_s: float = 30.0) -> JobResult:
         number = client.submit(job)
-        wait_for(lambda: client.result(number) is not None, 30.0)
+        wait_for(lambda: client.result(number) is not None, limit_s)
         result = client.result(number)
         assert result is not None
         return result

@@ -18,7 +18,7 @@ from drivers.fakes.gpio_chip import SET_VALUES
 from drivers.fakes.i2c_device import I2C_RDWR
 from firmware_py.daemon.client import Client
 from firmware_py.hil.modelled_pi import ModelledPi
-from firmware_py.robot_file import load_robot
+from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from firmware_py.run_report.tracking import robot_of, track
 from foundation.errors import DeltactlError
 from recording.reader import read_run
@@ -26,6 +26,8 @@ from recording.reader import read_run
 from .conftest import T_PWM_S, Site, refused, wait_for
 
 pytestmark = pytest.mark.hil
+SHIPPED_S = 100.0
+"""At most, for a heart of 33 s: the models are slow on a busy machine."""
 
 
 def test_it_waits_switched_off_with_idle_inputs(site: Site, client: Client) -> None:
@@ -64,6 +66,27 @@ def test_a_heart_over_the_real_ioctl_path(moving_site: Site, client: Client) -> 
         assert site.pi.bench.memory.lost() == (0, 0, 0)
         assert site.pi.adapter.calls[I2C_RDWR] > 150  # three sensors, 50 Hz
         assert site.pi.gpio.calls[SET_VALUES] >= 2 * len(run.edges.t_ns) - 2
+
+
+def test_the_shipped_heart(moving_site: Site, pi: ModelledPi, client: Client) -> None:
+    """config/heart.yaml as it is: 20 cm wide, half a minute."""
+    moving_site.home(client)
+    before, home = np.array(pi.bench.counts()), np.array(client.status().counts)
+    pi.adapter.calls.clear()
+    pi.gpio.calls.clear()
+    result = moving_site.run(client, CONFIG_FOLDER / "heart.yaml", SHIPPED_S)
+    assert (result.outcome, result.why, result.recording_error) == ("done", "", "")
+    run = read_run(Path(result.recording or ""))
+    assert run.complete
+    commanded = client.status().counts
+    assert tuple(home + np.array(pi.bench.counts()) - before) == commanded
+    assert tuple(run.edges.counts[-1]) == commanded == tuple(run.targets.steps[-1])
+    assert pi.bench.memory.lost() == (0, 0, 0)
+    measured = track(run, robot_of(run)).measured
+    assert measured is not None
+    assert max(measured.rms_m) < 0.003  # noise of 1.5 mm
+    assert pi.adapter.calls[I2C_RDWR] > 3 * 2 * 50 * 30  # three sensors, 50 Hz, half a minute
+    assert pi.gpio.calls[SET_VALUES] >= 2 * len(run.edges.t_ns) - 2
 
 
 def test_the_e_stop_ends_the_pulses(running: Client, pi: ModelledPi) -> None:
