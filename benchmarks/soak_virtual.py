@@ -33,6 +33,8 @@ SAMPLE_S = 120.0
 MB = 2**20
 SIZE_MB, BALLAST_SPARE_MB, AGE_S = 24.0, 12.0, 45.0
 """Rotation, in turns: by size; for free space beside a growing other file; by age (wall time)."""
+BALLAST_GROWS_MB = 0.2
+"""Of that other file at every look: it takes 6 of the 12 MB in an hour."""
 REPORT_HOURS = 1.0
 
 
@@ -52,6 +54,7 @@ class VirtualSoak:
         self._actions = Actions(self.controller, JobStore(folder / "sent"), self.folder, self._note)
         self._edges_told = [0, 0, 0]
         self._offset = (0, 0, 0)
+        self._ballast = self.folder / "something.else"
         self._sampled_s = 0.0
         self._shifts = itertools.count()
         self._kept = KeptRecordings(max_gib=SIZE_MB * MB / GIB, keep_free_gib=0.0)
@@ -177,11 +180,10 @@ class VirtualSoak:
     def _rotate_by(self, turn: int) -> None:
         """Size, free space, age in turns; every one is the limit that binds."""
         self.tally.count(f"shifts with recordings kept by {('size', 'space', 'age')[turn]}")
-        ballast = self.folder / "something.else"
-        ballast.unlink(missing_ok=True)
+        self._ballast.unlink(missing_ok=True)
         free_gib = 0.0
         if turn == 1:
-            ballast.write_bytes(bytes(MB))
+            self._ballast.write_bytes(bytes(MB))
             spare = shutil.disk_usage(self.folder).free / MB + self._recorded()[1]
             free_gib = (spare - BALLAST_SPARE_MB) * MB / GIB
         size_gib = SIZE_MB * MB / GIB
@@ -191,6 +193,9 @@ class VirtualSoak:
         )
 
     def _sample(self) -> None:
+        if self._ballast.exists():
+            with self._ballast.open("ab") as growing:
+                growing.write(bytes(round(BALLAST_GROWS_MB * MB)))
         gone = RecordingKeeper(self.folder, self._kept).tidy()
         self.tally.count("recordings deleted", len(gone))
         bench = self.controller.machine.bench
