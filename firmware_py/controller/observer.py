@@ -28,6 +28,8 @@ class Observer:
             self._watch.sent(sent)
         if self._machine.servo is not None:
             self._journal.servo(self._machine.servo.take_samples())
+        elif self._machine.world is not None:
+            self._machine.world.keep_up(self._machine.clock.now_ns())
 
     def restart(self, now_ns: int) -> None:
         """The counters were set: what was before says nothing about what comes."""

@@ -30,6 +30,8 @@ MEMORY_S = 5.0
 DROOP_RAD = 0.2
 MOST_AT_ONCE = 500
 """Samples in one block: nobody may have looked for a night."""
+UNWATCHED_S = 1.0
+"""After this long without a look it is worked out all the same: an hour at once takes 13 s."""
 AVERAGED = 8
 """Points over which the light of one sample is averaged."""
 
@@ -91,6 +93,12 @@ class SimulatedRobot:
             samples = self._window(start_ns, end_ns)
         column = AXES.index(axis)
         return _mean([(one.t_ns, one.ranges_m[column]) for one in samples], start_ns, end_ns)
+
+    def keep_up(self, now_ns: int) -> None:
+        """Work out what nobody has looked at, now and then; without effects nothing needs it."""
+        if self._nominal is None and now_ns - self._next_ns > ns(UNWATCHED_S):
+            with self._lock:
+                self._advance(now_ns)
 
     def switch_pressed(self, motor: int) -> bool:
         """Whether the home switch of an arm (0 to 2) is closed: it stands at home or above."""

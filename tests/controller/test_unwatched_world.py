@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import math
 import tracemalloc
+from pathlib import Path
 
 import pytest
 
+from firmware_py.controller.build import build_controller
 from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
-from firmware_py.simulation.world import SimulatedRobot
-from foundation.clock import NS_PER_S
-from models.robot import AXES, EffectEntry
+from firmware_py.simulation.world import GRID_S, SimulatedRobot
+from foundation.clock import NS_PER_S, sleep_s
+from models.chain import OnlineChain, Outputs
+from models.robot import AXES, EffectEntry, FloatArray
 
 PLAY = EffectEntry(effect="gear_backlash", component="motor1", parameters={"width": 0.02})
 FEW_SECONDS_NS, UNWATCHED_NS = 3 * NS_PER_S, 40 * NS_PER_S
+PLAY_BUILT = """
+as_built:
+  effects:
+    - {effect: gear_backlash, component: motor1, parameters: {width: 0.02}}
+"""
 STEADY_BYTES = 2_000_000
 """Five seconds remembered, and a block on its way; all at once would be 3 MB, with play 14."""
 
@@ -62,3 +70,25 @@ def test_nobody_looking_costs_no_memory(robot: RobotFile) -> None:
     finally:
         tracemalloc.stop()
     assert peak_bytes < STEADY_BYTES
+
+
+def test_a_night_is_not_worked_out_when_somebody_looks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A machine with effects remembers: an hour with the drives off is 1.8 million samples."""
+    worked_out: list[int] = []
+    advance = OnlineChain.advance
+
+    def counted(chain: OnlineChain, t_s: FloatArray, counts: FloatArray) -> Outputs:
+        worked_out.append(len(t_s))
+        return advance(chain, t_s, counts)
+
+    monkeypatch.setattr(OnlineChain, "advance", counted)
+    built = tmp_path / "built.yaml"
+    built.write_text((CONFIG_FOLDER / "zhao-2023.yaml").read_text() + PLAY_BUILT)
+    controller = build_controller(built, simulated=True, realtime=False, recordings=tmp_path)
+    sleep_s(controller.clock, 10.0)
+    worked_out.clear()
+    controller.power_on()
+    controller.close()
+    assert sum(worked_out) * GRID_S < 2.0
