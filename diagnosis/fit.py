@@ -18,7 +18,7 @@ from diagnosis.readings import FloatArray
 STEPS = 6
 CLOSE_ENOUGH = 0.02
 """A step that lowers the cost by less than this ends the fit."""
-MOMENTS = (-3, -1, 1, 3)
+MOMENTS = (-6, -3, -1, 1, 3, 6)
 """Readings by which the moment of an event is moved, to see whether that fits better."""
 
 

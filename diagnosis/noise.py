@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.signal import lfilter
 
 from diagnosis.readings import MAD_TO_SIGMA, FloatArray, Readings
 
@@ -13,6 +14,9 @@ ORDER = 2
 HUBER = 2.5
 LONGEST_HOLE = 5
 """Samples missing in a row over which the autoregression is still carried."""
+
+WARM_UP = 200
+"""Samples after which a draw has forgotten how it began."""
 
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
 
@@ -73,6 +77,15 @@ class Whitener:
         weight = np.sqrt(np.minimum(1.0, HUBER / np.maximum(np.abs(plain), 1e-12)))
         return Whitener(self.channels, weight)
 
+    def drawn(self, rng: np.random.Generator, rows: int) -> FloatArray:
+        """A draw of noise as the channels have it, (rows, channels); 0 where nothing was read."""
+        drawn = np.zeros((rows, len(self.channels)))
+        for column, noise in enumerate(self.channels):
+            seen = np.unique(noise.rows)
+            fresh = noise.sigma * rng.standard_normal(len(seen) + WARM_UP)
+            drawn[seen, column] = lfilter([1.0], [1.0, *-noise.phi], fresh)[WARM_UP:]
+        return drawn
+
 
 def history(readings: Readings, valid: Any) -> list[IntArray]:
     """For each channel the rows of its valid samples with their ORDER valid predecessors."""
@@ -104,7 +117,7 @@ def estimate(readings: Readings, valid: Any, residual: FloatArray) -> Whitener:
         gram = table.T @ table / len(table)
         normal = gram[1:, 1:] + 1e-9 * gram[0, 0] * np.eye(ORDER)
         phi: FloatArray = np.linalg.solve(normal, gram[1:, 0])
-        phi = _stationary(phi)
+        phi = stationary(phi)
         innovation = table[:, 0] - table[:, 1:] @ phi
         core = np.abs(innovation) < 4 * MAD_TO_SIGMA * np.median(np.abs(innovation)) + 1e-15
         sigma = max(float(np.std(innovation[core])), 0.3 * _rounding(readings.values[:, column]))
@@ -113,7 +126,7 @@ def estimate(readings: Readings, valid: Any, residual: FloatArray) -> Whitener:
     return Whitener(tuple(channels), np.ones(size)).weighed(residual)
 
 
-def _stationary(phi: FloatArray) -> FloatArray:
+def stationary(phi: FloatArray) -> FloatArray:
     """Pull the roots inside 0.98, so that constants and slow changes keep some evidence."""
     while len(phi) and np.abs(np.roots(np.concatenate([[1.0], -phi]))).max() > 0.98:
         phi = phi * 0.97

@@ -18,9 +18,8 @@ from diagnosis.free_shapes import FINE_PIECES, FreeShape, free_shapes, way_shape
 from diagnosis.model import Model
 from diagnosis.noise import IntArray, estimate
 from diagnosis.readings import BoolArray, FloatArray, without_outliers
+from diagnosis.saturated import given_back, saturated
 from diagnosis.score import BLOCK_S, Scorer, doubt
-
-RIDGE = 1e-5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,31 +65,22 @@ def prepare(
         fitter = Fitter(model, whitener, model.nuisances)
         bank.whiten(fitter)
         gram = np.asarray(bank.white.T @ bank.white, dtype=np.float64)
-        left = residual - _saturated(bank, gram, fitter, residual)
+        left = residual - saturated(bank, gram, fitter, residual)
         whitener = estimate(readings, valid, left)
     fitter = Fitter(model, whitener, model.nuisances)
     bank.whiten(fitter)
+    whitener, larger = given_back(bank, fitter, valid)
+    fitter = Fitter(model, whitener, model.nuisances)
+    bank.whiten(fitter)
     scorer = Scorer(bank)
-    left = residual - _saturated(bank, scorer.gram, fitter, residual)
+    left = residual - saturated(bank, scorer.gram, fitter, residual)
     scorer.inflation = _inflation(bank, fitter, fitter.whiten(left))
     small = small_errors(fitter, [n.term for n in model.nuisances])[: fitter.rows]
     with_small = np.asarray(bank.white.T @ small.astype(np.float32), dtype=np.float64)
     parts = [entry.columns for entry in bank.entries]
     scorer.doubt = np.array([doubt(scorer.gram[p, p], with_small[p]) for p in parts])
     fine = [*free_shapes(model, FINE_PIECES), *way_shapes(model)]
-    return Prepared(model, fitter, bank, scorer, valid, fine, left, small)
-
-
-def _saturated(bank: Bank, gram: FloatArray, fitter: Fitter, residual: FloatArray) -> FloatArray:
-    """What the whole bank explains of a residual, (n, channels)."""
-    along = np.asarray(bank.white.T @ fitter.whiten(residual).astype(np.float32), dtype=np.float64)
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
-    matrix = gram / np.outer(scale, scale) + RIDGE * np.eye(len(gram))
-    weights = np.linalg.solve(matrix, along / scale) / scale
-    explained = np.zeros_like(residual)
-    for entry, raw in zip(bank.entries, bank.raw, strict=True):
-        explained += raw @ weights[entry.columns]
-    return explained
+    return Prepared(model, fitter, bank, scorer, valid, fine, left * larger, small)
 
 
 def blocks_of(fitter: Fitter) -> IntArray:
