@@ -1,0 +1,80 @@
+"""The fit of the whole bank at once, and what it takes out of the noise that it is to show.
+
+Hundreds of columns also follow the noise a little, its slow part most: what they leave has too
+small a spread and too short a memory, and scores whitened by that come out too large. By how much
+is seen on noise drawn from the estimate itself and treated in the same way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from diagnosis.bank import Bank
+from diagnosis.fit import Fitter
+from diagnosis.noise import Whitener, estimate, stationary
+from diagnosis.readings import BoolArray, FloatArray
+
+RIDGE = 1e-5
+DRAWS = 8
+LONGEST = 0.9
+"""Sum of the coefficients up to which memory is given back: what remembers more than ten readings
+is rather a mismatch that no column follows.
+"""
+SEED = 20261121
+
+
+def saturated(bank: Bank, gram: FloatArray, fitter: Fitter, residual: FloatArray) -> FloatArray:
+    """What the whole bank explains of residuals, (n, channels) or (n, channels, k)."""
+    along = np.asarray(bank.white.T @ fitter.whiten(residual).astype(np.float32), dtype=np.float64)
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
+    matrix = gram / np.outer(scale, scale) + RIDGE * np.eye(len(gram))
+    weights = np.linalg.solve(matrix, (along.T / scale).T)
+    weights = (weights.T / scale).T
+    explained = np.zeros_like(residual)
+    for entry, raw in zip(bank.entries, bank.raw, strict=True):
+        explained += raw @ weights[entry.columns]
+    return explained
+
+
+def given_back(bank: Bank, fitter: Fitter, valid: BoolArray) -> tuple[Whitener, FloatArray]:
+    """The fitter's noise model with the memory and spread that the bank took from it.
+
+    Also how many times larger than what the bank leaves the noise is, (channels,).
+    """
+    readings, whiten = fitter.model.readings, fitter.whiten
+    rng = np.random.default_rng(SEED)
+    drawn = np.stack([whiten.drawn(rng, len(readings.t_s)) for _ in range(DRAWS)], axis=2)
+    gram = np.asarray(bank.white.T @ bank.white, dtype=np.float64)
+    left = drawn - saturated(bank, gram, fitter, drawn)
+    before = [estimate(readings, valid, drawn[:, :, k]).channels for k in range(DRAWS)]
+    after = [estimate(readings, valid, left[:, :, k]).channels for k in range(DRAWS)]
+    channels, larger = [], []
+    for number, noise in enumerate(whiten.channels):
+        pairs = [(b[number], a[number]) for b, a in zip(before, after, strict=True)]
+        taken = np.mean([b.phi - a.phi for b, a in pairs], axis=0)
+        louder = _ratio([(b.sigma, a.sigma) for b, a in pairs])
+        wider = _ratio([(b.spread, a.spread) for b, a in pairs])
+        share = _share(noise.phi, taken)
+        larger.append(louder + share * (wider - louder))
+        channels.append(
+            replace(
+                noise,
+                phi=stationary(noise.phi + share * taken),
+                sigma=noise.sigma * louder,
+                spread=noise.spread * larger[-1],
+            )
+        )
+    return Whitener(tuple(channels), whiten.weight), np.array(larger)
+
+
+def _ratio(pairs: list[tuple[float, float]]) -> float:
+    before, after = np.mean(pairs, axis=0)
+    return float(before / after) if after > 0.0 else 1.0
+
+
+def _share(phi: FloatArray, taken: FloatArray) -> float:
+    """How much of the memory that was taken may be given back, by `LONGEST`."""
+    room, more = LONGEST - float(phi.sum()), float(taken.sum())
+    return float(np.clip(room / more, 0.0, 1.0)) if more > 0.0 else 1.0
