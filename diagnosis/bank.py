@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.linalg.blas import ssyrk
 
 from diagnosis.candidate import Candidate, Shape, Term
 from diagnosis.fit import Fitter
@@ -40,7 +41,7 @@ class Entry:
 
 @dataclass(slots=True, eq=False)
 class Bank:
-    """Entries and their raw columns (n, channels, k); `white` follows the noise model."""
+    """Entries and their raw columns (k, channels, n); `white` follows the noise model."""
 
     entries: list[Entry] = field(default_factory=list)
     raw: list[FloatArray] = field(default_factory=list)
@@ -53,14 +54,21 @@ class Bank:
         """Append a test with columns (n, channels, k)."""
         first = self.entries[-1].columns.stop if self.entries else 0
         self.entries.append(Entry(candidate, shape, free, slice(first, first + raw.shape[2])))
-        self.raw.append(raw.astype(np.float32))
+        self.raw.append(np.ascontiguousarray(raw.T, dtype=np.float32))
 
     def whiten(self, fitter: Fitter) -> None:
         """Bring all columns under the fitter's noise model."""
         total = self.entries[-1].columns.stop
-        self.white = np.empty((fitter.rows, total), dtype=np.float32)
+        white: FloatArray = np.empty((total, fitter.rows), dtype=np.float32)
         for entry, raw in zip(self.entries, self.raw, strict=True):
-            self.white[:, entry.columns] = fitter.whiten(raw.astype(np.float64))
+            white[entry.columns] = fitter.whiten.each(raw)
+        self.white = white.T
+
+    def gram(self) -> FloatArray:
+        """Products of all whitened columns with each other, (c, c)."""
+        half = np.asarray(ssyrk(1.0, self.white, trans=1), dtype=np.float64)
+        whole: FloatArray = half + half.T - np.diag(np.diag(half))
+        return whole
 
 
 def build(model: Model) -> Bank:

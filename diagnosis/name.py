@@ -12,13 +12,14 @@ from diagnosis.blur import EXACT, blur_of
 from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.events import Jump, jumps
+from diagnosis.fine_scores import scores_of
 from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import FreeShape
 from diagnosis.pairs import best_pairs, leading, start_of
 from diagnosis.prepare import Prepared
 from diagnosis.prices import Trial, free_price, price, price_of
 from diagnosis.rhythm import rhythms
-from diagnosis.score import Calibration, Scores, calibrate, doubt, explained_by, orthonormal
+from diagnosis.score import Calibration, Scores, calibrate
 
 ALPHA = 0.003
 CHOICE = 12.0
@@ -92,19 +93,8 @@ class Search:
         return self._fine[solution]
 
     def _score_fine(self, solution: Solution) -> list[tuple[FreeShape, float, float]]:
-        fitter = self.fitter
-        basis = orthonormal(solution.tangent)[: fitter.rows]
-        residual = solution.residual[: fitter.rows]
-        ports = self.prepared.model.ports()
-        found = []
-        for free in self.prepared.fine:
-            columns = fitter.whiten(free.columns(ports[free.port]))
-            left = columns - basis @ (basis.T @ columns)
-            gain, rank = explained_by(left, residual)
-            small = self.prepared.small
-            doubted = 1.0 if small is None else doubt(left.T @ left, left.T @ small)
-            found.append((free, gain, log_sf(gain / doubted, rank)))
-        return sorted([*found, *rhythms(fitter, solution)], key=lambda item: item[2])
+        fine = scores_of(self.prepared.fine, self.fitter, solution, self.prepared.small)
+        return sorted([*fine, *rhythms(self.fitter, solution)], key=lambda item: item[2])
 
     def trials(
         self, solution: Solution, without: Sequence[tuple[str, ...]] = (), groups: bool = False

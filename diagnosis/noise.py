@@ -59,6 +59,20 @@ class Whitener:
         weight = self.weight.astype(joined.dtype, copy=False)
         return joined * (weight if joined.ndim == 1 else weight[:, None])
 
+    def each(self, columns: FloatArray) -> FloatArray:
+        """The same for many columns laid out one after another: (k, channels, n) -> (k, m)."""
+        parts = []
+        for column, noise in enumerate(self.channels):
+            x = columns[:, column]
+            white = x.take(noise.rows[:, 0], axis=1)
+            for lag, phi in enumerate(noise.phi, start=1):
+                white -= float(phi) * x.take(noise.rows[:, lag], axis=1)
+            white /= noise.sigma
+            parts.append(white)
+        joined: FloatArray = np.concatenate(parts, axis=1)
+        joined *= self.weight.astype(joined.dtype, copy=False)
+        return joined
+
     @property
     def rows(self) -> IntArray:
         """Row of each whitened value, (m,)."""

@@ -18,8 +18,11 @@ from diagnosis.free_shapes import FINE_PIECES, FreeShape, free_shapes, way_shape
 from diagnosis.model import Model
 from diagnosis.noise import IntArray, estimate
 from diagnosis.readings import BoolArray, FloatArray, without_outliers
-from diagnosis.saturated import given_back, saturated
+from diagnosis.saturated import Saturated, given_back
 from diagnosis.score import BLOCK_S, Scorer, doubt
+
+ROUNDS = 2
+"""The first is whitened by a noise that still has the whole mismatch in it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,19 +64,16 @@ def prepare(
     residual = np.nan_to_num(readings.values) - predicted
     valid = without_outliers(residual, valid)
     whitener = estimate(readings, valid, residual)
-    for _ in range(2):
+    for _ in range(ROUNDS if reference is None else 1):
         fitter = Fitter(model, whitener, model.nuisances)
         bank.whiten(fitter)
-        gram = np.asarray(bank.white.T @ bank.white, dtype=np.float64)
-        left = residual - saturated(bank, gram, fitter, residual)
+        fit = Saturated(bank, fitter)
+        left = residual - fit(residual)
         whitener = estimate(readings, valid, left)
-    fitter = Fitter(model, whitener, model.nuisances)
-    bank.whiten(fitter)
-    whitener, larger = given_back(bank, fitter, valid)
+    whitener, larger = given_back(fit, whitener, valid)
     fitter = Fitter(model, whitener, model.nuisances)
     bank.whiten(fitter)
     scorer = Scorer(bank)
-    left = residual - saturated(bank, scorer.gram, fitter, residual)
     scorer.inflation = _inflation(bank, fitter, fitter.whiten(left))
     small = small_errors(fitter, [n.term for n in model.nuisances])[: fitter.rows]
     with_small = np.asarray(bank.white.T @ small.astype(np.float32), dtype=np.float64)

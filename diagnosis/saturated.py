@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg import lu_factor, lu_solve
 
 from diagnosis.bank import Bank
 from diagnosis.fit import Fitter
@@ -25,29 +26,38 @@ is rather a mismatch that no column follows.
 SEED = 20261121
 
 
-def saturated(bank: Bank, gram: FloatArray, fitter: Fitter, residual: FloatArray) -> FloatArray:
-    """What the whole bank explains of residuals, (n, channels) or (n, channels, k)."""
-    along = np.asarray(bank.white.T @ fitter.whiten(residual).astype(np.float32), dtype=np.float64)
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
-    matrix = gram / np.outer(scale, scale) + RIDGE * np.eye(len(gram))
-    weights = np.linalg.solve(matrix, (along.T / scale).T)
-    weights = (weights.T / scale).T
-    explained = np.zeros_like(residual)
-    for entry, raw in zip(bank.entries, bank.raw, strict=True):
-        explained += raw @ weights[entry.columns]
-    return explained
+class Saturated:
+    """Least squares of all columns of a whitened bank together."""
+
+    def __init__(self, bank: Bank, fitter: Fitter):
+        gram = bank.gram()
+        self.bank = bank
+        self.fitter = fitter
+        self.scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
+        matrix = gram / np.outer(self.scale, self.scale) + RIDGE * np.eye(len(gram))
+        self.factor = lu_factor(matrix, overwrite_a=True)
+
+    def __call__(self, residual: FloatArray) -> FloatArray:
+        """What the whole bank explains of residuals, (n, channels) or (n, channels, k)."""
+        white = self.fitter.whiten(residual).astype(np.float32)
+        along = np.asarray(self.bank.white.T @ white, dtype=np.float64)
+        weights = (lu_solve(self.factor, (along.T / self.scale).T).T / self.scale).T
+        explained = np.zeros_like(residual)
+        for entry, raw in zip(self.bank.entries, self.bank.raw, strict=True):
+            part = weights[entry.columns].astype(np.float32)
+            explained += np.tensordot(raw, part, axes=(0, 0)).swapaxes(0, 1)
+        return explained
 
 
-def given_back(bank: Bank, fitter: Fitter, valid: BoolArray) -> tuple[Whitener, FloatArray]:
-    """The fitter's noise model with the memory and spread that the bank took from it.
+def given_back(fit: Saturated, whiten: Whitener, valid: BoolArray) -> tuple[Whitener, FloatArray]:
+    """A noise model of what a fit has left, with the memory and spread that the fit took from it.
 
-    Also how many times larger than what the bank leaves the noise is, (channels,).
+    Also how many times larger than what is left the noise is, (channels,).
     """
-    readings, whiten = fitter.model.readings, fitter.whiten
+    readings = fit.fitter.model.readings
     rng = np.random.default_rng(SEED)
     drawn = np.stack([whiten.drawn(rng, len(readings.t_s)) for _ in range(DRAWS)], axis=2)
-    gram = np.asarray(bank.white.T @ bank.white, dtype=np.float64)
-    left = drawn - saturated(bank, gram, fitter, drawn)
+    left = drawn - fit(drawn)
     before = [estimate(readings, valid, drawn[:, :, k]).channels for k in range(DRAWS)]
     after = [estimate(readings, valid, left[:, :, k]).channels for k in range(DRAWS)]
     channels, larger = [], []

@@ -37,7 +37,7 @@ class Scorer:
         self.inflation = np.ones(len(bank.entries)) if inflation is None else inflation
         self.doubt = np.ones(len(bank.entries))
         """How many times more a score may be by what no robot file promises (`exactness.py`)."""
-        self.gram = np.asarray(bank.white.T @ bank.white, dtype=np.float64)
+        self.gram = bank.gram()
 
     def project(self, tangent: FloatArray, residual: FloatArray) -> tuple[FloatArray, FloatArray]:
         """What columns share with the tangent's basis, (c, p), and with what it leaves, (c,)."""

@@ -1,0 +1,52 @@
+"""Scores of finely resolved free shapes, of which each reading meets a few columns only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.sparse import csr_array, diags_array, vstack
+
+from diagnosis.chance import log_sf
+from diagnosis.fit import Fitter, Solution
+from diagnosis.free_shapes import FreeShape
+from diagnosis.noise import Whitener
+from diagnosis.readings import FloatArray
+from diagnosis.score import doubt, gain_of, orthonormal
+
+
+def scores_of(
+    shapes: Sequence[FreeShape], fitter: Fitter, solution: Solution, small: FloatArray | None
+) -> list[tuple[FreeShape, float, float]]:
+    """Each shape with the chi-square it would gain beside a solution, and log p of that.
+
+    small: whitened changes by what no robot file can promise, (m, k).
+    """
+    basis = orthonormal(solution.tangent)[: fitter.rows]
+    residual = solution.residual[: fitter.rows]
+    rest = residual - basis @ (basis.T @ residual)
+    ports = fitter.model.ports()
+    if small is not None:
+        small = small - basis @ (basis.T @ small)
+    found = []
+    for free in shapes:
+        columns = _whitened(fitter.whiten, ports[free.port], csr_array(free.basis))
+        shared = columns.T @ basis
+        gram = (columns.T @ columns).toarray()
+        left = gram - shared @ shared.T
+        _, gain, rank = gain_of(left, columns.T @ rest, np.diag(gram))
+        doubted = 1.0 if small is None else doubt(left, columns.T @ small)
+        found.append((free, gain, log_sf(gain / doubted, rank)))
+    return found
+
+
+def _whitened(whiten: Whitener, change: FloatArray, basis: csr_array) -> csr_array:
+    """Whitened columns (m, k) of a shape's basis (n, k) that changes channels as `change` does."""
+    parts = []
+    for column, noise in enumerate(whiten.channels):
+        moved = diags_array(change[:, column]) @ basis
+        white = moved[noise.rows[:, 0]]
+        for lag, phi in enumerate(noise.phi, start=1):
+            white = white - float(phi) * moved[noise.rows[:, lag]]
+        parts.append(white / noise.sigma)
+    return diags_array(whiten.weight) @ vstack(parts, format="csr")
