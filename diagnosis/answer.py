@@ -27,6 +27,7 @@ from diagnosis.result import (
 )
 from diagnosis.settle import Standing
 from diagnosis.sizes import covariance, parameters
+from diagnosis.usual import usual
 from diagnosis.words import regime
 
 SHARE_OF_AXIS = 0.2
@@ -48,8 +49,8 @@ class Outcome:
 
 
 def findings(outcome: Outcome) -> list[Finding]:
-    """All findings, the one that explains most first."""
-    solution = outcome.solution
+    """All findings, the one that explains most first; what every machine may have comes last."""
+    solution, model = outcome.solution, outcome.fitter.model
     cov = covariance(outcome.fitter, solution)
     total = max(outcome.explained.nominal.cost - outcome.explained.solution.cost, 1e-9)
     found = [
@@ -57,7 +58,8 @@ def findings(outcome: Outcome) -> list[Finding]:
     ]
     found += [_free(outcome, number, total) for number in range(len(solution.frees))]
     found += [_stale(outcome, run) for run in outcome.stale]
-    return sorted(found, key=lambda f: -f.evidence.delta_chi2)
+    small = {t.candidate.key[:2] for t in solution.terms if usual(model, t)}
+    return sorted(found, key=lambda f: ((f.effect, f.component) in small, -f.evidence.delta_chi2))
 
 
 def _named(

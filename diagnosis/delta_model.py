@@ -53,9 +53,10 @@ class DeltaModel:
         self._late = self._latency()
         half = 0.5 * self._period
         read_late = replace(
-            self._late, coordinates=(Coordinate("time", step=2e-3, low=0.0, high=3.0 * half),)
+            self._late, coordinates=(Coordinate("time", step=2e-3, low=0.0, high=2.0 * half),)
         )
-        # Somewhere within a sample: between the middle of the exposure and its end.
+        # Somewhere within a sample, between the middle of the exposure and its end; never later
+        # than the next sample.
         late = Nuisance(Term(read_late, np.array([0.5 * half])), (0.5 * half,))
         self.nuisances = [late] if self._timed else []
         self.candidates = self._candidates()

@@ -6,21 +6,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.candidate import Term
 from diagnosis.challenge import challenge, free_rivals
-from diagnosis.delta_candidates import TOLERANCES
 from diagnosis.fit import Fitter, Solution
 from diagnosis.name import ALPHA, CHOICE, Progress, Search
 from diagnosis.noise import Whitener, estimate
 from diagnosis.prepare import Prepared, prepare
 from diagnosis.readings import BoolArray, FloatArray
 from diagnosis.settle import Standing, in_parts, settle
+from diagnosis.usual import usual
 
 PROMOTED = 12.0
 """Chi-square that lifting the prior of a tolerance must gain to make it a finding."""
 MOST_FREES = 2
-WITHIN = 2.0
-"""Usual spreads within which an error is no fault by itself."""
 CALMER = 0.99
 """Noise that shrinks by more than this once an explanation is found had mismatch in it."""
 MOST_ROUNDS = 3
@@ -130,19 +127,8 @@ def _small(search: Search, solution: Solution) -> bool:
 
     By itself it is a finding; beside a fault it says how the machine was built.
     """
-    usual = {n.term.candidate.key: n.spread for n in search.prepared.model.tolerances}
-    return len(solution.terms) > 1 and any(
-        bool(np.all(np.abs(_sizes(term)) < WITHIN * np.array(usual[term.candidate.key])))
-        for term in solution.terms
-        if term.candidate.key in usual and term.candidate.effect in TOLERANCES
-    )
-
-
-def _sizes(term: Term) -> FloatArray:
-    """How far the moved coordinates are from doing nothing."""
-    moved = term.candidate.moved
-    sizes: FloatArray = term.at[moved] - np.array(term.candidate.shapes[0].origin)[moved]
-    return sizes
+    model = search.prepared.model
+    return len(solution.terms) > 1 and any(usual(model, term) for term in solution.terms)
 
 
 def _promoted(search: Search, solution: Solution) -> Solution:

@@ -1,0 +1,22 @@
+"""Errors no larger than every machine built with care may have."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from diagnosis.candidate import Term
+from diagnosis.delta_candidates import TOLERANCES
+from diagnosis.model import Model
+
+WITHIN = 2.0
+"""Usual spreads within which an error is no fault by itself."""
+
+
+def usual(model: Model, term: Term) -> bool:
+    """Whether a wrong size of the machine is within what building leaves."""
+    candidate = term.candidate
+    spreads = {n.term.candidate.key: n.spread for n in model.tolerances}
+    if candidate.effect not in TOLERANCES or candidate.key not in spreads:
+        return False
+    size = term.at[candidate.moved] - np.array(candidate.shapes[0].origin)[candidate.moved]
+    return bool(np.all(np.abs(size) < WITHIN * np.array(spreads[candidate.key])))

@@ -1,0 +1,45 @@
+"""An error that every machine may have comes after a fault, however well it shows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from diagnosis.candidate import Term
+from diagnosis.command import diagnose_recordings
+from diagnosis.delta_candidates import TOLERANCES
+from diagnosis.delta_model import DeltaModel
+from diagnosis.usual import WITHIN, usual
+from models.robot import DeltaRobot, EffectEntry
+from recording.flat import FlatRecording
+
+Record = Callable[..., FlatRecording]
+
+
+def test_what_is_usual_is_a_wrong_size_within_its_spread(delta: DeltaRobot, record: Record) -> None:
+    model = DeltaModel(delta, [record(seconds=10.0)])
+    own = {c.effect: c for c in model.candidates}
+    most_m = WITHIN * TOLERANCES["forearm_length"]
+    assert usual(model, Term(own["forearm_length"], np.array([0.99 * most_m])))
+    assert not usual(model, Term(own["forearm_length"], np.array([-1.01 * most_m])))
+    backlash = own["gear_backlash"]
+    assert not usual(model, Term(backlash, np.array(backlash.shapes[0].origin)))
+
+
+def test_a_late_sensor_is_not_taken_for_the_usual_lateness(
+    delta: DeltaRobot, record: Record
+) -> None:
+    late = EffectEntry(effect="sensor_latency", component="sensors", parameters={"time": 0.03})
+    answer = diagnose_recordings(delta, [record(late, seconds=40.0)])
+    assert [f.effect for f in answer.findings] == ["sensor_latency"]
+
+
+def test_a_small_error_comes_after_a_fault(delta: DeltaRobot, record: Record) -> None:
+    home = EffectEntry(effect="home_offset", component="motor1", parameters={"angle": 3.2e-3})
+    swelling = EffectEntry(
+        effect="sensor_crosstalk", component="range_y", parameters={"curvature": 0.0015}
+    )
+    answer = diagnose_recordings(delta, [record(home, swelling, seconds=45.0)])
+    assert [f.effect for f in answer.findings] == ["sensor_crosstalk", "home_offset"]
+    assert answer.findings[1].evidence.delta_chi2 > answer.findings[0].evidence.delta_chi2
