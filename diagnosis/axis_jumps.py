@@ -9,9 +9,9 @@ from diagnosis import axis_candidates as moves
 from diagnosis.candidate import Term
 from diagnosis.fit import Fitter, Solution
 from diagnosis.model import Model
+from diagnosis.orthonormal import orthonormal
 from diagnosis.prices import EVENT_PRICE, Trial
 from diagnosis.readings import FloatArray
-from diagnosis.score import orthonormal
 from models.effects.lone_axis import COMPONENT, command_effects
 
 EDGE = 0.05

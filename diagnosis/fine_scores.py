@@ -11,8 +11,9 @@ from diagnosis.chance import log_sf
 from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import FreeShape
 from diagnosis.noise import Whitener
+from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import FloatArray
-from diagnosis.score import doubt, gain_of, orthonormal
+from diagnosis.score import doubt, gain_of
 
 
 def scores_of(

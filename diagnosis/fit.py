@@ -13,6 +13,7 @@ from diagnosis.free_shapes import FreeShape
 from diagnosis.model import Model
 from diagnosis.noise import Whitener
 from diagnosis.nuisance import Nuisance
+from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import FloatArray
 
 STEPS = 6
@@ -111,7 +112,7 @@ class Fitter:
                 if len(self.model.nuisances) <= number < len(nuisances):
                     self._kept[number, i] = column
         rows = self.rows + len(self._centre)
-        return np.stack(columns, axis=1) if columns else np.zeros((rows, 0))
+        return np.stack(columns).T if columns else np.zeros((rows, 0))
 
     def free_tangent(self, frees: Sequence[FreeShape]) -> FloatArray:
         """Whitened columns of free shapes, (m, q)."""
@@ -132,7 +133,7 @@ class Fitter:
         nuisances, terms = given_back(self.model.nuisances, nuisances, tuple(terms))
         terms = aligned(terms)
         linear = self.free_tangent(frees)
-        basis = np.linalg.qr(linear)[0] if linear.shape[1] else linear
+        basis = orthonormal(linear)
         predicted = self.model.predict([*nuisances, *terms])
         residual = self._residual(predicted, nuisances)
         cost = _cost(residual, basis)
@@ -239,11 +240,11 @@ def _cost(residual: FloatArray, basis: FloatArray) -> float:
     return float(residual @ residual - along @ along)
 
 
-def _damped(jac: FloatArray, residual: FloatArray, damping: float) -> FloatArray:
-    gram = jac.T @ jac
+def _damped(gram: FloatArray, along: FloatArray, damping: float) -> FloatArray:
+    """A damped step from the normal equations."""
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
-    gram = gram / np.outer(scale, scale) + damping * np.eye(len(gram))
-    step: FloatArray = np.linalg.lstsq(gram, jac.T @ residual / scale, rcond=1e-10)[0] / scale
+    matrix = gram / np.outer(scale, scale) + damping * np.eye(len(gram))
+    step: FloatArray = np.linalg.lstsq(matrix, along / scale, rcond=1e-10)[0] / scale
     return step
 
 
@@ -258,10 +259,12 @@ def _bounded_step(
         for i in term.candidate.moved
     ]  # fmt: skip
     low, high = np.array(room).T
+    gram, along = jac.T @ jac, jac.T @ residual
     free = np.ones(jac.shape[1], dtype=bool)
     step = np.zeros(jac.shape[1])
     for _ in range(3):
-        step[free] = _damped(jac[:, free], residual - jac[:, ~free] @ step[~free], damping)
+        held = along[free] - gram[np.ix_(free, ~free)] @ step[~free]
+        step[free] = _damped(gram[np.ix_(free, free)], held, damping)
         own = step[: len(low)]
         out = free[: len(low)] & ((own < low) | (own > high))
         if not out.any():

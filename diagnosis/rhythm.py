@@ -12,8 +12,9 @@ import numpy as np
 from diagnosis.chance import log_sf
 from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import FreeShape, waves
+from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import FloatArray
-from diagnosis.score import explained_by, orthonormal
+from diagnosis.score import explained_by
 
 FEWEST_TURNS = 6.0
 """Slower ones are seen by the splines over time."""

@@ -9,6 +9,7 @@ from scipy.special import chdtrc
 
 from diagnosis.bank import Bank
 from diagnosis.chance import log_sf
+from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import FloatArray
 
 DRAWS = 1000
@@ -66,16 +67,6 @@ class Scorer:
         sure = np.array(gains) / self.doubt
         logs = np.array([log_sf(g, int(d)) for g, d in zip(sure, degrees, strict=True)])
         return Scores(np.array(gains), logs, steps, infos)
-
-
-def orthonormal(tangent: FloatArray) -> FloatArray:
-    """Orthonormal basis of the columns (those that count)."""
-    if not tangent.shape[1]:
-        return tangent
-    scaled = tangent / np.maximum(np.linalg.norm(tangent, axis=0), 1e-30)
-    u, s, _ = np.linalg.svd(scaled, full_matrices=False)
-    basis: FloatArray = u[:, s > 1e-7 * s[0]]
-    return basis
 
 
 def gain_of(

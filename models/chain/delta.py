@@ -70,8 +70,8 @@ class Chain:
                 effect.act(flow)
         self._assemble(flow, at(active, Port.LINKAGE))
         true_rad = flow.angles_rad
-        lost = ~np.isfinite(flow.position_m).all(axis=1)
-        if lost.any():
+        known = np.isfinite(flow.position_m)
+        if not known.all():
             # What remembers (ringing, a stop) must not remember a robot at nowhere for ever.
             flow.position_m = standing(flow.position_m)
         for effect in at(active, Port.PLATFORM):
@@ -83,7 +83,8 @@ class Chain:
         flow.measured_rad = true_rad.copy()
         for effect in at(active, Port.ENCODER):
             effect.act(flow)
-        if lost.any():
+        if not known.all():
+            lost = ~known.all(axis=1)
             flow.position_m[lost] = flow.ranges_m[lost] = np.nan
         return Outputs(true_rad, flow.position_m, flow.ranges_m, flow.measured_rad)
 
@@ -125,8 +126,11 @@ class Chain:
 
 def standing(rows: FloatArray) -> FloatArray:
     """Rows (n, k) that stay as they last were where any of their values is unknown."""
-    lost = ~np.isfinite(rows).all(axis=1)
-    if not lost.any() or lost.all():
+    known = np.isfinite(rows)
+    if known.all():
+        return rows
+    lost = ~known.all(axis=1)
+    if lost.all():
         return rows
     last = np.maximum.accumulate(np.where(lost, -1, np.arange(len(rows))))
     held: FloatArray = rows[np.where(last < 0, np.argmin(lost), last)]

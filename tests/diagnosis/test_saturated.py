@@ -11,9 +11,10 @@ from diagnosis.delta_model import DeltaModel
 from diagnosis.fine_scores import scores_of
 from diagnosis.fit import Fitter
 from diagnosis.noise import Whitener, estimate
+from diagnosis.orthonormal import orthonormal
 from diagnosis.prepare import prepare
 from diagnosis.saturated import LONGEST, Saturated, given_back
-from diagnosis.score import explained_by, orthonormal
+from diagnosis.score import explained_by
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording
 
