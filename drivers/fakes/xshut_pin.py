@@ -33,6 +33,7 @@ class XshutPin(MockPin):  # type: ignore[misc]  # gpiozero has no types
     def _change_state(self, value: bool) -> bool:
         changed = bool(super()._change_state(value))
         if changed:
+            self.clear_states()  # gpiozero's history grows with every switching on, for ever
             self.on_level(bool(value))
         return changed
 

@@ -164,10 +164,11 @@ def test_one_that_was_reset_comes_back_while_the_others_go_on(started: Backend) 
 
 
 def test_a_second_start_resets_and_goes_on(started: Backend) -> None:
-    started.collect(wanted=3)
+    before = started.collect(wanted=15)  # so many that a busy machine does not hide the reset
     started.bank.start()
-    readings = started.collect(wanted=3)
-    assert min(reading.stream_count for reading in readings) <= 3
+    after = started.collect(wanted=3)
+    counted_before, counted_after = ([one.stream_count for one in of] for of in (before, after))
+    assert min(counted_after) <= max(counted_before) // 2
 
 
 def test_after_close_there_is_nothing(started: Backend) -> None:
