@@ -48,6 +48,7 @@ class ActiveJob:
         self._machine = machine
         self._journal = journal
         self._settled_ns = 0
+        self._recorder: RunRecorder | None = None
         self._lost_before = machine.bench.memory.lost() if machine.bench else (0, 0, 0)
 
     def begin(self, now_ns: int) -> None:
@@ -118,7 +119,7 @@ class ActiveJob:
         self._journal.event(self._machine.clock.now_ns(), "steps_lost", loss.says())
 
     def abort(self) -> None:
-        """The pulses have stopped already: finish the recording."""
+        """The pulses have stopped already: nothing more is recorded."""
         self._end()
 
     def progress(self, now_ns: int) -> float:
@@ -132,10 +133,15 @@ class ActiveJob:
         left_ns = self._stream.end_ns - self._feeder.motion_ns(now_ns)
         return max(0.0, left_ns / NS_PER_S)
 
+    def close_recording(self) -> None:
+        """Finish the file of a job that has ended, which takes as long as the disk does."""
+        if self._recorder is not None:
+            self._recorder.close()
+            self.recording_error = self._recorder.failed
+
     def _end(self) -> None:
         self._note_lost_steps()
-        self.recording_error = self._journal.failed
-        self._journal.close()
+        self._recorder = self._journal.detach()
         self.phase = Phase.ENDED
 
     def _note_lost_steps(self) -> None:

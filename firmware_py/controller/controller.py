@@ -59,6 +59,8 @@ class Controller:
         self._robot_file = robot_file
         self._recordings = recordings
         self._results = Results()
+        self._unfinished: list[tuple[ActiveJob, str, str]] = []
+        """Jobs that have ended and whose recordings are not closed yet."""
         self._numbers = itertools.count(1)
         self._lock = threading.RLock()
         self._loops = 0
@@ -203,6 +205,8 @@ class Controller:
             self._control_task.stop()
         self.machine.close()
         self.journal.close()
+        for ended in tuple(self._unfinished):
+            self._finish(*ended)
 
     # The loops
 
@@ -271,7 +275,7 @@ class Controller:
         job.advance(now_ns)
         if job.phase is Phase.ENDED:
             self.job = None
-            self._results.ran(job, "cancelled" if job.cancelled else "done", "")
+            self._finish_later(job, "cancelled" if job.cancelled else "done", "")
             self._enter(State.READY)
 
     def _on_sensor_event(self, text: str) -> None:
@@ -302,11 +306,29 @@ class Controller:
         if self.job is not None:
             job, self.job = self.job, None
             job.abort()
-            self._results.ran(job, outcome, why)
+            self._finish_later(job, outcome, why)
         for waiting in self.queue:
             self._results.never_ran(waiting.number, waiting.name, outcome, why)
         self.queue.clear()
         self._enter(state, why)
+
+    def _finish_later(self, job: ActiveJob, outcome: str, why: str) -> None:
+        """In a task of its own: a disk may take seconds, and nothing must wait for it."""
+
+        def task() -> Task:
+            yield self.clock.now_ns()
+            self._finish(job, outcome, why)
+
+        self._unfinished.append((job, outcome, why))
+        self.clock.start("closing", task(), self._on_loop_error)
+
+    def _finish(self, job: ActiveJob, outcome: str, why: str) -> None:
+        """The recording first: who has the result reads it."""
+        job.close_recording()
+        with self._lock:
+            self._results.ran(job, outcome, why)
+            if (job, outcome, why) in self._unfinished:
+                self._unfinished.remove((job, outcome, why))
 
     # Small things
 

@@ -46,10 +46,15 @@ class Journal:
         for note in waiting:
             recorder.event(*note)
 
-    def close(self) -> None:
-        """Finish the file."""
+    def detach(self) -> RunRecorder | None:
+        """Write to it no longer; whoever takes it closes it, as long as the disk may take."""
         with self._lock:
             recorder, self._recorder = self._recorder, None
+        return recorder
+
+    def close(self) -> None:
+        """Finish the file."""
+        recorder = self.detach()
         if recorder is not None:
             recorder.close()
 

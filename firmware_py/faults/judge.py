@@ -123,7 +123,7 @@ def _must_refuse(stand: Stand, verdict: Verdict, state: str) -> None:
 
 def _judge_recording(stand: Stand, kind: Kind, run: StandRun, verdict: Verdict) -> None:
     """Whole, and every edge in it."""
-    result = stand.controller.result(run.number)
+    result = stand.result_of(run)
     verdict.demand(result is not None and result.outcome == kind.ends, f"result {result}")
     recorded = _read(run, verdict)
     if recorded is None:
@@ -152,7 +152,7 @@ def _judge_lost(recorded: Run, run: StandRun, stand: Stand, verdict: Verdict, en
 
 def _judge_cut(stand: Stand, run: StandRun, verdict: Verdict, fault_ns: int) -> None:
     """The disk failed in the middle: the run went on, and what was written can be read."""
-    result = stand.controller.result(run.number)
+    result = stand.result_of(run)
     done = result is not None and result.outcome == "cancelled" and result.recording_error != ""
     verdict.demand(done, f"result {result}")
     recorded = _read(run, verdict)

@@ -22,7 +22,9 @@ from drivers.steps.contract import Counts
 from drivers.steps.process_host import ProcessStepOutput
 from firmware_py.controller.active_job import Phase
 from firmware_py.controller.build import build_controller
+from firmware_py.controller.contract import JobResult
 from firmware_py.controller.controller import Controller
+from firmware_py.controller.feeder import LOOKAHEAD_S
 from firmware_py.controller.states import State
 from firmware_py.daemon.listener import Listener
 from firmware_py.daemon.main import SWITCH_S
@@ -41,6 +43,10 @@ path: {{shape: heart, centre_m: [0.0, 0.0, -0.4], width_m: 0.06, turns: 40}}
 timing: {{mode: together, t_pwm_s: {T_PWM_NS * 1e-9}}}
 inverse_kinematics: {{kind: network, file: {NETWORK}}}
 """
+CLOSED_S = 12.0
+APPROACH_PLAYED_S = 2.0 * LOOKAHEAD_S
+"""What is left of the way to the path, where motors step singly and closer, when the path is told
+to have begun: a controller that fed late tells before the player knows by how much."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +134,14 @@ class Stand:
         if self.controller.state is State.RUNNING:
             self.controller.cancel()
             wait_for(lambda: self.controller.state is not State.RUNNING, 5.0)
+        if self.run is not None:
+            self.result_of(self.run)
         self.run = None
+
+    def result_of(self, run: StandRun) -> JobResult | None:
+        """How a run ended; its recording may be closed a while after the robot has stopped."""
+        wait_for(lambda: self.controller.result(run.number) is not None, CLOSED_S)
+        return self.controller.result(run.number)
 
     def _start(self) -> None:
         self.controller: Controller = build_controller(
@@ -164,6 +177,7 @@ class Stand:
                 f"the run did not begin: {status.state} ({status.why}), {controller.result(number)}"
             )
         recording = Path(status.recording)
+        time.sleep(APPROACH_PLAYED_S)
         first, second, third = base.tolist()
         path_ns = time.monotonic_ns()
         return StandRun(number, recording, path_ns, start_ns, (first, second, third), lost)

@@ -13,10 +13,13 @@ from pathlib import Path
 from random import Random
 
 from firmware_py.faults.kind import Kind, Undo, nothing
+from firmware_py.faults.motion_kinds import EDGE_S, press_estop
 from firmware_py.faults.stand import Stand
 from foundation.errors import MissingFile
+from recording.append_file import AppendFile
 
 GONE_ON = "recording stopped"
+SLOW_S = 2.0
 FULL = rf"{GONE_ON}.*(disk is full|Invalid argument)"
 
 
@@ -29,6 +32,24 @@ def forbid_disk(stand: Stand, chance: Random) -> Undo:
     """From now on the recorder's descriptor may only read, as near as one comes to EROFS."""
     assert stand.run is not None
     return _redirect(stand, str(stand.run.recording), os.O_RDONLY)
+
+
+def slow_disk(stand: Stand, chance: Random) -> Undo:
+    """The e-stop is pressed while every sync takes two seconds, as on a worn card."""
+    sync = AppendFile.sync
+
+    def slowly(file: AppendFile) -> None:
+        time.sleep(SLOW_S)
+        sync(file)
+
+    AppendFile.sync = slowly  # type: ignore[method-assign, assignment]
+    release = press_estop(stand, chance)
+
+    def undo() -> None:
+        AppendFile.sync = sync  # type: ignore[method-assign]
+        release()
+
+    return undo
 
 
 def jump_clock(stand: Stand, chance: Random) -> Undo:
@@ -150,6 +171,10 @@ SYSTEM_KINDS = (
     Kind(
         "disk read-only", forbid_disk, within_s=2.5, culprit=rf"heart.*mcap.*{GONE_ON}",
         cuts_recording=True, hold_s=1.5,
+    ),
+    Kind(
+        "e-stop, and a slow disk", slow_disk, "stopped", EDGE_S, 0.2, "^e-stop$",
+        "release the button",
     ),
     Kind("wall clock jumps", jump_clock),
     Kind("model file vanishes", remove_network, culprit=r"stand.tflite", within_s=2.0),

@@ -19,6 +19,7 @@ ENDING = (
     "interpreter stalls 2 s",
     "pulse process kill -9",
     "steps lost",
+    "e-stop, and a slow disk",
 )
 GOING_ON = ("brown-out to 0x29", "torn data (bits flipped)", "disk full", "client floods")
 
