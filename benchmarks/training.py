@@ -67,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--epochs", type=int, default=EPOCHS)
     parser.add_argument("--keras", type=Path, help="a Python with TensorFlow: run Keras, too")
     parser.add_argument("--keep", type=Path, help="Keras' result is written to, or read from here")
-    steps = "of scipy's; 1000 let it end by itself and take ten minutes"
+    steps = "of scipy's; 1000 let it end by itself and take twenty minutes"
     parser.add_argument("--library-steps", type=int, default=LIBRARY_STEPS, help=steps)
     given = parser.parse_args(arguments)
     _hide_neighbours()
