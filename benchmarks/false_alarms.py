@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from diagnosis.delta_model import DeltaModel
-from diagnosis.name import Search
+from diagnosis.detect import Detection
 from diagnosis.prepare import prepare
 from models.robot import load_delta
 from proof.cases import move
@@ -49,8 +49,8 @@ def chances(motion: str, seconds: float, rho: float, draws: int, seed: int) -> l
     for _ in range(draws):
         ranges, status = read(machine.sensors, machine.noise, truth, t_s, rng)
         model = DeltaModel(robot, [table(t_s, train, ranges, status)])
-        search = Search(prepare(model, model.readings.valid), robot.drive.rad_per_step)
-        found.append(search.first_p())
+        seen = Detection(prepare(model, model.readings.valid), robot.drive.rad_per_step)
+        found.append(seen.first_p())
     return found
 
 

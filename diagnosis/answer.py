@@ -9,12 +9,12 @@ import numpy as np
 
 from diagnosis import profile
 from diagnosis.chance import log_sf
+from diagnosis.detect import ALPHA
 from diagnosis.events import Stale, moment
 from diagnosis.explain import Explained
 from diagnosis.fit import Fitter, Solution
 from diagnosis.free_shapes import FreeShape
 from diagnosis.memory import has_memory, tied_drivers
-from diagnosis.name import ALPHA
 from diagnosis.readings import FloatArray, Readings
 from diagnosis.result import (
     Channel,
@@ -130,8 +130,8 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
     bare = outcome.fitter.solve(solution.terms, others, solution.nuisances, steps=4)
     gain = max(bare.cost - solution.cost, 0.0)
     drivers = [free.driver, *tied_drivers(outcome.fitter, bare, free, search.prepared.shapes)]
-    first = sum(f.basis.shape[1] for f in solution.frees[:number])
-    values = free.basis @ solution.coefficients[first : first + free.basis.shape[1]]
+    first = sum(f.size for f in solution.frees[:number])
+    values = free.basis @ solution.coefficients[first : first + free.size]
     size = float(np.std(values))
     unit = "rad" if free.port.startswith("motor") else "m"
     half = 1.96 * size / max(np.sqrt(gain), 1.0)
@@ -165,7 +165,7 @@ def _either(drivers: list[str]) -> str:
 
 
 def _log_p(gain: float, free: FreeShape) -> float:
-    return log_sf(gain, free.basis.shape[1])
+    return log_sf(gain, free.size)
 
 
 def _stale(outcome: Outcome, run: Stale) -> Finding:

@@ -206,8 +206,8 @@ def _free(outcome: AxisOutcome, number: int) -> Finding:
     others = (*solution.frees[:number], *solution.frees[number + 1 :])
     bare = search.fitter.solve(solution.terms, others, solution.nuisances)
     gain = max(bare.cost - solution.cost, 0.0) / search.excess(solution)
-    first = sum(f.basis.shape[1] for f in solution.frees[:number])
-    values = free.basis @ solution.coefficients[first : first + free.basis.shape[1]]
+    first = sum(f.size for f in solution.frees[:number])
+    values = free.basis @ solution.coefficients[first : first + free.size]
     size = float(np.std(values))
     half = NORMAL_95 * size / max(float(np.sqrt(gain)), 1.0)
     readings = search.prepared.model.readings
@@ -227,9 +227,7 @@ def _free(outcome: AxisOutcome, number: int) -> Finding:
             recordings=list(range(1, len(readings.shift_s) + 1)),
             regime=f"with {free.driver}",
         ),
-        evidence=Evidence(
-            delta_chi2=gain, p=search.p(float(chi2.logsf(gain, free.basis.shape[1])))
-        ),
+        evidence=Evidence(delta_chi2=gain, p=search.p(float(chi2.logsf(gain, free.size)))),
         share_of_mismatch=_share(outcome, bare),
         depends_on=[free.driver],
     )

@@ -17,9 +17,10 @@ from scipy.stats import chi2, norm
 from diagnosis.axis_jumps import scan
 from diagnosis.axis_tidy import ALIKE, tidied
 from diagnosis.candidate import Term
+from diagnosis.detect import ALPHA
 from diagnosis.fit import Solution
 from diagnosis.free_shapes import FreeShape
-from diagnosis.name import ALPHA, Search
+from diagnosis.name import Search
 from diagnosis.noise import IntArray
 from diagnosis.prices import Trial, price
 
@@ -102,7 +103,7 @@ class AxisSearch(Search):
         best = named
         for freed in [*self._freed(named), *(self._freed(self.empty, 2) if named.terms else [])]:
             bare = named if freed.terms else self.empty
-            if not self.proven(bare, freed, freed.frees[-1].basis.shape[1]):
+            if not self.proven(bare, freed, freed.frees[-1].size):
                 continue
             rival = self._extended(self._pruned(freed))
             scale = self.excess(min(rival, best, key=lambda s: s.cost))
@@ -258,7 +259,7 @@ class AxisSearch(Search):
     @staticmethod
     def _numbers(solution: Solution) -> int:
         named = sum(len(term.candidate.moved) for term in solution.terms)
-        return named + sum(free.basis.shape[1] for free in solution.frees)
+        return named + sum(free.size for free in solution.frees)
 
     def trials(
         self, solution: Solution, without: Sequence[tuple[str, ...]] = (), groups: bool = False

@@ -59,6 +59,7 @@ class Bank:
     def whiten(self, fitter: Fitter) -> None:
         """Bring all columns under the fitter's noise model."""
         total = self.entries[-1].columns.stop
+        self.white = np.empty((0, 0))  # room for the new ones
         white: FloatArray = np.empty((total, fitter.rows), dtype=np.float32)
         for entry, raw in zip(self.entries, self.raw, strict=True):
             white[entry.columns] = fitter.whiten.each(raw)

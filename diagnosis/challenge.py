@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from diagnosis.blur import FREE
+from diagnosis.detect import ALPHA
 from diagnosis.fit import Solution
 from diagnosis.free_shapes import FreeShape
-from diagnosis.name import ALPHA, HOPE, Search
+from diagnosis.name import HOPE, Search
 from diagnosis.prices import FREE_PRICE, price, price_of
 
 MOST_RIVALS = 2

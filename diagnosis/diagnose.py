@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.answer import Outcome, findings, picture, unexplained
+from diagnosis.detect import Progress
 from diagnosis.events import stale_runs, without_stale
 from diagnosis.experiment import MotionLimits, propose
 from diagnosis.explain import Explained, explain, final_fit
 from diagnosis.holdout import on_another_run, on_blocks, rms
 from diagnosis.limits import limits
 from diagnosis.model import Model
-from diagnosis.name import Progress
 from diagnosis.prepare import prepare
 from diagnosis.readings import BoolArray, FloatArray
 from diagnosis.result import Diagnosis, Finding, Fit, Verdict

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnosis.challenge import challenge, free_rivals
+from diagnosis.detect import ALPHA, Progress
 from diagnosis.fit import Fitter, Solution
-from diagnosis.name import ALPHA, CHOICE, Progress, Search
+from diagnosis.name import CHOICE, Search
 from diagnosis.noise import Whitener, estimate
 from diagnosis.prepare import Prepared, prepare
 from diagnosis.readings import BoolArray, FloatArray
@@ -73,7 +74,7 @@ def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
         ):
             break
         search.progress("noise of the readings, once more")
-        again = prepare(prepared.model, prepared.valid, solution.predicted, prepared.bank)
+        again = prepare(prepared.model, prepared.valid, solution.predicted, prepared)
         search = Search(again, search.rad_per_step, search.progress)
         solution = search.resumed(solution)
     return search, solution

@@ -31,7 +31,7 @@ def scores_of(
         small = small - basis @ (basis.T @ small)
     found = []
     for free in shapes:
-        columns = _whitened(fitter.whiten, ports[free.port], csr_array(free.basis))
+        columns = _whitened(fitter.whiten, ports[free.port], free.basis)
         shared = columns.T @ basis
         gram = (columns.T @ columns).toarray()
         left = gram - shared @ shared.T

@@ -200,9 +200,9 @@ class Fitter:
             residual = residual - linear @ coefficients
             ports, first = self.model.ports(), 0
             for free in frees:
-                part = coefficients[first : first + free.basis.shape[1]]
+                part = coefficients[first : first + free.size]
                 predicted = predicted + ports[free.port] * (free.basis @ part)[:, None]
-                first += free.basis.shape[1]
+                first += free.size
         return Solution(
             terms, nuisances, frees, coefficients, float(residual @ residual), residual,
             np.concatenate([tangent, linear], axis=1), predicted,

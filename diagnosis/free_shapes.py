@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 from scipy.interpolate import BSpline
+from scipy.sparse import csr_array, diags_array
 
 from diagnosis.model import Model
 from diagnosis.readings import FloatArray
@@ -23,7 +24,7 @@ OWN = (("motor", "theta_"), ("range_", "range_"))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeShape:
-    """A port, what the shape depends on, and its columns (n, k).
+    """A port, what the shape depends on, and its columns (n, k), few of which a sample meets.
 
     driver: a name, or two with a comma for a quantity made of both. kind: a spline of the driver,
     a spline that changes sign with the way the driver came (play that is wider at some places
@@ -32,7 +33,7 @@ class FreeShape:
 
     port: str
     driver: str
-    basis: FloatArray
+    basis: csr_array
     knots: FloatArray
     kind: Literal["spline", "way", "rhythm"] = "spline"
     rate_hz: float = 0.0
@@ -42,16 +43,22 @@ class FreeShape:
         """The names in the driver."""
         return self.driver.split(", ")
 
+    @property
+    def size(self) -> int:
+        """How many coefficients it has."""
+        return int(self.basis.shape[1])
+
     def columns(self, change: FloatArray) -> FloatArray:
         """Change of the channels per coefficient, (n, channels, k)."""
-        return change[:, :, None] * self.basis[:, None, :]
+        basis: FloatArray = self.basis.toarray()
+        return change[:, :, None] * basis[:, None, :]
 
-    def basis_for(self, driver: FloatArray) -> FloatArray:
+    def basis_for(self, driver: FloatArray) -> csr_array:
         """The same shape over another run of its driver, (n, k)."""
         if self.kind == "rhythm":
             return waves(driver, self.rate_hz)
         basis = spline_basis(driver, self.knots)
-        return basis if self.kind == "spline" else way(driver)[:, None] * basis
+        return basis if self.kind == "spline" else two_way(driver, basis)
 
 
 def knots_for(driver: FloatArray, pieces: int = PIECES) -> FloatArray:
@@ -62,18 +69,22 @@ def knots_for(driver: FloatArray, pieces: int = PIECES) -> FloatArray:
     return np.concatenate([[inner[0]] * DEGREE, inner, [inner[-1]] * DEGREE])
 
 
-def spline_basis(driver: FloatArray, knots: FloatArray) -> FloatArray:
+def spline_basis(driver: FloatArray, knots: FloatArray) -> csr_array:
     """Cubic B-splines of a driver, constant beyond the outer knots; (n, pieces + DEGREE)."""
-    basis: FloatArray = BSpline.design_matrix(
-        np.clip(driver, knots[0], knots[-1] - 1e-12), knots, DEGREE
-    ).toarray()
-    return basis
+    return csr_array(
+        BSpline.design_matrix(np.clip(driver, knots[0], knots[-1] - 1e-12), knots, DEGREE)
+    )
 
 
-def waves(t_s: FloatArray, rate_hz: float) -> FloatArray:
+def waves(t_s: FloatArray, rate_hz: float) -> csr_array:
     """Sine and cosine of time, (n, 2)."""
     turn = 2.0 * np.pi * rate_hz * t_s
-    return np.stack([np.sin(turn), np.cos(turn)], axis=1)
+    return csr_array(np.stack([np.sin(turn), np.cos(turn)], axis=1))
+
+
+def two_way(driver: FloatArray, basis: csr_array) -> csr_array:
+    """A basis that changes sign with the way its driver came."""
+    return csr_array(diags_array(way(driver)) @ basis)
 
 
 def way(driver: FloatArray) -> FloatArray:
@@ -130,6 +141,6 @@ def way_shapes(model: Model) -> list[FreeShape]:
             name = place + port.removeprefix(stem)
             if port.startswith(stem) and name in drivers and _varies(drivers[name]):
                 knots = knots_for(drivers[name])
-                free = FreeShape(port, name, np.empty((0, 0)), knots, "way")
+                free = FreeShape(port, name, csr_array((0, 0)), knots, "way")
                 shapes.append(replace(free, basis=free.basis_for(drivers[name])))
     return shapes

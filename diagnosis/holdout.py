@@ -37,7 +37,7 @@ def _free_part(model: Model, solution: Solution) -> FloatArray:
     total, first = np.zeros_like(model.readings.values), 0
     ports, drivers = model.ports(), model.drivers()
     for free in solution.frees:
-        count = free.basis.shape[1]
+        count = free.size
         basis = free.basis_for(drivers[free.driver])
         part = solution.coefficients[first : first + count]
         total += ports[free.port] * (basis @ part)[:, None]

@@ -6,7 +6,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from diagnosis.bank import Entry
-from diagnosis.name import ALPHA, Search
+from diagnosis.detect import ALPHA
+from diagnosis.name import Search
 from diagnosis.readings import FloatArray
 from diagnosis.result import NotTestable, SmallestDetectable
 

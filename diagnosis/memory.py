@@ -11,10 +11,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from diagnosis.chance import log_sf
 from diagnosis.fit import Fitter, Solution
-from diagnosis.free_shapes import FreeShape, knots_for, spline_basis, way
+from diagnosis.free_shapes import FreeShape, knots_for, spline_basis, two_way
 from diagnosis.readings import FloatArray
 
 PAST_S = (0.06, 0.3, 1.5)
@@ -41,7 +42,7 @@ def has_memory(fitter: Fitter, solution: Solution, free: FreeShape, gain: float)
         return True
     pasts = [np.interp(readings.t_s - late_s, readings.t_s, driver) for late_s in PAST_S]
     shapes = [replace(free, basis=_shape(past)) for past in pasts]
-    shapes.append(replace(free, basis=way(driver)[:, None] * free.basis))
+    shapes.append(replace(free, basis=two_way(driver, free.basis)))
     found = [_explained(fitter, solution, shape) for shape in shapes]
     if any(log_p < CERTAIN and more > LEAST_SHARE * gain for more, log_p in found):
         return True
@@ -67,7 +68,7 @@ def tied_drivers(
     return sorted((name for name, x in found.items() if x < limit), key=lambda name: found[name])
 
 
-def _shape(driver: FloatArray) -> FloatArray:
+def _shape(driver: FloatArray) -> csr_array:
     return spline_basis(driver, knots_for(driver, PIECES))
 
 

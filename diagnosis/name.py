@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from diagnosis.bank import Entry
 from diagnosis.blur import EXACT, blur_of
 from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
-from diagnosis.events import Jump, jumps
-from diagnosis.fine_scores import scores_of
-from diagnosis.fit import Fitter, Solution
+from diagnosis.detect import ALPHA, Detection
+from diagnosis.fit import Solution
 from diagnosis.free_shapes import FreeShape
-from diagnosis.pairs import best_pairs, leading, start_of
-from diagnosis.prepare import Prepared
-from diagnosis.prices import Trial, free_price, price, price_of
-from diagnosis.rhythm import rhythms
-from diagnosis.score import Calibration, Scores, calibrate
+from diagnosis.pairs import best_pairs, leading
+from diagnosis.prices import free_price, price, price_of
 
-ALPHA = 0.003
 CHOICE = 12.0
 """Chi-square that choosing one of a hundred candidates is worth."""
 TRIED = 6
@@ -37,92 +29,22 @@ PILE = 3
 """So many effects may be a pile that stands for one cause in no list."""
 MOST_TURNS = 8
 
-Progress = Callable[[str], None]
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tried:
+    """What is kept of a fit that was only begun."""
+
+    terms: tuple[Term, ...]
+    nuisances: tuple[Term, ...]
+    frees: tuple[FreeShape, ...]
+    cost: float
 
 
 @dataclass(slots=True, eq=False)
-class Search:
+class Search(Detection):
     """The search for the set of effects that explains a recording."""
 
-    prepared: Prepared
-    rad_per_step: float
-    progress: Progress = lambda _: None
-    calibration: Calibration = field(init=False)
-    empty: Solution = field(init=False)
-    scores_of_empty: Scores = field(init=False)
     _parts: dict[tuple[tuple[str, ...], ...], float] = field(default_factory=dict)
-    _fine: dict[Solution, list[tuple[FreeShape, float, float]]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self.empty = self.fitter.solve(())
-        self.calibration = calibrate(self.prepared.scorer, self.empty.tangent)
-        self.scores_of_empty = self.scores(self.empty)
-
-    @property
-    def fitter(self) -> Fitter:
-        """The fitter of the prepared recording."""
-        return self.prepared.fitter
-
-    def scores(self, solution: Solution) -> Scores:
-        """Scores of the whole bank against a solution."""
-        return self.prepared.scorer.against(solution.free_tangent, solution.residual)
-
-    @property
-    def event_tests(self) -> float:
-        """Independent moments a jump could have come at, over all joints."""
-        return 3.0 * self.prepared.model.readings.span_s
-
-    def p(self, log_p: float) -> float:
-        """Calibrated p of the smallest p of bank and scan together."""
-        tests = self.calibration.tests + self.event_tests
-        return Calibration(tests).p(log_p)
-
-    def first_p(self) -> float:
-        """Calibrated p of 'nothing is missing'."""
-        scan = [log_sf(j.gain, 1) for j in self._jumps(self.empty)]
-        fine = [log_p for _, _, log_p in self.fine_scores(self.empty)]
-        return self.p(float(min([self.scores_of_empty.log_p.min(), *scan, *fine])))
-
-    def _jumps(self, solution: Solution) -> list[Jump]:
-        return jumps(self.fitter, solution, self.rad_per_step) if self.rad_per_step else []
-
-    def fine_scores(self, solution: Solution) -> list[tuple[FreeShape, float, float]]:
-        """Finely resolved free shapes and rhythms with their gain and log p, best first."""
-        if solution not in self._fine:
-            self._fine[solution] = self._score_fine(solution)
-        return self._fine[solution]
-
-    def _score_fine(self, solution: Solution) -> list[tuple[FreeShape, float, float]]:
-        fine = scores_of(self.prepared.fine, self.fitter, solution, self.prepared.small)
-        return sorted([*fine, *rhythms(self.fitter, solution)], key=lambda item: item[2])
-
-    def trials(
-        self, solution: Solution, without: Sequence[tuple[str, ...]] = (), groups: bool = False
-    ) -> list[Trial]:
-        """The best start of every named candidate that is not in the solution, best first."""
-        scores = self.scores(solution)
-        taken = {term.candidate.key for term in solution.terms} | set(without)
-        best: dict[tuple[str, ...], Trial] = {}
-        for number, entry in enumerate(self.prepared.bank.entries):
-            if entry.candidate is None or entry.key in taken:
-                continue
-            if entry.candidate.members and not groups:
-                continue
-            trial = _trial(entry, scores, number)
-            if trial.log_p <= 0.0 and (entry.key not in best or trial.gain > best[entry.key].gain):
-                best[entry.key] = trial
-        found = [*best.values(), *self._jump_trials(solution, taken)]
-        return sorted(found, key=lambda t: t.price - t.gain)
-
-    def _jump_trials(self, solution: Solution, taken: set[tuple[str, ...]]) -> list[Trial]:
-        return [
-            Trial(
-                Term(jump.candidate, np.array(jump.candidate.shapes[0].origin)),
-                jump.gain, log_sf(jump.gain, 1), price(jump.candidate),
-            )
-            for jump in self._jumps(solution)
-            if jump.candidate.key not in taken
-        ]  # fmt: skip
 
     def least_gain(self, solution: Solution, new: Candidate | None = None) -> float:
         """What a new effect must explain at least: a share of what is explained already.
@@ -208,10 +130,7 @@ class Search:
         strongest = trials[0].gain
         worthy = [t for t in trials[:TRIED] if t.gain > 0.4 * strongest]
         self.progress(f"trying {len(worthy)} explanations")
-        tried = [
-            self.fitter.solve((*solution.terms, t.start), solution.frees, solution.nuisances, QUICK)
-            for t in worthy
-        ]
+        tried = [self.tried((*solution.terms, t.start), solution) for t in worthy]
         best = min(self.followed(solution, tried), key=self.worth)
         gain = solution.cost - best.cost
         new = best.terms[-1].candidate
@@ -220,14 +139,17 @@ class Search:
             return None
         return best
 
-    def followed(self, before: Solution, tried: Sequence[Solution]) -> list[Solution]:
+    def tried(self, terms: Sequence[Term], beside: Solution) -> Tried:
+        """A fit of terms that is only begun, with the rest from where another solution has it."""
+        one = self.fitter.solve(terms, beside.frees, beside.nuisances, QUICK)
+        return Tried(one.terms, one.nuisances, one.frees, one.cost)
+
+    def followed(self, before: Solution, tried: Sequence[Tried]) -> Iterator[Solution]:
         """Fits that were begun, brought to their end where they may yet become the best."""
         most = max((before.cost - one.cost for one in tried), default=0.0)
-        return [
-            self.fitter.solve(one.terms, one.frees, one.nuisances)
-            for one in tried
-            if before.cost - one.cost >= min(HOPEFUL * most, most - HOPE)
-        ]
+        for one in tried:
+            if before.cost - one.cost >= min(HOPEFUL * most, most - HOPE):
+                yield self.fitter.solve(one.terms, one.frees, one.nuisances)
 
     def _swap(self, solution: Solution, newest: bool) -> Solution:
         """Try to replace each term, or each but the newest, by something better."""
@@ -292,13 +214,3 @@ class Search:
 
 def _without(terms: Sequence[Term], number: int) -> tuple[Term, ...]:
     return (*terms[:number], *terms[number + 1 :])
-
-
-def _trial(entry: Entry, scores: Scores, number: int) -> Trial:
-    assert entry.candidate is not None
-    start, gain = start_of(entry, scores.step[number]), float(scores.gain[number])
-    log_p, cost = float(scores.log_p[number]), price(entry.candidate)
-    if start is None:
-        assert entry.shape is not None
-        return Trial(Term(entry.candidate, np.array(entry.shape.origin)), 0.0, 0.0, cost)
-    return Trial(start, gain, log_p if gain else 0.0, cost)

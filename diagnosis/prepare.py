@@ -51,15 +51,15 @@ def prepare(
     model: Model,
     valid: BoolArray,
     reference: FloatArray | None = None,
-    bank: Bank | None = None,
+    before: Prepared | None = None,
 ) -> Prepared:
     """Noise model, whitened bank and scorer around the nominal machine.
 
     reference: a better prediction than the nominal one (from a first round of naming), for the
-    noise model and the outliers. bank: of an earlier round, which then serves this one.
+    noise model and the outliers. before: an earlier round, whose columns then serve this one.
     """
     readings = model.readings
-    bank = build(model) if bank is None else bank
+    bank = build(model) if before is None else before.bank
     predicted = model.predict([n.term for n in model.nuisances]) if reference is None else reference
     residual = np.nan_to_num(readings.values) - predicted
     valid = without_outliers(residual, valid)
@@ -79,8 +79,12 @@ def prepare(
     with_small = np.asarray(bank.white.T @ small.astype(np.float32), dtype=np.float64)
     parts = [entry.columns for entry in bank.entries]
     scorer.doubt = np.array([doubt(scorer.gram[p, p], with_small[p]) for p in parts])
-    fine = [*free_shapes(model, FINE_PIECES), *way_shapes(model)]
+    fine = _fine_shapes(model) if before is None else before.fine
     return Prepared(model, fitter, bank, scorer, valid, fine, left * larger, small)
+
+
+def _fine_shapes(model: Model) -> list[FreeShape]:
+    return [*free_shapes(model, FINE_PIECES), *way_shapes(model)]
 
 
 def blocks_of(fitter: Fitter) -> IntArray:

@@ -51,7 +51,7 @@ def price(candidate: Candidate) -> float:
 
 def free_price(free: FreeShape) -> float:
     """What a free shape must earn: more than any named effect, and more the finer it is."""
-    return FREE_PRICE + 2.0 * free.basis.shape[1]
+    return FREE_PRICE + 2.0 * free.size
 
 
 def price_of(term: Term) -> float:

@@ -9,7 +9,7 @@ from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.fit import Solution
 from diagnosis.groups import apart, whole_groups
-from diagnosis.name import QUICK, Search
+from diagnosis.name import Search
 from diagnosis.prices import Trial
 from diagnosis.result import Alternative
 from diagnosis.twins import twins
@@ -85,10 +85,7 @@ def standing(search: Search, solution: Solution, numbers: Sequence[int]) -> Stan
     log_p = log_sf(gain, sum(len(one.moved) for one in own))
     rivals: list[tuple[Alternative, Candidate, Solution]] = []
     starts = _starts(search, solution, bare, numbers, gain)
-    tried = [
-        search.fitter.solve((*rest, start), solution.frees, bare.nuisances, QUICK)
-        for start in starts
-    ]
+    tried = [search.tried((*rest, start), bare) for start in starts]
     for other in search.followed(bare, tried):
         start = other.terms[-1]
         worse = other.cost - solution.cost

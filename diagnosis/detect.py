@@ -1,0 +1,123 @@
+"""Detecting: is anything missing at all, and what would each candidate explain of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from diagnosis.bank import Entry
+from diagnosis.candidate import Term
+from diagnosis.chance import log_sf
+from diagnosis.events import Jump, jumps
+from diagnosis.fine_scores import scores_of
+from diagnosis.fit import Fitter, Solution
+from diagnosis.free_shapes import FreeShape
+from diagnosis.pairs import start_of
+from diagnosis.prepare import Prepared
+from diagnosis.prices import Trial, price
+from diagnosis.rhythm import rhythms
+from diagnosis.score import Calibration, Scores, calibrate
+
+ALPHA = 0.003
+KEPT = 2
+"""Solutions whose scores by the fine shapes are remembered."""
+
+Progress = Callable[[str], None]
+
+
+@dataclass(slots=True, eq=False)
+class Detection:
+    """Tests of one recording against what any solution leaves."""
+
+    prepared: Prepared
+    rad_per_step: float
+    progress: Progress = lambda _: None
+    calibration: Calibration = field(init=False)
+    empty: Solution = field(init=False)
+    scores_of_empty: Scores = field(init=False)
+    _fine: dict[Solution, list[tuple[FreeShape, float, float]]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.empty = self.fitter.solve(())
+        self.calibration = calibrate(self.prepared.scorer, self.empty.tangent)
+        self.scores_of_empty = self.scores(self.empty)
+
+    @property
+    def fitter(self) -> Fitter:
+        """The fitter of the prepared recording."""
+        return self.prepared.fitter
+
+    def scores(self, solution: Solution) -> Scores:
+        """Scores of the whole bank against a solution."""
+        return self.prepared.scorer.against(solution.free_tangent, solution.residual)
+
+    @property
+    def event_tests(self) -> float:
+        """Independent moments a jump could have come at, over all joints."""
+        return 3.0 * self.prepared.model.readings.span_s
+
+    def p(self, log_p: float) -> float:
+        """Calibrated p of the smallest p of bank and scan together."""
+        tests = self.calibration.tests + self.event_tests
+        return Calibration(tests).p(log_p)
+
+    def first_p(self) -> float:
+        """Calibrated p of 'nothing is missing'."""
+        scan = [log_sf(j.gain, 1) for j in self._jumps(self.empty)]
+        fine = [log_p for _, _, log_p in self.fine_scores(self.empty)]
+        return self.p(float(min([self.scores_of_empty.log_p.min(), *scan, *fine])))
+
+    def _jumps(self, solution: Solution) -> list[Jump]:
+        return jumps(self.fitter, solution, self.rad_per_step) if self.rad_per_step else []
+
+    def fine_scores(self, solution: Solution) -> list[tuple[FreeShape, float, float]]:
+        """Finely resolved free shapes and rhythms with their gain and log p, best first."""
+        if solution not in self._fine:
+            while len(self._fine) >= KEPT:  # a solution is large
+                del self._fine[next(iter(self._fine))]
+            self._fine[solution] = self._score_fine(solution)
+        return self._fine[solution]
+
+    def _score_fine(self, solution: Solution) -> list[tuple[FreeShape, float, float]]:
+        fine = scores_of(self.prepared.fine, self.fitter, solution, self.prepared.small)
+        return sorted([*fine, *rhythms(self.fitter, solution)], key=lambda item: item[2])
+
+    def trials(
+        self, solution: Solution, without: Sequence[tuple[str, ...]] = (), groups: bool = False
+    ) -> list[Trial]:
+        """The best start of every named candidate that is not in the solution, best first."""
+        scores = self.scores(solution)
+        taken = {term.candidate.key for term in solution.terms} | set(without)
+        best: dict[tuple[str, ...], Trial] = {}
+        for number, entry in enumerate(self.prepared.bank.entries):
+            if entry.candidate is None or entry.key in taken:
+                continue
+            if entry.candidate.members and not groups:
+                continue
+            trial = _trial(entry, scores, number)
+            if trial.log_p <= 0.0 and (entry.key not in best or trial.gain > best[entry.key].gain):
+                best[entry.key] = trial
+        found = [*best.values(), *self._jump_trials(solution, taken)]
+        return sorted(found, key=lambda t: t.price - t.gain)
+
+    def _jump_trials(self, solution: Solution, taken: set[tuple[str, ...]]) -> list[Trial]:
+        return [
+            Trial(
+                Term(jump.candidate, np.array(jump.candidate.shapes[0].origin)),
+                jump.gain, log_sf(jump.gain, 1), price(jump.candidate),
+            )
+            for jump in self._jumps(solution)
+            if jump.candidate.key not in taken
+        ]  # fmt: skip
+
+
+def _trial(entry: Entry, scores: Scores, number: int) -> Trial:
+    assert entry.candidate is not None
+    start, gain = start_of(entry, scores.step[number]), float(scores.gain[number])
+    log_p, cost = float(scores.log_p[number]), price(entry.candidate)
+    if start is None:
+        assert entry.shape is not None
+        return Trial(Term(entry.candidate, np.array(entry.shape.origin)), 0.0, 0.0, cost)
+    return Trial(start, gain, log_p if gain else 0.0, cost)
