@@ -7,6 +7,7 @@ import resource
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from recording.flat_files import read_flat
 from recording.reader import read_run
@@ -64,6 +65,7 @@ def test_the_sensors_alone_are_recorded(deltactl, tmp_path: Path) -> None:
     assert abs(np.nanmean(table.column("range_x")) - 0.6) < 0.001
 
 
+@pytest.mark.realtime
 def test_help_is_quick(deltactl) -> None:
     """0.3 s on an idle machine; here the processor time, for other tests run beside this one."""
     deltactl("--help")  # warm the file cache and the byte code
