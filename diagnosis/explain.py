@@ -11,7 +11,7 @@ from diagnosis.detect import ALPHA, Progress
 from diagnosis.fit import Fitter, Solution
 from diagnosis.name import CHOICE, Search
 from diagnosis.noise import Whitener, estimate
-from diagnosis.prepare import Prepared, prepare
+from diagnosis.prepare import Prepared, once_more
 from diagnosis.readings import BoolArray, FloatArray
 from diagnosis.settle import Standing, in_parts, settle
 from diagnosis.usual import usual
@@ -74,7 +74,7 @@ def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
         ):
             break
         search.progress("noise of the readings, once more")
-        again = prepare(prepared.model, prepared.valid, solution.predicted, prepared)
+        again = once_more(prepared, solution.predicted)
         search = Search(again, search.rad_per_step, search.progress)
         solution = search.resumed(solution)
     return search, solution

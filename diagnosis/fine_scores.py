@@ -46,8 +46,5 @@ def _whitened(whiten: Whitener, change: FloatArray, basis: csr_array) -> csr_arr
     parts = []
     for column, noise in enumerate(whiten.channels):
         moved = diags_array(change[:, column]) @ basis
-        white = moved[noise.rows[:, 0]]
-        for lag, phi in enumerate(noise.phi, start=1):
-            white = white - float(phi) * moved[noise.rows[:, lag]]
-        parts.append(white / noise.sigma)
+        parts.append(noise.innovations(moved[rows] for rows in noise.rows.T))
     return diags_array(whiten.weight) @ vstack(parts, format="csr")

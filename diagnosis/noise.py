@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,6 +34,17 @@ class ChannelNoise:
     spread: float
     """Standard deviation of the readings themselves."""
 
+    def innovations(self, seen: Iterator[Any]) -> Any:
+        """What is new in samples, in standard deviations: these first, then those a lag before.
+
+        Arrays of any shape, dense or sparse; the first is written over.
+        """
+        white = next(seen)
+        for phi, before in zip(self.phi, seen, strict=True):
+            white -= float(phi) * before
+        white /= self.sigma
+        return white
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Whitener:
@@ -50,11 +62,7 @@ class Whitener:
             if not x.any():
                 parts.append(np.zeros((len(noise.rows), *x.shape[1:]), dtype=x.dtype))
                 continue
-            white = x[noise.rows[:, 0]]
-            for lag, phi in enumerate(noise.phi, start=1):
-                white -= float(phi) * x[noise.rows[:, lag]]
-            white /= noise.sigma
-            parts.append(white)
+            parts.append(noise.innovations(x[rows] for rows in noise.rows.T))
         joined = np.concatenate(parts)
         weight = self.weight.astype(joined.dtype, copy=False)
         return joined * (weight if joined.ndim == 1 else weight[:, None])
@@ -64,11 +72,7 @@ class Whitener:
         parts = []
         for column, noise in enumerate(self.channels):
             x = columns[:, column]
-            white = x.take(noise.rows[:, 0], axis=1)
-            for lag, phi in enumerate(noise.phi, start=1):
-                white -= float(phi) * x.take(noise.rows[:, lag], axis=1)
-            white /= noise.sigma
-            parts.append(white)
+            parts.append(noise.innovations(x.take(rows, axis=1) for rows in noise.rows.T))
         joined: FloatArray = np.concatenate(parts, axis=1)
         joined *= self.weight.astype(joined.dtype, copy=False)
         return joined

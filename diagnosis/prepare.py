@@ -47,24 +47,31 @@ class Prepared:
         return [*(entry.free for entry in self.bank.entries if entry.free), *self.fine]
 
 
-def prepare(
+def prepare(model: Model, valid: BoolArray) -> Prepared:
+    """Noise model, whitened bank and scorer around the nominal machine."""
+    fine = [*free_shapes(model, FINE_PIECES), *way_shapes(model)]
+    predicted = model.predict([n.term for n in model.nuisances])
+    return _prepared(model, valid, build(model), fine, predicted, ROUNDS)
+
+
+def once_more(before: Prepared, predicted: FloatArray) -> Prepared:
+    """The same with noise and outliers by a better prediction, from a first round of naming."""
+    return _prepared(before.model, before.valid, before.bank, before.fine, predicted, 1)
+
+
+def _prepared(
     model: Model,
     valid: BoolArray,
-    reference: FloatArray | None = None,
-    before: Prepared | None = None,
+    bank: Bank,
+    fine: list[FreeShape],
+    predicted: FloatArray,
+    rounds: int,
 ) -> Prepared:
-    """Noise model, whitened bank and scorer around the nominal machine.
-
-    reference: a better prediction than the nominal one (from a first round of naming), for the
-    noise model and the outliers. before: an earlier round, whose columns then serve this one.
-    """
     readings = model.readings
-    bank = build(model) if before is None else before.bank
-    predicted = model.predict([n.term for n in model.nuisances]) if reference is None else reference
     residual = np.nan_to_num(readings.values) - predicted
     valid = without_outliers(residual, valid)
     whitener = estimate(readings, valid, residual)
-    for _ in range(ROUNDS if reference is None else 1):
+    for _ in range(rounds):
         fitter = Fitter(model, whitener, model.nuisances)
         bank.whiten(fitter)
         fit = Saturated(bank, fitter)
@@ -79,12 +86,7 @@ def prepare(
     with_small = np.asarray(bank.white.T @ small.astype(np.float32), dtype=np.float64)
     parts = [entry.columns for entry in bank.entries]
     scorer.doubt = np.array([doubt(scorer.gram[p, p], with_small[p]) for p in parts])
-    fine = _fine_shapes(model) if before is None else before.fine
     return Prepared(model, fitter, bank, scorer, valid, fine, left * larger, small)
-
-
-def _fine_shapes(model: Model) -> list[FreeShape]:
-    return [*free_shapes(model, FINE_PIECES), *way_shapes(model)]
 
 
 def blocks_of(fitter: Fitter) -> IntArray:
