@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 
 from firmware_py.cli.jobs import SocketOption
 from firmware_py.cli.output import errors, say, warn
@@ -134,6 +133,8 @@ def _runner(
 
 @contextmanager
 def _bar(samples: int) -> Iterator[Show]:
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     # Not on a terminal it would show nothing but an empty line at its end.
     hidden = not errors.is_terminal

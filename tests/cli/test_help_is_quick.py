@@ -1,0 +1,54 @@
+"""`deltactl --help` answers at once, whatever the machine."""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+TIMES = 5
+OVER_BARE = 1.5
+"""0.3 s where the help of a program with nothing in it takes 0.2."""
+BARE = """
+import typer
+app = typer.Typer(rich_markup_mode="markdown")
+@app.command()
+def one() -> None:
+    "Nothing."
+@app.command()
+def two() -> None:
+    "Nothing."
+app()
+"""
+
+
+@pytest.mark.realtime
+def test_help_costs_little_more_than_that_of_an_empty_program(tmp_path: Path) -> None:
+    bare = tmp_path / "bare.py"
+    bare.write_text(BARE)
+    _used_s("-m", "firmware_py.cli.main")  # warm the file cache and the byte code
+    pairs = [(_used_s(str(bare)), _used_s("-m", "firmware_py.cli.main")) for _ in range(TIMES)]
+    bare_s, ours_s = (min(times) for times in zip(*pairs, strict=True))
+    assert ours_s < OVER_BARE * bare_s
+
+
+def test_help_loads_nothing_that_takes_long() -> None:
+    asked = "import sys\nfrom firmware_py.cli.main import main\nprint(*sys.modules)"
+    loaded = subprocess.run(
+        [sys.executable, "-c", asked], capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert "typer" in loaded
+    assert not {"numpy", "scipy", "pydantic", "yaml", "mcap", "asyncio", "mujoco"} & set(loaded)
+
+
+def _used_s(*program: str) -> float:
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    written = os.environ | {"PYTHONDONTWRITEBYTECODE": ""}
+    command = [sys.executable, *program, "--help"]
+    subprocess.run(command, env=written, capture_output=True, check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
