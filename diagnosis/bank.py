@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg.blas import ssyrk
 
+from diagnosis.at_once import at_once
 from diagnosis.candidate import Candidate, Shape, Term
 from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape, free_shapes
@@ -51,18 +52,22 @@ class Bank:
 
     def add(self, raw: FloatArray, candidate: Candidate | None, shape: Shape | None,
             free: FreeShape | None) -> None:  # fmt: skip
-        """Append a test with columns (n, channels, k)."""
+        """Append a test with columns (k, channels, n)."""
         first = self.entries[-1].columns.stop if self.entries else 0
-        self.entries.append(Entry(candidate, shape, free, slice(first, first + raw.shape[2])))
-        self.raw.append(np.ascontiguousarray(raw.T, dtype=np.float32))
+        self.entries.append(Entry(candidate, shape, free, slice(first, first + len(raw))))
+        self.raw.append(raw)
 
     def whiten(self, fitter: Fitter) -> None:
         """Bring all columns under the fitter's noise model."""
         total = self.entries[-1].columns.stop
         self.white = np.empty((0, 0))  # room for the new ones
         white: FloatArray = np.empty((total, fitter.rows), dtype=np.float32)
-        for entry, raw in zip(self.entries, self.raw, strict=True):
+
+        def fill(one: tuple[Entry, FloatArray]) -> None:
+            entry, raw = one
             white[entry.columns] = fitter.whiten.each(raw)
+
+        at_once(fill, zip(self.entries, self.raw, strict=True))
         self.white = white.T
 
     def gram(self) -> FloatArray:
@@ -77,19 +82,30 @@ def build(model: Model) -> Bank:
     bank = Bank()
     always = [nuisance.term for nuisance in model.nuisances]
     nominal = model.predict(always)
-    for candidate in [*model.candidates, *model.groups]:
-        seen = False
-        for shape in candidate.shapes:
-            raw = secants(model, candidate, shape, nominal)
-            if np.abs(raw).max(initial=0.0) * shape.reach > LEAST_CHANGE:
-                bank.add(raw, candidate, shape, None)
-                seen = True
-        if not seen:
-            bank.silent.append(candidate)
+    shapes = [(one, shape) for one in [*model.candidates, *model.groups] for shape in one.shapes]
+    columns = at_once(lambda one: _secants_in_rows(model, *one, nominal), shapes)
+    for (candidate, shape), raw in zip(shapes, columns, strict=True):
+        if raw is not None:
+            bank.add(raw, candidate, shape, None)
+    tested = {entry.key for entry in bank.entries}
+    bank.silent = [one for one in [*model.candidates, *model.groups] if one.key not in tested]
     ports = model.ports()
     for free in free_shapes(model):
-        bank.add(free.columns(ports[free.port]), None, None, free)
+        bank.add(_in_rows(free.columns(ports[free.port])), None, None, free)
     return bank
+
+
+def _secants_in_rows(
+    model: Model, candidate: Candidate, shape: Shape, nominal: FloatArray
+) -> FloatArray | None:
+    """Secants (k, channels, n); None where they show nothing."""
+    raw = secants(model, candidate, shape, nominal)
+    return _in_rows(raw) if np.abs(raw).max(initial=0.0) * shape.reach > LEAST_CHANGE else None
+
+
+def _in_rows(columns: FloatArray) -> FloatArray:
+    """(n, channels, k) as (k, channels, n)."""
+    return np.ascontiguousarray(columns.T, dtype=np.float32)
 
 
 def secants(model: Model, candidate: Candidate, shape: Shape, nominal: FloatArray) -> FloatArray:

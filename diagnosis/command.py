@@ -14,6 +14,7 @@ from diagnosis.experiment import MotionLimits
 from diagnosis.result import Diagnosis
 from diagnosis.servo_robot import diagnose_servo_robot, is_servo_run
 from foundation.errors import RecordingError
+from foundation.one_thread import one_thread
 from foundation.strict_yaml import Document
 from models.robot import DeltaRobot, RobotModel, load_robot_model
 from recording.flat import FlatRecording
@@ -49,6 +50,7 @@ def diagnose(
     return answer
 
 
+@one_thread
 def diagnose_recordings(
     belief: RobotModel,
     recordings: Sequence[FlatRecording],

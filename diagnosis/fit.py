@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from diagnosis.at_once import at_once
 from diagnosis.candidate import Term
 from diagnosis.event_times import aligned, shown_later
 from diagnosis.free_shapes import FreeShape
@@ -23,12 +25,9 @@ MOMENTS = (-6, -3, -1, 1, 3, 6)
 """Readings by which the moment of an event is moved, to see whether that fits better."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Solution:
-    """Fitted terms. cost is a chi-square; residual (m,) and tangent (m, p) are whitened.
-
-    The tangent's columns: nuisances, then the moved coordinates of the terms, then free shapes.
-    """
+    """Fitted terms. cost is a chi-square; residual (m,) is whitened."""
 
     terms: tuple[Term, ...]
     nuisances: tuple[Term, ...]
@@ -36,9 +35,15 @@ class Solution:
     coefficients: FloatArray
     cost: float
     residual: FloatArray
-    tangent: FloatArray
     predicted: FloatArray
     """Channels with everything fitted, (n, channels)."""
+    slopes: Callable[[], FloatArray]
+    """Works the tangent out."""
+
+    @cached_property
+    def tangent(self) -> FloatArray:
+        """Whitened derivatives (m, p) by nuisances, moved coordinates of the terms, free shapes."""
+        return self.slopes()
 
     @property
     def free_tangent(self) -> FloatArray:
@@ -91,28 +96,38 @@ class Fitter:
         self, terms: Sequence[Term], nuisances: Sequence[Term], predicted: FloatArray
     ) -> FloatArray:
         """Whitened derivatives of the prediction by every moved coordinate, (m, p)."""
-        columns: list[FloatArray] = []
         everything = [*nuisances, *terms]
-        for number, term in enumerate(everything):
-            for i in term.candidate.moved:
-                if (number, i) in self._kept:
-                    columns.append(self._kept[number, i])
-                    continue
-                step = term.candidate.coordinates[i].step
-                at = term.at.copy()
-                if at[i] + step > term.candidate.coordinates[i].high:
-                    step = -step
-                at[i] += step
-                moved = [*everything[:number], Term(term.candidate, at), *everything[number + 1 :]]
-                column = self.vector((self.model.predict(moved) - predicted) / step)
-                if number < len(nuisances):
-                    column[self.rows + len(columns)] = 1.0 / self.spread[len(columns)]
-                columns.append(column)
-                # Small errors of the build are linear, whatever else is fitted beside them.
-                if len(self.model.nuisances) <= number < len(nuisances):
-                    self._kept[number, i] = column
+        places = [(k, i) for k, term in enumerate(everything) for i in term.candidate.moved]
+
+        def column(order: int) -> FloatArray:
+            number, i = places[order]
+            if (number, i) in self._kept:
+                return self._kept[number, i]
+            change = self.vector(self._slope(everything, number, i, predicted))
+            if number < len(nuisances):
+                change[self.rows + order] = 1.0 / self.spread[order]
+            # Small errors of the build are linear, whatever else is fitted beside them.
+            if len(self.model.nuisances) <= number < len(nuisances):
+                self._kept[number, i] = change
+            return change
+
+        columns = at_once(column, range(len(places)))
         rows = self.rows + len(self._centre)
         return np.stack(columns).T if columns else np.zeros((rows, 0))
+
+    def _slope(
+        self, terms: Sequence[Term], number: int, i: int, predicted: FloatArray
+    ) -> FloatArray:
+        """Derivative of the prediction by coordinate i of one term, (n, channels)."""
+        term = terms[number]
+        step = term.candidate.coordinates[i].step
+        at = term.at.copy()
+        if at[i] + step > term.candidate.coordinates[i].high:
+            step = -step
+        at[i] += step
+        moved = [*terms[:number], Term(term.candidate, at), *terms[number + 1 :]]
+        slope: FloatArray = (self.model.predict(moved) - predicted) / step
+        return slope
 
     def free_tangent(self, frees: Sequence[FreeShape]) -> FloatArray:
         """Whitened columns of free shapes, (m, q)."""
@@ -138,8 +153,10 @@ class Fitter:
         residual = self._residual(predicted, nuisances)
         cost = _cost(residual, basis)
         damping = 1e-6
-        tangent = self.tangent(terms, nuisances, predicted)
+        tangent: FloatArray | None = None
         for _ in range(steps):
+            if tangent is None:
+                tangent = self.tangent(terms, nuisances, predicted)
             if tangent.shape[1] == 0:
                 break
             jac = np.concatenate([tangent, linear], axis=1)
@@ -154,7 +171,7 @@ class Fitter:
                 gain = cost - trial_cost
                 nuisances, terms = tuple(trial_n), trial_t
                 predicted, residual, cost = trial_predicted, trial_residual, trial_cost
-                tangent = self.tangent(terms, nuisances, predicted)
+                tangent = None
                 damping = max(damping / 10, 1e-9)
                 if gain < CLOSE_ENOUGH:
                     break
@@ -165,7 +182,7 @@ class Fitter:
         retimed = self._retimed(terms, nuisances, basis, cost)
         if retimed is not None:
             return self.solve(retimed, frees, nuisances, steps)
-        return self._finish(terms, nuisances, tuple(frees), linear, predicted, residual, tangent)
+        return self._finish(terms, nuisances, tuple(frees), linear, predicted, residual)
 
     def _retimed(
         self, terms: tuple[Term, ...], nuisances: Sequence[Term], basis: FloatArray, cost: float
@@ -192,8 +209,11 @@ class Fitter:
         linear: FloatArray,
         predicted: FloatArray,
         residual: FloatArray,
-        tangent: FloatArray,
     ) -> Solution:
+        def slopes() -> FloatArray:
+            return np.concatenate([self.tangent(terms, nuisances, driven), linear], axis=1)
+
+        driven = predicted
         coefficients = np.zeros(linear.shape[1])
         if linear.shape[1]:
             coefficients = np.linalg.lstsq(linear, residual, rcond=1e-9)[0]
@@ -205,7 +225,7 @@ class Fitter:
                 first += free.size
         return Solution(
             terms, nuisances, frees, coefficients, float(residual @ residual), residual,
-            np.concatenate([tangent, linear], axis=1), predicted,
+            predicted, slopes,
         )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -142,10 +143,7 @@ def _other(other: ServoModel, solution: Solution) -> tuple[float, float]:
     late = [
         Term(new.candidate, old.at) for new, old in zip(starts, solution.nuisances, strict=True)
     ]
-    fitted = Solution(
-        solution.terms, tuple(late), solution.frees, solution.coefficients, solution.cost,
-        solution.residual, solution.tangent, solution.predicted,
-    )  # fmt: skip
+    fitted = replace(solution, nuisances=tuple(late))
     return other_run(other, starts, fitted, free_zero=False)
 
 

@@ -12,10 +12,10 @@ from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
+from foundation.one_thread import one_thread
 from models.robot import DeltaRobot, FloatArray
 from models.training.arm_networks import train_arms
 from models.training.calibrate import Calibrated, Plausible, calibrate
-from models.training.one_thread import one_thread
 from models.training.recipe import Follow, Settings, Trained, unseen
 from models.training.samples_of_angles import SMALLEST_MARGIN, random_poses, split
 

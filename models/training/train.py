@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 
 from foundation.errors import NetworkError
+from foundation.one_thread import one_thread
 from models.network.file import NetworkFile
 from models.training import shared_arm
 from models.training.export import HeldOut, Origin, data_to_file, to_file, unwritable
-from models.training.one_thread import one_thread
 from models.training.ours import OurSettings, train_ours
 from models.training.recipe import Follow, Settings, Task, Trained, plain, unseen
 from models.training.samples_of_angles import split

@@ -13,9 +13,9 @@ from itertools import islice
 import numpy as np
 
 from foundation.errors import NetworkError
+from foundation.one_thread import one_thread
 from models.robot import ARMS, FloatArray
 from models.training.graph import Graph
-from models.training.one_thread import one_thread
 from models.training.perceptron import Perceptron, Scaling, add_layers, fold
 from models.training.recipe import Follow, Trained, plain, unseen
 from models.training.samples_of_angles import IntArray, split

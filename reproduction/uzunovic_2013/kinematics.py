@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from charts.page import heading, paragraph
+from foundation.one_thread import one_thread
 from models.linkage import Linkage, forward, inverse
 from models.robot import DeltaRobot, FloatArray, load_delta
 from models.training.calibrate import Plausible, calibrate
-from models.training.one_thread import one_thread
 from models.training.recipe import Follow, unseen
 from models.training.samples_of_angles import IntArray, split
 from models.training.tooth_errors import find_tooth_errors

@@ -79,6 +79,6 @@ def test_only_a_stop_gives_way(
     tangent = np.zeros((3, 1 + len(at)))
     late = model.nuisances[0].term
     solution = Solution(
-        (term,), (late,), (), np.zeros(0), 0.0, np.zeros(3), tangent, np.zeros((1, 3))
+        (term,), (late,), (), np.zeros(0), 0.0, np.zeros(3), np.zeros((1, 3)), lambda: tangent
     )
     assert giving_way(solution).tolist() == [0.0, *expected]

@@ -1,7 +1,8 @@
-"""One thread for the arithmetic libraries while a network is trained.
+"""One thread for the arithmetic libraries, where their products are small or threads are ours.
 
-The products of a training are small: two threads spend their time waiting for each other (twice
-the time on a busy machine), and they add in another order, so that a seed would not repeat a file.
+Two threads spend their time waiting for each other then (twice the time on a busy machine), and
+they add in another order, so that neither a seed nor a recording would give the same twice on
+machines with different cores.
 """
 
 from __future__ import annotations
