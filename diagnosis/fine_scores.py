@@ -29,9 +29,10 @@ def scores_of(
     ports = fitter.model.ports()
     if small is not None:
         small = small - basis @ (basis.T @ small)
+    whitening = {name: _whitening(fitter.whiten, change) for name, change in ports.items()}
     found = []
     for free in shapes:
-        columns = _whitened(fitter.whiten, ports[free.port], free.basis)
+        columns = whitening[free.port] @ free.basis
         shared = columns.T @ basis
         gram = (columns.T @ columns).toarray()
         left = gram - shared @ shared.T
@@ -41,10 +42,12 @@ def scores_of(
     return found
 
 
-def _whitened(whiten: Whitener, change: FloatArray, basis: csr_array) -> csr_array:
-    """Whitened columns (m, k) of a shape's basis (n, k) that changes channels as `change` does."""
+def _whitening(whiten: Whitener, change: FloatArray) -> csr_array:
+    """From a shape's values (n) to what is new in the readings (m), for a port that changes the
+    channels as `change` (n, channels) does.
+    """
     parts = []
     for column, noise in enumerate(whiten.channels):
-        moved = diags_array(change[:, column]) @ basis
+        moved = diags_array(change[:, column], format="csr")
         parts.append(noise.innovations(moved[rows] for rows in noise.rows.T))
-    return diags_array(whiten.weight) @ vstack(parts, format="csr")
+    return csr_array(diags_array(whiten.weight) @ vstack(parts, format="csr"))
