@@ -10,6 +10,7 @@ from diagnosis.blur import EXACT, blur_of
 from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.detect import ALPHA, Detection
+from diagnosis.elsewhere import gain_elsewhere, local_terms
 from diagnosis.fit import Solution
 from diagnosis.free_shapes import FreeShape
 from diagnosis.pairs import best_pairs, leading
@@ -47,14 +48,18 @@ class Search(Detection):
 
     _parts: dict[tuple[tuple[str, ...], ...], float] = field(default_factory=dict)
 
-    def least_gain(self, solution: Solution, new: Candidate | None = None) -> float:
+    def least_gain(
+        self, solution: Solution, new: Candidate | None = None, exact: Sequence[Term] = ()
+    ) -> float:
         """What a new effect must explain at least: a share of what is explained already.
 
         Sharp effects count first, so that what two could explain is not charged as blur.
+        exact: terms that leave nothing in the readings that are looked at.
         """
         least, before = 0.0, self.empty.cost
-        for share in sorted({blur_of(term, new) for term in solution.terms}):
-            part = tuple(t for t in solution.terms if blur_of(t, new) <= share)
+        blur = [EXACT if term in exact else blur_of(term, new) for term in solution.terms]
+        for share in sorted(set(blur)):
+            part = tuple(t for t, own in zip(solution.terms, blur, strict=True) if own <= share)
             whole = part == solution.terms and not solution.frees
             now = solution.cost if whole else self._part(part)
             least, before = least + share * max(before - now, 0.0), min(now, before)
@@ -133,12 +138,20 @@ class Search(Detection):
         self.progress(f"trying {len(worthy)} explanations")
         tried = at_once(lambda t: self.tried((*solution.terms, t.start), solution), worthy)
         best = min(self.followed(solution, tried), key=self.worth)
-        gain = solution.cost - best.cost
-        new = best.terms[-1].candidate
-        log_p = log_sf(gain, len(new.moved))
-        if gain < self.least_gain(solution, new) or self.p(log_p) > ALPHA:
-            return None
-        return best
+        return best if self._earns(solution, best, best.terms[-1].candidate) else None
+
+    def _earns(self, without: Solution, found: Solution, new: Candidate) -> bool:
+        """Whether an effect gains enough, everywhere or at least where nothing local blurs it."""
+        gain = without.cost - found.cost
+        if self.p(log_sf(gain, len(new.moved))) > ALPHA:
+            return False
+        if gain >= self.least_gain(without, new):
+            return True
+        local = local_terms(without.terms)
+        if not local or gain < self.least_gain(without, new, local):
+            return False
+        gain = gain_elsewhere(self.fitter, without, found)
+        return self.p(log_sf(gain, len(new.moved))) <= ALPHA
 
     def tried(self, terms: Sequence[Term], beside: Solution) -> Tried:
         """A fit of terms that is only begun, with the rest from where another solution has it."""
@@ -176,9 +189,7 @@ class Search(Detection):
             bare = self.fitter.solve(
                 _without(solution.terms, number), solution.frees, solution.nuisances
             )
-            gain = bare.cost - solution.cost
-            log_p = log_sf(gain, len(term.candidate.moved))
-            if self.p(log_p) > ALPHA or gain < self.least_gain(bare, term.candidate):
+            if not self._earns(bare, solution, term.candidate):
                 return self.drop(bare)
         return solution
 

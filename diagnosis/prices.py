@@ -22,9 +22,13 @@ RELUCTANCE = {
     "sensor_crosstalk": 1.5,
 }
 """A price beside that of the coordinates."""
-LONG_WAVE = 50.0
-"""A wave as long as its travel is one bend, and any shape looks so: it costs like a free one."""
+IN_NAME_ONLY = 50.0
+"""An effect that does not do what it is called after bends like any shape, and costs like one."""
 WHOLE_TRAVEL = 0.97
+LEAST_PLAY_RAD = 3e-4
+"""A gear with less play than this only yields."""
+RINGS = 0.4
+"""Beyond this damping a spring is still before it has swung back once."""
 GROUP_PRICE = 10.0
 """That three arms err alike is less likely than one other cause that looks the same."""
 EVENT_PRICE = 14.0
@@ -56,8 +60,17 @@ def free_price(free: FreeShape) -> float:
 
 def price_of(term: Term) -> float:
     """What a term must earn where the fit has brought it."""
-    long = any(
-        coordinate.parameter == "period" and at > coordinate.high + np.log(WHOLE_TRAVEL)
-        for coordinate, at in zip(term.candidate.coordinates, term.at, strict=True)
-    )
-    return price(term.candidate) + (LONG_WAVE if long else 0.0)
+    return price(term.candidate) + (IN_NAME_ONLY if _in_name_only(term) else 0.0)
+
+
+def _in_name_only(term: Term) -> bool:
+    """A wave of its whole travel, which is one bend; a play of no width; what rings not once."""
+    for coordinate, at in zip(term.candidate.coordinates, term.at, strict=True):
+        match (term.candidate.effect, coordinate.parameter):
+            case (_, "period") if at > coordinate.high + np.log(WHOLE_TRAVEL):
+                return True
+            case ("gear_backlash", "width") if at < LEAST_PLAY_RAD:
+                return True
+            case ("resonance", "damping") if at > RINGS:
+                return True
+    return False

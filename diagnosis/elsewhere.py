@@ -1,0 +1,46 @@
+"""Where and when an effect that acts only now and then leaves the robot alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from diagnosis.candidate import Term
+from diagnosis.fit import Fitter, Solution
+from diagnosis.readings import BoolArray
+
+LOCAL = frozenset({"contact"})
+"""Effects whose imperfect operator can mislead only near where they act."""
+NEAR_S = 0.3
+"""Around it: touching down a little earlier, and what rings after."""
+LEAST_CHANGE_M = 1e-6
+LEAST_SHARE = 0.2
+"""Of the readings, to judge by them alone."""
+
+
+def local_terms(terms: Sequence[Term]) -> tuple[Term, ...]:
+    """Those of the terms that act only now and then."""
+    return tuple(term for term in terms if term.candidate.effect in LOCAL)
+
+
+def left_alone(fitter: Fitter, solution: Solution) -> BoolArray:
+    """Whitened readings (rows,) far from where the solution's local terms act."""
+    model = fitter.model
+    others = [term for term in solution.terms if term.candidate.effect not in LOCAL]
+    without = model.predict([*solution.nuisances, *others])
+    everything = model.predict([*solution.nuisances, *solution.terms])
+    acts = np.abs(everything - without).max(axis=1) > LEAST_CHANGE_M
+    near = maximum_filter1d(acts, 1 + 2 * round(NEAR_S / model.readings.period_s))
+    alone: BoolArray = ~near[fitter.whiten.rows]
+    return alone
+
+
+def gain_elsewhere(fitter: Fitter, before: Solution, after: Solution) -> float:
+    """Chi-square gained by readings that no local term of both touches; none where few are left."""
+    rows = left_alone(fitter, before) & left_alone(fitter, after)
+    if rows.mean() < LEAST_SHARE:
+        return 0.0
+    old, new = before.residual[: fitter.rows][rows], after.residual[: fitter.rows][rows]
+    return float(old @ old - new @ new)
