@@ -37,10 +37,24 @@ def left_alone(fitter: Fitter, solution: Solution) -> BoolArray:
     return alone
 
 
+def clear_rows(fitter: Fitter, one: Solution, other: Solution) -> BoolArray:
+    """Whitened readings (rows,) by which to compare two stories of one recording.
+
+    Those that no local term of either touches; all of them where too few would be left.
+    """
+    if not local_terms((*one.terms, *other.terms)):
+        return np.ones(fitter.rows, dtype=bool)
+    clear = left_alone(fitter, one) & left_alone(fitter, other)
+    return clear if clear.mean() >= LEAST_SHARE else np.ones(fitter.rows, dtype=bool)
+
+
+def blurred(solution: Solution, clear: BoolArray) -> float:
+    """Chi-square left in the readings that are not clear."""
+    return float(np.sum(solution.residual[: len(clear)][~clear] ** 2))
+
+
 def gain_elsewhere(fitter: Fitter, before: Solution, after: Solution) -> float:
-    """Chi-square gained by readings that no local term of both touches; none where few are left."""
-    rows = left_alone(fitter, before) & left_alone(fitter, after)
-    if rows.mean() < LEAST_SHARE:
-        return 0.0
-    old, new = before.residual[: fitter.rows][rows], after.residual[: fitter.rows][rows]
-    return float(old @ old - new @ new)
+    """Chi-square gained in the readings that no local term of either touches."""
+    clear = clear_rows(fitter, before, after)
+    gained = before.cost - blurred(before, clear) - after.cost + blurred(after, clear)
+    return 0.0 if clear.all() else gained

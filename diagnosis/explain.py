@@ -8,6 +8,7 @@ import numpy as np
 
 from diagnosis.challenge import challenge, free_rivals
 from diagnosis.detect import ALPHA, Progress
+from diagnosis.elsewhere import blurred, clear_rows
 from diagnosis.fit import Fitter, Solution
 from diagnosis.name import CHOICE, Search
 from diagnosis.noise import Whitener, estimate
@@ -54,13 +55,22 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
         progress("comparing with a machine that is a little off everywhere")
         other = _with_tolerances(search.prepared, rad_per_step, progress)
         rival = _promoted(other, other.run())
-        small = _small(search, solution) and other.story(rival) < search.story(solution)
-        if rival.terms and (small or _evidence(other, rival) < _evidence(search, solution)):
+        if rival.terms and _looser(search, solution, other, rival):
             search, solution, loose = other, rival, True
     challenged = in_parts(search, _challenged(search, solution))
     progress("what else it could be")
     settled, stands = settle(search, challenged)
     return Explained(search, settled, first_p, loose, nominal, stands)
+
+
+def _looser(search: Search, solution: Solution, other: Search, rival: Solution) -> bool:
+    """Whether small errors everywhere are the better story, judged where nothing local blurs it."""
+    clear = clear_rows(search.fitter, solution, rival)
+    few, many = blurred(solution, clear), blurred(rival, clear)
+    small = _small(search, solution)
+    if small and other.story(rival) - many < search.story(solution) - few:
+        return True
+    return _evidence(other, rival) - many < _evidence(search, solution) - few
 
 
 def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
