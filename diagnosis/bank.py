@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg.blas import ssyrk
 
-from diagnosis.at_once import at_once
 from diagnosis.candidate import Candidate, Shape, Term
 from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape, free_shapes
@@ -62,12 +61,8 @@ class Bank:
         total = self.entries[-1].columns.stop
         self.white = np.empty((0, 0))  # room for the new ones
         white: FloatArray = np.empty((total, fitter.rows), dtype=np.float32)
-
-        def fill(one: tuple[Entry, FloatArray]) -> None:
-            entry, raw = one
+        for entry, raw in zip(self.entries, self.raw, strict=True):
             white[entry.columns] = fitter.whiten.each(raw)
-
-        at_once(fill, zip(self.entries, self.raw, strict=True))
         self.white = white.T
 
     def gram(self) -> FloatArray:
@@ -83,8 +78,8 @@ def build(model: Model) -> Bank:
     always = [nuisance.term for nuisance in model.nuisances]
     nominal = model.predict(always)
     shapes = [(one, shape) for one in [*model.candidates, *model.groups] for shape in one.shapes]
-    columns = at_once(lambda one: _secants_in_rows(model, *one, nominal), shapes)
-    for (candidate, shape), raw in zip(shapes, columns, strict=True):
+    for candidate, shape in shapes:
+        raw = _secants_in_rows(model, candidate, shape, nominal)
         if raw is not None:
             bank.add(raw, candidate, shape, None)
     tested = {entry.key for entry in bank.entries}

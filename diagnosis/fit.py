@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.at_once import at_once
 from diagnosis.candidate import Term
 from diagnosis.event_times import aligned, shown_later
 from diagnosis.free_shapes import FreeShape
@@ -97,21 +96,19 @@ class Fitter:
     ) -> FloatArray:
         """Whitened derivatives of the prediction by every moved coordinate, (m, p)."""
         everything = [*nuisances, *terms]
-        places = [(k, i) for k, term in enumerate(everything) for i in term.candidate.moved]
-
-        def column(order: int) -> FloatArray:
-            number, i = places[order]
-            if (number, i) in self._kept:
-                return self._kept[number, i]
-            change = self.vector(self._slope(everything, number, i, predicted))
-            if number < len(nuisances):
-                change[self.rows + order] = 1.0 / self.spread[order]
-            # Small errors of the build are linear, whatever else is fitted beside them.
-            if len(self.model.nuisances) <= number < len(nuisances):
-                self._kept[number, i] = change
-            return change
-
-        columns = at_once(column, range(len(places)))
+        columns: list[FloatArray] = []
+        for number, term in enumerate(everything):
+            for i in term.candidate.moved:
+                if (number, i) in self._kept:
+                    columns.append(self._kept[number, i])
+                    continue
+                column = self.vector(self._slope(everything, number, i, predicted))
+                if number < len(nuisances):
+                    column[self.rows + len(columns)] = 1.0 / self.spread[len(columns)]
+                columns.append(column)
+                # Small errors of the build are linear, whatever else is fitted beside them.
+                if len(self.model.nuisances) <= number < len(nuisances):
+                    self._kept[number, i] = column
         rows = self.rows + len(self._centre)
         return np.stack(columns).T if columns else np.zeros((rows, 0))
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from diagnosis.at_once import at_once
 from diagnosis.blur import EXACT, blur_of
 from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
@@ -136,7 +135,7 @@ class Search(Detection):
         strongest = trials[0].gain
         worthy = [t for t in trials[:TRIED] if t.gain > 0.4 * strongest]
         self.progress(f"trying {len(worthy)} explanations")
-        tried = at_once(lambda t: self.tried((*solution.terms, t.start), solution), worthy)
+        tried = [self.tried((*solution.terms, t.start), solution) for t in worthy]
         best = min(self.followed(solution, tried), key=self.worth)
         return best if self._earns(solution, best, best.terms[-1].candidate) else None
 
@@ -158,12 +157,12 @@ class Search(Detection):
         one = self.fitter.solve(terms, beside.frees, beside.nuisances, QUICK)
         return Tried(one.terms, one.nuisances, one.frees, one.cost)
 
-    def followed(self, before: Solution, tried: Sequence[Tried]) -> list[Solution]:
+    def followed(self, before: Solution, tried: Sequence[Tried]) -> Iterator[Solution]:
         """Fits that were begun, brought to their end where they may yet become the best."""
         most = max((before.cost - one.cost for one in tried), default=0.0)
-        least = min(HOPEFUL * most, most - HOPE)
-        hopeful = [one for one in tried if before.cost - one.cost >= least]
-        return at_once(lambda one: self.fitter.solve(one.terms, one.frees, one.nuisances), hopeful)
+        for one in tried:
+            if before.cost - one.cost >= min(HOPEFUL * most, most - HOPE):
+                yield self.fitter.solve(one.terms, one.frees, one.nuisances)
 
     def _swap(self, solution: Solution, newest: bool) -> Solution:
         """Try to replace each term, or each but the newest, by something better."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diagnosis.at_once import at_once
 from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.fit import Solution
@@ -86,7 +85,7 @@ def standing(search: Search, solution: Solution, numbers: Sequence[int]) -> Stan
     log_p = log_sf(gain, sum(len(one.moved) for one in own))
     rivals: list[tuple[Alternative, Candidate, Solution]] = []
     starts = _starts(search, solution, bare, numbers, gain)
-    tried = at_once(lambda start: search.tried((*rest, start), bare), starts)
+    tried = [search.tried((*rest, start), bare) for start in starts]
     for other in search.followed(bare, tried):
         start = other.terms[-1]
         worse = other.cost - solution.cost
