@@ -64,13 +64,30 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
 
 
 def _looser(search: Search, solution: Solution, other: Search, rival: Solution) -> bool:
-    """Whether small errors everywhere are the better story, judged where nothing local blurs it."""
+    """Whether small errors everywhere are the better story, judged where nothing local blurs it.
+
+    Not when it is one by an effect that would make the first story as good, and was left out of
+    it for what the others blur.
+    """
     clear = clear_rows(search.fitter, solution, rival)
-    few, many = blurred(solution, clear), blurred(rival, clear)
-    small = _small(search, solution)
-    if small and other.story(rival) - many < search.story(solution) - few:
-        return True
-    return _evidence(other, rival) - many < _evidence(search, solution) - few
+    many = blurred(rival, clear)
+    for one in (solution, _with_those_of(search, solution, rival)):
+        few = blurred(one, clear)
+        small = _small(search, one) and other.story(rival) - many < search.story(one) - few
+        if not small and _evidence(other, rival) - many >= _evidence(search, one) - few:
+            return False
+    return True
+
+
+def _with_those_of(search: Search, solution: Solution, rival: Solution) -> Solution:
+    """A solution with what another has beside it, where that was left out for the blur alone."""
+    own = {term.candidate.key for term in solution.terms}
+    more = [term for term in rival.terms if term.candidate.key not in own]
+    if not more:
+        return solution
+    both = search.fitter.solve((*solution.terms, *more), solution.frees, solution.nuisances)
+    most = max(search.least_gain(solution, term.candidate) for term in more)
+    return both if solution.cost - both.cost < most else solution
 
 
 def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
