@@ -1,0 +1,73 @@
+"""What a diagnosis of 240 s takes: python benchmarks/diagnosis_cost.py [--cases 3] [--seed 1].
+
+Draws recordings of the MuJoCo robot (extra `proof`) with nothing, one, two, three causes or unknown
+physics, runs `deltactl diagnose` on each in a process of its own, and prints for each:
+seconds by the wall clock, seconds of processor time, and the most memory it held.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from proof.cases import SINGLES, assemble
+from proof.hidden.oddities import ODDITIES
+from proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
+
+COUNTS = {"nothing": 0, "single": 1, "two": 2, "three": 3, "unknown": 1}
+LENGTH_S = 240.0
+LIMIT_S, LIMIT_MB = 10.0, 500.0
+
+
+def cost(group: str, seed: int, number: int) -> tuple[list[str], float, float, float]:
+    """What was concealed; wall seconds, processor seconds and megabytes of its diagnosis."""
+    rng = np.random.default_rng([seed, number, sum(group.encode())])
+    names = sorted(ODDITIES) if group == "unknown" else list(SINGLES)
+    kinds = [str(name) for name in rng.permutation(names)[: COUNTS[group]]]
+    case = assemble(number, group, kinds, rng, motion="survey", seconds=LENGTH_S)
+    with tempfile.TemporaryDirectory(prefix="cost-") as folder:
+        write_blind(case, Path(folder), seed)
+        return kinds, *_diagnosed(Path(folder))
+
+
+def _diagnosed(folder: Path) -> tuple[float, float, float]:
+    command = [sys.executable, "-m", "firmware_py.cli.main", "diagnose", str(folder / RECORDING)]
+    options = ["--robot", str(folder / ROBOT_FILE), "--holdout", str(folder / HOLDOUT)]
+    begun_s = time.monotonic()
+    process = subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL)
+    _, status, used = os.wait4(process.pid, 0)
+    if status:
+        print(f"  (exit status {os.waitstatus_to_exitcode(status)})")
+    return time.monotonic() - begun_s, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
+
+
+def main() -> int:
+    """Exit status 1 when a limit does not hold."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, default=3, help="of each kind")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--group", choices=COUNTS, action="append", help="only these")
+    options = parser.parse_args()
+    held = True
+    print(f"{'concealed':10s} {'s':>6s} {'CPU s':>6s} {'MB':>5s}")
+    for group in options.group or COUNTS:
+        for number in range(1 if group == "nothing" else options.cases):
+            kinds, wall_s, used_s, memory_mb = cost(group, options.seed, number)
+            held &= wall_s <= LIMIT_S and memory_mb <= LIMIT_MB
+            print(
+                f"{group:10s} {wall_s:6.1f} {used_s:6.1f} {memory_mb:5.0f} {', '.join(kinds)}",
+                flush=True,
+            )
+    print(f"{LIMIT_S:g} s and {LIMIT_MB:g} MB {'hold' if held else 'do not hold for all of them'}")
+    return 0 if held else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
