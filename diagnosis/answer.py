@@ -12,7 +12,7 @@ from diagnosis.chance import log_sf
 from diagnosis.detect import ALPHA
 from diagnosis.events import Stale, moment
 from diagnosis.explain import Explained
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape
 from diagnosis.memory import has_memory, tied_drivers
 from diagnosis.readings import FloatArray, Readings
@@ -27,6 +27,7 @@ from diagnosis.result import (
 )
 from diagnosis.settle import Standing
 from diagnosis.sizes import covariance, parameters
+from diagnosis.solution import Solution
 from diagnosis.usual import usual
 from diagnosis.words import regime
 

@@ -11,7 +11,7 @@ from diagnosis.axis_rivals import rivals
 from diagnosis.axis_search import AxisSearch
 from diagnosis.candidate import Candidate
 from diagnosis.effort_axis_model import EffortAxisModel
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.readings import FloatArray
 from diagnosis.result import (
     Channel,
@@ -23,6 +23,7 @@ from diagnosis.result import (
     Where,
 )
 from diagnosis.sizes import NORMAL_95, parameters
+from diagnosis.solution import Solution
 from models.effects.lone_axis import said
 
 REGIMES = {

@@ -15,13 +15,13 @@ from diagnosis.axis_search import AxisSearch
 from diagnosis.axis_words import summary
 from diagnosis.candidate import Term
 from diagnosis.effort_axis_model import EffortAxisModel
-from diagnosis.fit import Solution
 from diagnosis.limits import limits
 from diagnosis.model import Model
 from diagnosis.prepare import Prepared, prepare
 from diagnosis.range_sensor_model import RangeSensorModel
 from diagnosis.readings import FloatArray
 from diagnosis.result import Diagnosis, Finding, Fit, NotTestable, Verdict
+from diagnosis.solution import Solution
 from foundation.errors import RecordingError
 from models.effects.lone_axis import COMPONENT
 from models.robot import RangeSensor, ServoAxis, StepperAxis

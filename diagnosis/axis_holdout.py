@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.candidate import Term
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.model import Model
 from diagnosis.noise import Whitener
 from diagnosis.readings import BoolArray, FloatArray
+from diagnosis.solution import Solution
 
 BLOCKS = 20
 EVERY = 4

@@ -7,11 +7,12 @@ from scipy.stats import chi2
 
 from diagnosis import axis_candidates as moves
 from diagnosis.candidate import Term
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.model import Model
 from diagnosis.orthonormal import orthonormal
 from diagnosis.prices import EVENT_PRICE, Trial
 from diagnosis.readings import FloatArray
+from diagnosis.solution import Solution
 from models.effects.lone_axis import COMPONENT, command_effects
 
 EDGE = 0.05

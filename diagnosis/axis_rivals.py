@@ -8,8 +8,8 @@ import numpy as np
 
 from diagnosis.axis_search import AxisSearch
 from diagnosis.candidate import Candidate, Term
-from diagnosis.fit import Solution
 from diagnosis.result import Alternative
+from diagnosis.solution import Solution
 
 LIMIT = 9.0
 """Scaled chi-square within which two explanations count as tied."""

@@ -18,11 +18,11 @@ from diagnosis.axis_jumps import scan
 from diagnosis.axis_tidy import ALIKE, tidied
 from diagnosis.candidate import Term
 from diagnosis.detect import ALPHA
-from diagnosis.fit import Solution
 from diagnosis.free_shapes import FreeShape
 from diagnosis.name import Search
 from diagnosis.noise import IntArray
 from diagnosis.prices import Trial, price
+from diagnosis.solution import Solution
 
 MOST_TERMS = 6
 TRIED = 6

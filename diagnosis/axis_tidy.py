@@ -6,7 +6,8 @@ import numpy as np
 
 from diagnosis import axis_candidates as moves
 from diagnosis.candidate import Candidate, Term
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
+from diagnosis.solution import Solution
 
 PARTS = ("time", "dead_time")
 ALIKE = 8.0

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from diagnosis.blur import FREE
 from diagnosis.detect import ALPHA
-from diagnosis.fit import Solution
 from diagnosis.free_shapes import FreeShape
 from diagnosis.name import HOPE, Search
 from diagnosis.prices import FREE_PRICE, price, price_of
+from diagnosis.solution import Solution
 
 MOST_RIVALS = 2
 OPTIMISM = 1.5

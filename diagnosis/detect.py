@@ -12,13 +12,14 @@ from diagnosis.candidate import Term
 from diagnosis.chance import log_sf
 from diagnosis.events import Jump, jumps
 from diagnosis.fine_scores import scores_of
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape
 from diagnosis.pairs import start_of
 from diagnosis.prepare import Prepared
 from diagnosis.prices import Trial, price
 from diagnosis.rhythm import rhythms
 from diagnosis.score import Calibration, Scores, calibrate
+from diagnosis.solution import Solution
 
 ALPHA = 0.003
 KEPT = 2

@@ -8,8 +8,9 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from diagnosis.candidate import Term
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.readings import BoolArray
+from diagnosis.solution import Solution
 
 LOCAL = frozenset({"contact"})
 """Effects whose imperfect operator can mislead only near where they act."""

@@ -9,9 +9,10 @@ import numpy as np
 from diagnosis.candidate import Candidate
 from diagnosis.delta_candidates import lost_steps
 from diagnosis.event_times import late_of, seen_s
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import BoolArray, Readings, long_repeats
+from diagnosis.solution import Solution
 
 EDGE = 0.02
 """Share of the recording at each end in which a loss cannot be told from an offset."""

@@ -12,8 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.candidate import Term
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.readings import FloatArray
+from diagnosis.solution import Solution
 
 EXACT = 1.0 / 60.0
 """Share of the usual tolerances that the most careful building leaves: 0.025 mm at a sensor,

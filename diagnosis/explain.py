@@ -9,12 +9,13 @@ import numpy as np
 from diagnosis.challenge import challenge, free_rivals
 from diagnosis.detect import ALPHA, Progress
 from diagnosis.elsewhere import blurred, clear_rows
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.name import CHOICE, Search
 from diagnosis.noise import Whitener, estimate
 from diagnosis.prepare import Prepared, once_more
 from diagnosis.readings import BoolArray, FloatArray
 from diagnosis.settle import Standing, in_parts, settle
+from diagnosis.solution import Solution
 from diagnosis.usual import usual
 
 PROMOTED = 12.0

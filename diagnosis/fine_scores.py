@@ -8,12 +8,13 @@ import numpy as np
 from scipy.sparse import csr_array, diags_array, vstack
 
 from diagnosis.chance import log_sf
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape
 from diagnosis.noise import Whitener
 from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import FloatArray
 from diagnosis.score import doubt, gain_of
+from diagnosis.solution import Solution
 
 
 def scores_of(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from diagnosis.candidate import Term
+from diagnosis.damped_step import bounded_step, moved_by
 from diagnosis.event_times import aligned, shown_later
 from diagnosis.free_shapes import FreeShape
 from diagnosis.model import Model
@@ -16,51 +16,30 @@ from diagnosis.noise import Whitener
 from diagnosis.nuisance import Nuisance
 from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import FloatArray
+from diagnosis.solution import Solution
 
 STEPS = 6
 CLOSE_ENOUGH = 0.02
 """A step that lowers the cost by less than this ends the fit."""
+NEAR = 2.0
+"""After one that lowers it by less than this the tangent may stay as it is."""
 MOMENTS = (-6, -3, -1, 1, 3, 6)
 """Readings by which the moment of an event is moved, to see whether that fits better."""
 
 
-@dataclass(frozen=True, eq=False)
-class Solution:
-    """Fitted terms. cost is a chi-square; residual (m,) is whitened."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Point:
+    """Where a fit is: terms, what they predict, and what free shapes leave of the rest."""
 
-    terms: tuple[Term, ...]
     nuisances: tuple[Term, ...]
-    frees: tuple[FreeShape, ...]
-    coefficients: FloatArray
-    cost: float
-    residual: FloatArray
+    terms: tuple[Term, ...]
     predicted: FloatArray
-    """Channels with everything fitted, (n, channels)."""
-    slopes: Callable[[], FloatArray]
-    """Works the tangent out."""
-
-    @cached_property
-    def tangent(self) -> FloatArray:
-        """Whitened derivatives (m, p) by nuisances, moved coordinates of the terms, free shapes."""
-        return self.slopes()
+    residual: FloatArray
+    cost: float
 
     @property
-    def free_tangent(self) -> FloatArray:
-        """The tangent without coordinates at an end of their range, which cannot give way."""
-        stuck = [
-            term.at[i] in (term.candidate.coordinates[i].low, term.candidate.coordinates[i].high)
-            for term in (*self.nuisances, *self.terms)
-            for i in term.candidate.moved
-        ]
-        keep = np.ones(self.tangent.shape[1], dtype=bool)
-        keep[: len(stuck)] = ~np.array(stuck, dtype=bool)
-        return self.tangent[:, keep]
-
-    def columns_of(self, number: int) -> slice:
-        """Columns of the tangent that belong to term `number`."""
-        first = sum(len(t.candidate.moved) for t in self.nuisances)
-        first += sum(len(t.candidate.moved) for t in self.terms[:number])
-        return slice(first, first + len(self.terms[number].candidate.moved))
+    def everything(self) -> list[Term]:
+        return [*self.nuisances, *self.terms]
 
 
 class Fitter:
@@ -92,13 +71,25 @@ class Fitter:
         return residual
 
     def tangent(
-        self, terms: Sequence[Term], nuisances: Sequence[Term], predicted: FloatArray
+        self,
+        terms: Sequence[Term],
+        nuisances: Sequence[Term],
+        predicted: FloatArray,
+        known: FloatArray | None = None,
     ) -> FloatArray:
-        """Whitened derivatives of the prediction by every moved coordinate, (m, p)."""
+        """Whitened derivatives of the prediction by every moved coordinate, (m, p).
+
+        known: the first of them, where they are near enough (m, k).
+        """
         everything = [*nuisances, *terms]
-        columns: list[FloatArray] = []
+        columns: list[FloatArray] = [] if known is None else list(known.T)
+        skipped = len(columns)
+        place = 0
         for number, term in enumerate(everything):
             for i in term.candidate.moved:
+                place += 1
+                if place <= skipped:
+                    continue
                 if (number, i) in self._kept:
                     columns.append(self._kept[number, i])
                     continue
@@ -139,79 +130,82 @@ class Fitter:
         frees: Sequence[FreeShape] = (),
         nuisances: Sequence[Term] | None = None,
         steps: int = STEPS,
+        known: FloatArray | None = None,
     ) -> Solution:
-        """Levenberg-Marquardt from the terms as they stand; free shapes are linear."""
+        """Levenberg-Marquardt from the terms as they stand; free shapes are linear.
+
+        known: derivatives by the first coordinates (m, k) that need not be worked out again.
+        """
         nuisances = tuple(n.term for n in self.nuisances) if nuisances is None else tuple(nuisances)
         nuisances, terms = given_back(self.model.nuisances, nuisances, tuple(terms))
-        terms = aligned(terms)
         linear = self.free_tangent(frees)
         basis = orthonormal(linear)
+        start = self._point(nuisances, aligned(terms), basis)
+        found = self._descended(start, linear, basis, steps, known)
+        retimed = self._retimed(found, basis)
+        if retimed is not None:
+            return self.solve(retimed, frees, found.nuisances, steps)
+        return self._finish(found, tuple(frees), linear)
+
+    def _point(self, nuisances: Sequence[Term], terms: Sequence[Term], basis: FloatArray) -> _Point:
         predicted = self.model.predict([*nuisances, *terms])
         residual = self._residual(predicted, nuisances)
-        cost = _cost(residual, basis)
-        damping = 1e-6
-        tangent: FloatArray | None = None
+        along = basis.T @ residual
+        cost = float(residual @ residual - along @ along)
+        return _Point(tuple(nuisances), tuple(terms), predicted, residual, cost)
+
+    def _descended(
+        self,
+        at: _Point,
+        linear: FloatArray,
+        basis: FloatArray,
+        steps: int,
+        known: FloatArray | None,
+    ) -> _Point:
+        damping, tangent, fresh = 1e-6, None, True
         for _ in range(steps):
             if tangent is None:
-                tangent = self.tangent(terms, nuisances, predicted)
+                tangent, fresh = self.tangent(at.terms, at.nuisances, at.predicted, known), True
             if tangent.shape[1] == 0:
                 break
             jac = np.concatenate([tangent, linear], axis=1)
-            everything = [*nuisances, *terms]
-            move = _bounded_step(everything, jac, residual, damping)
-            tried = _moved(everything, move)
-            trial_n, trial_t = tried[: len(nuisances)], aligned(tried[len(nuisances) :])
-            trial_predicted = self.model.predict([*trial_n, *trial_t])
-            trial_residual = self._residual(trial_predicted, trial_n)
-            trial_cost = _cost(trial_residual, basis)
-            if trial_cost < cost:
-                gain = cost - trial_cost
-                nuisances, terms = tuple(trial_n), trial_t
-                predicted, residual, cost = trial_predicted, trial_residual, trial_cost
-                tangent = None
-                damping = max(damping / 10, 1e-9)
+            moved = moved_by(at.everything, bounded_step(at.everything, jac, at.residual, damping))
+            count = len(at.nuisances)
+            trial = self._point(moved[:count], aligned(moved[count:]), basis)
+            gain = at.cost - trial.cost
+            if gain > 0.0:
+                at, damping, fresh = trial, max(damping / 10, 1e-9), False
                 if gain < CLOSE_ENOUGH:
                     break
+                tangent = tangent if gain < NEAR else None
+            elif not fresh:
+                tangent = None
             else:
                 damping = max(damping, 1e-4) * 30
                 if damping > 1e3:
                     break
-        retimed = self._retimed(terms, nuisances, basis, cost)
-        if retimed is not None:
-            return self.solve(retimed, frees, nuisances, steps)
-        return self._finish(terms, nuisances, tuple(frees), linear, predicted, residual)
+        return at
 
-    def _retimed(
-        self, terms: tuple[Term, ...], nuisances: Sequence[Term], basis: FloatArray, cost: float
-    ) -> tuple[Term, ...] | None:
+    def _retimed(self, at: _Point, basis: FloatArray) -> tuple[Term, ...] | None:
         """The terms with one event a few readings earlier or later, where that fits better."""
-        best, least = None, cost - CLOSE_ENOUGH
-        for number, term in enumerate(terms):
+        best, least = None, at.cost - CLOSE_ENOUGH
+        for number, term in enumerate(at.terms):
             for shift in MOMENTS:
                 other = shown_later(term, shift * self.model.readings.period_s)
                 if other is None:
                     break
-                moved = aligned((*terms[:number], other, *terms[number + 1 :]))
-                predicted = self.model.predict([*nuisances, *moved])
-                other_cost = _cost(self._residual(predicted, nuisances), basis)
-                if other_cost < least:
-                    best, least = moved, other_cost
+                moved = aligned((*at.terms[:number], other, *at.terms[number + 1 :]))
+                cost = self._point(at.nuisances, moved, basis).cost
+                if cost < least:
+                    best, least = moved, cost
         return best
 
-    def _finish(
-        self,
-        terms: tuple[Term, ...],
-        nuisances: tuple[Term, ...],
-        frees: tuple[FreeShape, ...],
-        linear: FloatArray,
-        predicted: FloatArray,
-        residual: FloatArray,
-    ) -> Solution:
+    def _finish(self, at: _Point, frees: tuple[FreeShape, ...], linear: FloatArray) -> Solution:
         def slopes() -> FloatArray:
-            return np.concatenate([self.tangent(terms, nuisances, driven), linear], axis=1)
+            own = self.tangent(at.terms, at.nuisances, at.predicted)
+            return np.concatenate([own, linear], axis=1)
 
-        driven = predicted
-        coefficients = np.zeros(linear.shape[1])
+        coefficients, residual, predicted = np.zeros(linear.shape[1]), at.residual, at.predicted
         if linear.shape[1]:
             coefficients = np.linalg.lstsq(linear, residual, rcond=1e-9)[0]
             residual = residual - linear @ coefficients
@@ -220,10 +214,10 @@ class Fitter:
                 part = coefficients[first : first + free.size]
                 predicted = predicted + ports[free.port] * (free.basis @ part)[:, None]
                 first += free.size
+        cost = float(residual @ residual)
         return Solution(
-            terms, nuisances, frees, coefficients, float(residual @ residual), residual,
-            predicted, slopes,
-        )  # fmt: skip
+            at.terms, at.nuisances, frees, coefficients, cost, residual, predicted, slopes
+        )
 
 
 def given_back(
@@ -250,53 +244,3 @@ def given_back(
 
 def _moved_values(terms: Sequence[Term]) -> FloatArray:
     return np.array([t.at[i] for t in terms for i in t.candidate.moved], dtype=np.float64)
-
-
-def _cost(residual: FloatArray, basis: FloatArray) -> float:
-    along = basis.T @ residual
-    return float(residual @ residual - along @ along)
-
-
-def _damped(gram: FloatArray, along: FloatArray, damping: float) -> FloatArray:
-    """A damped step from the normal equations."""
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
-    matrix = gram / np.outer(scale, scale) + damping * np.eye(len(gram))
-    step: FloatArray = np.linalg.lstsq(matrix, along / scale, rcond=1e-10)[0] / scale
-    return step
-
-
-def _bounded_step(
-    terms: Sequence[Term], jac: FloatArray, residual: FloatArray, damping: float
-) -> FloatArray:
-    """A damped step; coordinates that would leave their bounds stop there, the rest goes on."""
-    room = [
-        (term.candidate.coordinates[i].low - term.at[i],
-         term.candidate.coordinates[i].high - term.at[i])
-        for term in terms
-        for i in term.candidate.moved
-    ]  # fmt: skip
-    low, high = np.array(room).T
-    gram, along = jac.T @ jac, jac.T @ residual
-    free = np.ones(jac.shape[1], dtype=bool)
-    step = np.zeros(jac.shape[1])
-    for _ in range(3):
-        held = along[free] - gram[np.ix_(free, ~free)] @ step[~free]
-        step[free] = _damped(gram[np.ix_(free, free)], held, damping)
-        own = step[: len(low)]
-        out = free[: len(low)] & ((own < low) | (own > high))
-        if not out.any():
-            break
-        own[out] = np.clip(own[out], low[out], high[out])
-        free[: len(low)] &= ~out
-    return step[: len(low)]
-
-
-def _moved(terms: Sequence[Term], move: FloatArray) -> list[Term]:
-    result, first = [], 0
-    for term in terms:
-        moved = term.candidate.moved
-        at = term.at.copy()
-        at[moved] += move[first : first + len(moved)]
-        first += len(moved)
-        result.append(term.moved_to(at))
-    return result

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.candidate import Term
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape
 from diagnosis.model import Model
 from diagnosis.noise import Whitener
 from diagnosis.readings import BoolArray, FloatArray, without_outliers
+from diagnosis.solution import Solution
 
 BLOCKS = 20
 EVERY = 4

@@ -14,9 +14,10 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from diagnosis.chance import log_sf
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape, knots_for, spline_basis, two_way
 from diagnosis.readings import FloatArray
+from diagnosis.solution import Solution
 
 PAST_S = (0.06, 0.3, 1.5)
 PIECES = 4

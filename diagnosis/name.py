@@ -10,10 +10,10 @@ from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.detect import ALPHA, Detection
 from diagnosis.elsewhere import gain_elsewhere, local_terms
-from diagnosis.fit import Solution
 from diagnosis.free_shapes import FreeShape
 from diagnosis.pairs import best_pairs, leading
 from diagnosis.prices import free_price, price, price_of
+from diagnosis.solution import Solution
 
 CHOICE = 12.0
 """Chi-square that choosing one of a hundred candidates is worth."""
@@ -154,7 +154,9 @@ class Search(Detection):
 
     def tried(self, terms: Sequence[Term], beside: Solution) -> Tried:
         """A fit of terms that is only begun, with the rest from where another solution has it."""
-        one = self.fitter.solve(terms, beside.frees, beside.nuisances, QUICK)
+        shared = sum(len(t.candidate.moved) for t in (*beside.nuisances, *beside.terms))
+        known = beside.tangent[:, :shared]
+        one = self.fitter.solve(terms, beside.frees, beside.nuisances, QUICK, known)
         return Tried(one.terms, one.nuisances, one.frees, one.cost)
 
     def followed(self, before: Solution, tried: Sequence[Tried]) -> Iterator[Solution]:

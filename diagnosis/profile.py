@@ -13,8 +13,9 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.candidate import Term
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.readings import FloatArray
+from diagnosis.solution import Solution
 
 LOSS_95 = 3.841
 """95 % point of chi-square with one degree of freedom."""

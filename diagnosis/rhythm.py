@@ -10,11 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.chance import log_sf
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape, waves
 from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import FloatArray
 from diagnosis.score import explained_by
+from diagnosis.solution import Solution
 
 FEWEST_TURNS = 6.0
 """Slower ones are seen by the splines over time."""

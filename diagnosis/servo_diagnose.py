@@ -13,12 +13,12 @@ from diagnosis.axis_prepare import prepare_again, prepare_axis
 from diagnosis.axis_search import AxisSearch
 from diagnosis.axis_words import summary
 from diagnosis.candidate import Term
-from diagnosis.fit import Solution
 from diagnosis.limits import limits
 from diagnosis.readings import FloatArray
 from diagnosis.result import Channel, Diagnosis, Finding, Fit, Picture, Verdict
 from diagnosis.servo_model import CHANNEL, UNIT, ServoModel
 from diagnosis.servo_rivals import rivals, swapped
+from diagnosis.solution import Solution
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from diagnosis.axis_answer import AxisOutcome
 from diagnosis.axis_search import AxisSearch
-from diagnosis.fit import Solution
 from diagnosis.result import Alternative, Finding
+from diagnosis.solution import Solution
 
 LIMIT = 9.0
 """Scaled chi-square within which two explanations count as tied."""

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
-from diagnosis.fit import Solution
 from diagnosis.groups import apart, whole_groups
 from diagnosis.name import Search
 from diagnosis.prices import Trial
 from diagnosis.result import Alternative
+from diagnosis.solution import Solution
 from diagnosis.twins import twins
 
 LIMIT = 11.0

@@ -8,10 +8,11 @@ import numpy as np
 
 from diagnosis.candidate import Candidate, Term
 from diagnosis.exactness import giving_way, pull
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.prepare import blocks_of
 from diagnosis.readings import FloatArray
 from diagnosis.result import ParameterResult
+from diagnosis.solution import Solution
 
 NORMAL_95 = 1.959964
 

@@ -15,12 +15,12 @@ from diagnosis.experiment.measurements import measurement
 from diagnosis.experiment.motions import motions
 from diagnosis.experiment.safe import MotionLimits
 from diagnosis.experiment.ties import Tie
-from diagnosis.fit import Solution
 from diagnosis.model import Model
 from diagnosis.noise import Whitener
 from diagnosis.readings import BoolArray, FloatArray
 from diagnosis.result import NextExperiment
 from diagnosis.settle import Standing
+from diagnosis.solution import Solution
 from models.linkage import Linkage
 
 SETTLES = 40.0

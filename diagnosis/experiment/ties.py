@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from diagnosis.candidate import Term
-from diagnosis.fit import Solution
 from diagnosis.readings import FloatArray
+from diagnosis.solution import Solution
 
 Key = tuple[str, ...]
 

@@ -11,9 +11,10 @@ from diagnosis.candidate import Term
 from diagnosis.delta_candidates import TOLERANCES
 from diagnosis.delta_model import DeltaModel
 from diagnosis.exactness import EXACT, GIVES_WAY_M, giving_way, pull
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.noise import estimate
 from diagnosis.sizes import covariance
+from diagnosis.solution import Solution
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

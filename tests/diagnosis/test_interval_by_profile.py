@@ -9,9 +9,10 @@ import numpy as np
 from diagnosis import profile
 from diagnosis.candidate import Term
 from diagnosis.delta_model import DeltaModel
-from diagnosis.fit import Fitter, Solution
+from diagnosis.fit import Fitter
 from diagnosis.noise import estimate
 from diagnosis.sizes import covariance
+from diagnosis.solution import Solution
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

@@ -1,0 +1,52 @@
+"""What a fit found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from diagnosis.candidate import Term
+from diagnosis.free_shapes import FreeShape
+from diagnosis.readings import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Fitted terms. cost is a chi-square; residual (m,) is whitened."""
+
+    terms: tuple[Term, ...]
+    nuisances: tuple[Term, ...]
+    frees: tuple[FreeShape, ...]
+    coefficients: FloatArray
+    cost: float
+    residual: FloatArray
+    predicted: FloatArray
+    """Channels with everything fitted, (n, channels)."""
+    slopes: Callable[[], FloatArray]
+    """Works the tangent out."""
+
+    @cached_property
+    def tangent(self) -> FloatArray:
+        """Whitened derivatives (m, p) by nuisances, moved coordinates of the terms, free shapes."""
+        return self.slopes()
+
+    @property
+    def free_tangent(self) -> FloatArray:
+        """The tangent without coordinates at an end of their range, which cannot give way."""
+        stuck = [
+            term.at[i] in (term.candidate.coordinates[i].low, term.candidate.coordinates[i].high)
+            for term in (*self.nuisances, *self.terms)
+            for i in term.candidate.moved
+        ]
+        keep = np.ones(self.tangent.shape[1], dtype=bool)
+        keep[: len(stuck)] = ~np.array(stuck, dtype=bool)
+        return self.tangent[:, keep]
+
+    def columns_of(self, number: int) -> slice:
+        """Columns of the tangent that belong to term `number`."""
+        first = sum(len(t.candidate.moved) for t in self.nuisances)
+        first += sum(len(t.candidate.moved) for t in self.terms[:number])
+        return slice(first, first + len(self.terms[number].candidate.moved))
