@@ -29,7 +29,7 @@ def challenge(search: Search, solution: Solution) -> Solution:
             continue
         rival = search.drop(rival)
         if not terms:
-            rival = search.one_more(rival)
+            rival = search.one_more(rival, solution)
         if search.story(rival) < search.story(best):
             best = rival
     return best

@@ -18,6 +18,7 @@ from diagnosis.solution import Solution
 CHOICE = 12.0
 """Chi-square that choosing one of a hundred candidates is worth."""
 TRIED = 6
+TRIED_OF_RIVALS = 2
 QUICK = 2
 """Steps of a first try."""
 HOPEFUL, HOPE = 0.7, 40.0
@@ -128,12 +129,17 @@ class Search(Detection):
             solution = self.drop(better)
         return solution
 
-    def _add(self, solution: Solution) -> Solution | None:
+    def _add(self, solution: Solution, other: Solution | None = None) -> Solution | None:
+        """With the best further effect; where another story is known, with few or one of that."""
         trials = self.trials(solution)
         if not trials or self.p(min(t.log_p for t in trials)) > ALPHA:
             return None
         strongest = trials[0].gain
         worthy = [t for t in trials[:TRIED] if t.gain > 0.4 * strongest]
+        if other is not None:
+            told = {term.candidate.key for term in other.terms}
+            likely = worthy[:TRIED_OF_RIVALS]
+            worthy = [t for t in worthy if t in likely or t.start.candidate.key in told]
         self.progress(f"trying {len(worthy)} explanations")
         tried = [self.tried((*solution.terms, t.start), solution) for t in worthy]
         best = min(self.followed(solution, tried), key=self.worth)
@@ -204,7 +210,7 @@ class Search(Detection):
         for trial in [t for t in found if t.gain > least][:2]:
             rival = self.fitter.solve((trial.start,), (), self.empty.nuisances)
             for _ in range(len(solution.terms) - 1):
-                grown = self._add(rival)
+                grown = self._add(rival, solution)
                 if grown is None:
                     break
                 rival = self.drop(grown)
@@ -212,9 +218,9 @@ class Search(Detection):
                 best = rival
         return best
 
-    def one_more(self, solution: Solution) -> Solution:
-        """With the best further effect, where one earns its place."""
-        grown = self._add(solution)
+    def one_more(self, solution: Solution, other: Solution) -> Solution:
+        """A rival of another solution with a further effect, where one earns its place."""
+        grown = self._add(solution, other)
         return solution if grown is None else self.drop(self._swap(grown, newest=False))
 
     def story(self, solution: Solution) -> float:
