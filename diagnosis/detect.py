@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from diagnosis.bank import Entry
-from diagnosis.candidate import Term
+from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.events import Jump, jumps
 from diagnosis.fine_scores import scores_of
@@ -63,6 +63,12 @@ class Detection:
         """Calibrated p of the smallest p of bank and scan together."""
         tests = self.calibration.tests + self.event_tests
         return Calibration(tests).p(log_p)
+
+    def doubt_of(self, candidate: Candidate) -> float:
+        """How many times more an exact machine may show of it than noise does."""
+        scorer, entries = self.prepared.scorer, self.prepared.bank.entries
+        own = [scorer.doubt[k] for k, entry in enumerate(entries) if entry.key == candidate.key]
+        return float(max(own, default=1.0))
 
     def first_p(self) -> float:
         """Calibrated p of 'nothing is missing'."""

@@ -155,7 +155,7 @@ class Search(Detection):
         local = local_terms(without.terms)
         if not local or gain < self.least_gain(without, new, local):
             return False
-        gain = gain_elsewhere(self.fitter, without, found)
+        gain = gain_elsewhere(self.fitter, without, found) / self.doubt_of(new)
         return self.p(log_sf(gain, len(new.moved))) <= ALPHA
 
     def tried(self, terms: Sequence[Term], beside: Solution) -> Tried:
