@@ -41,7 +41,9 @@ def _diagnosed(folder: Path) -> tuple[float, float, float]:
     command = [sys.executable, "-m", "firmware_py.cli.main", "diagnose", str(folder / RECORDING)]
     options = ["--robot", str(folder / ROBOT_FILE), "--holdout", str(folder / HOLDOUT)]
     begun_s = time.monotonic()
-    process = subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        [*command, *options], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
     _, status, used = os.wait4(process.pid, 0)
     if status:
         print(f"  (exit status {os.waitstatus_to_exitcode(status)})")

@@ -36,8 +36,9 @@ def diagnose_recordings(
     quiet = json_file is not None and str(json_file) == "-"
     mapping = load_mapping(columns, set_columns) if columns or set_columns else None
     read = partial(read_mapped, mapping=mapping) if mapping else read_flat
+    hidden = quiet or not errors.is_terminal  # elsewhere it would leave an empty line
     shown = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*shown, console=errors, transient=True, disable=quiet) as progress:
+    with Progress(*shown, console=errors, transient=True, disable=hidden) as progress:
         bar = progress.add_task("reading")
 
         def show(text: str) -> None:
