@@ -94,7 +94,8 @@ class Search(Detection):
                 break
             grown = self._paired(solution, grown)
             solution = self.drop(self._swap(grown, newest=False))
-        return self._polished(solution)
+        split = self._split(solution)
+        return self._polished(solution if split is solution else self.drop(split))
 
     def _paired(self, before: Solution, grown: Solution) -> Solution:
         """Two others in place of the newest two, where these together would do more."""
@@ -103,10 +104,22 @@ class Search(Detection):
         base = self.empty
         if len(before.terms) > 1:
             base = self.fitter.solve(before.terms[:-1], before.frees, before.nuisances, steps=4)
+        return self._with_pair(base, grown, TRIED_PAIRS)
+
+    def _split(self, solution: Solution) -> Solution:
+        """Two causes in place of one that looks like both beside the others."""
+        best = solution
+        for number in range(len(solution.terms) if 1 < len(solution.terms) < MOST_TERMS else 0):
+            rest = _without(solution.terms, number)
+            base = self.fitter.solve(rest, solution.frees, solution.nuisances, steps=4)
+            best = self._with_pair(base, best, 1)
+        return best
+
+    def _with_pair(self, base: Solution, best: Solution, most: int) -> Solution:
+        """The best so far, or a base with the two that do more together."""
         scorer, taken = self.prepared.scorer, {term.candidate.key for term in base.terms}
         entries = leading(scorer, self.scores(base), taken)
-        pairs = best_pairs(scorer, base.free_tangent, base.residual, entries, price, TRIED_PAIRS)
-        best = grown
+        pairs = best_pairs(scorer, base.free_tangent, base.residual, entries, price, most)
         for pair in pairs:
             if pair.value < self.worth(base) - self.worth(best) + LEAST_MORE:
                 break
