@@ -94,7 +94,7 @@ class Search(Detection):
                 break
             grown = self._paired(solution, grown)
             solution = self.drop(self._swap(grown, newest=False))
-        split = self._split(solution)
+        split = self.split(solution)
         return self._polished(solution if split is solution else self.drop(split))
 
     def _paired(self, before: Solution, grown: Solution) -> Solution:
@@ -106,7 +106,7 @@ class Search(Detection):
             base = self.fitter.solve(before.terms[:-1], before.frees, before.nuisances, steps=4)
         return self._with_pair(base, grown, TRIED_PAIRS)
 
-    def _split(self, solution: Solution) -> Solution:
+    def split(self, solution: Solution) -> Solution:
         """Two causes in place of one that looks like both beside the others."""
         best = solution
         for number in range(len(solution.terms) if 1 < len(solution.terms) < MOST_TERMS else 0):

@@ -69,3 +69,20 @@ def test_play_that_hangs_on_one_flank_is_tried_as_a_home_offset(quiet: Search) -
     found = twins([hanging], candidates)
     assert {term.candidate.key for term in found} == {("home_offset", "motor2")}
     assert sorted(float(term.at[0]) for term in found) == [-0.01, 0.01]
+
+
+def test_one_that_stands_for_two_beside_a_third_gives_way(
+    delta: DeltaRobot, record: Record
+) -> None:
+    causes = [
+        EffectEntry(effect="joint_compliance", component="joints", parameters={"stiffness": 300.0}),
+        EffectEntry(effect="gear_ratio", component="motor1", parameters={"scale": 0.985}),
+        EffectEntry(effect="sensor_scale", component="range_x", parameters={"scale": 1.02}),
+    ]
+    model = DeltaModel(delta, [record(*causes, seconds=40.0)])
+    search = Search(prepare(model, model.readings.valid.copy()), 0.0)
+    starts = {trial.start.candidate.key: trial.start for trial in search.trials(search.empty)}
+    names = [("frame_tilt", "frame"), ("sensor_scale", "range_x")]
+    wrong = search.fitter.solve([starts[name] for name in names])
+    found = {term.candidate.key for term in search.split(wrong).terms}
+    assert found == {("sensor_scale", "range_x"), *TRUTH}
