@@ -79,11 +79,12 @@ def _peak_rate(delta: Int64Array, ticks: Int64Array) -> FloatArray:
         if not len(moves):
             continue
         size, of = column[moves], ticks[moves]
-        inside = np.where(size > 1, of // size, of)
+        inside = (of // size)[size > 1]
         # From the last step of one move to the first of the next, over the moves between.
         left, ahead = of // (2 * size), -(-of // (2 * size))
         total = np.cumsum(ticks)
         between = (total - ticks)[moves[1:]] - total[moves[:-1]]
         across = left[:-1] + between + ahead[1:]
-        rate[motor] = 1.0 / min(inside.min(), across.min(initial=inside.min()))
+        apart = np.concatenate([inside, across])
+        rate[motor] = 1.0 / (apart.min() if len(apart) else of.min())
     return rate

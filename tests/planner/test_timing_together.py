@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from firmware_py.planner import timing_together
@@ -54,6 +54,7 @@ def test_steps_keep_within_half_a_step_of_the_straight_line(delta):
 
 @settings(max_examples=150, deadline=None)
 @given(way=ways)
+@example(way=[(0, 0, 0), (0, 1, 0), (0, 1, 5)])
 def test_said_peak_rate_is_the_nearest_pair_of_steps_or_one_period_less(way):
     counts = np.cumsum(np.array(way), axis=0)
     schedule = TogetherSchedule(counts, np.zeros(len(way)), 0.001)
