@@ -12,8 +12,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from diagnosis.delta_model import ANGLES, POSITIONS, DeltaModel
-from diagnosis.noise import IntArray
-from diagnosis.readings import MAD_TO_SIGMA, BoolArray, FloatArray
+from diagnosis.readings import MAD_TO_SIGMA, BoolArray, FloatArray, IntArray
 from diagnosis.sanity import check_input
 from foundation.errors import RecordingError
 from models.linkage import Linkage, forward

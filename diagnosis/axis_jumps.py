@@ -9,7 +9,6 @@ from diagnosis import axis_candidates as moves
 from diagnosis.candidate import Term
 from diagnosis.fit import Fitter
 from diagnosis.model import Model
-from diagnosis.orthonormal import orthonormal
 from diagnosis.prices import EVENT_PRICE, Trial
 from diagnosis.readings import FloatArray
 from diagnosis.solution import Solution
@@ -26,7 +25,7 @@ def gains(fitter: Fitter, solution: Solution, model: Model) -> tuple[FloatArray,
     rows = fitter.whiten.rows
     order = np.argsort(rows, kind="stable")[::-1]
     times = model.readings.t_s[rows[order]]
-    basis = orthonormal(solution.tangent)[: len(rows)][order]
+    basis = solution.basis[: len(rows)][order]
     column = fitter.whiten(model.ports()[COMPONENT])[order]
     along = np.cumsum(column * solution.residual[: len(rows)][order])
     shared = np.cumsum(column[:, None] * basis, axis=0)

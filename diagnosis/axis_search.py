@@ -20,8 +20,8 @@ from diagnosis.candidate import Term
 from diagnosis.detect import ALPHA
 from diagnosis.free_shapes import FreeShape
 from diagnosis.name import Search
-from diagnosis.noise import IntArray
 from diagnosis.prices import Trial, price
+from diagnosis.readings import IntArray
 from diagnosis.solution import Solution
 
 MOST_TERMS = 6

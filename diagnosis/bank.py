@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from scipy.linalg.blas import ssyrk
@@ -12,6 +13,7 @@ from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape, free_shapes
 from diagnosis.model import Model
 from diagnosis.readings import FloatArray
+from foundation.side_by_side import side_by_side
 
 LEAST_CHANGE = 1e-9
 
@@ -77,30 +79,32 @@ def build(model: Model) -> Bank:
     bank = Bank()
     always = [nuisance.term for nuisance in model.nuisances]
     nominal = model.predict(always)
-    shapes = [(one, shape) for one in [*model.candidates, *model.groups] for shape in one.shapes]
-    for candidate, shape in shapes:
-        raw = _secants_in_rows(model, candidate, shape, nominal)
-        if raw is not None:
-            bank.add(raw, candidate, shape, None)
-    tested = {entry.key for entry in bank.entries}
-    bank.silent = [one for one in [*model.candidates, *model.groups] if one.key not in tested]
+    candidates = [*model.candidates, *model.groups]
+    tasks = [partial(_columns_of, model, one, nominal) for one in candidates]
+    for candidate, columns in zip(candidates, side_by_side(tasks), strict=True):
+        for number, raw in columns.items():
+            bank.add(raw, candidate, candidate.shapes[number], None)
+        if not columns:
+            bank.silent.append(candidate)
     ports = model.ports()
     for free in free_shapes(model):
-        bank.add(_in_rows(free.columns(ports[free.port])), None, None, free)
+        bank.add(laid_out(free.columns(ports[free.port])), None, None, free)
     return bank
 
 
-def _secants_in_rows(
-    model: Model, candidate: Candidate, shape: Shape, nominal: FloatArray
-) -> FloatArray | None:
-    """Secants (k, channels, n); None where they show nothing."""
-    raw = secants(model, candidate, shape, nominal)
-    return _in_rows(raw) if np.abs(raw).max(initial=0.0) * shape.reach > LEAST_CHANGE else None
+def _columns_of(model: Model, candidate: Candidate, nominal: FloatArray) -> dict[int, FloatArray]:
+    """Columns (k, channels, n) of a candidate, by the number of the shape that shows any."""
+    columns = {}
+    for number, shape in enumerate(candidate.shapes):
+        raw = secants(model, candidate, shape, nominal)
+        if np.abs(raw).max(initial=0.0) * shape.reach > LEAST_CHANGE:
+            columns[number] = laid_out(raw)
+    return columns
 
 
-def _in_rows(columns: FloatArray) -> FloatArray:
-    """(n, channels, k) as (k, channels, n)."""
-    return np.ascontiguousarray(columns.T, dtype=np.float32)
+def laid_out(raw: FloatArray) -> FloatArray:
+    """Columns (n, channels, k) one after another, (k, channels, n)."""
+    return np.ascontiguousarray(raw.T, dtype=np.float32)
 
 
 def secants(model: Model, candidate: Candidate, shape: Shape, nominal: FloatArray) -> FloatArray:

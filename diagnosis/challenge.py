@@ -2,37 +2,43 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from diagnosis.blur import FREE
+from diagnosis.candidate import Term
 from diagnosis.detect import ALPHA
 from diagnosis.free_shapes import FreeShape
-from diagnosis.name import HOPE, Search
+from diagnosis.name import Search
 from diagnosis.prices import FREE_PRICE, price, price_of
 from diagnosis.solution import Solution
 
 MOST_RIVALS = 2
-OPTIMISM = 1.5
-"""How much more than its linearised gain an effect may bring."""
 
 
 def challenge(search: Search, solution: Solution) -> Solution:
     """The solution, or the better story with a free shape in it."""
-    best = solution
     beside = free_rivals(search, solution)
     starts = [(solution.terms, (*solution.frees, free)) for free in beside]
     named = solution.terms
     as_free = any(price_of(term) > price(term.candidate) for term in named)
     if len(named) > 1 or (named and starts) or as_free:
         starts += [((), (free,)) for free in free_rivals(search, search.empty)]
-    for terms, frees in starts:
-        rival = search.fitter.solve(terms, frees, solution.nuisances)
-        if not terms and _hopeless(search, rival, best):
-            continue
-        rival = search.drop(rival)
-        if not terms:
-            rival = search.one_more(rival, solution)
-        if search.story(rival) < search.story(best):
-            best = rival
-    return best
+    rivals = search.fitter.side_by_side(
+        [partial(_grown, search, solution, terms, frees) for terms, frees in starts]
+    )
+    return min([solution, *(one for one in rivals if one is not None)], key=search.story)
+
+
+def _grown(
+    search: Search, solution: Solution, terms: tuple[Term, ...], frees: tuple[FreeShape, ...]
+) -> Solution | None:
+    """A rival that has a free shape, with what else it needs; None for one that stays behind."""
+    rival = search.fitter.solve(terms, frees, solution.nuisances)
+    if terms:
+        return search.drop(rival)
+    if search.falls_short(rival, 1, search.worth(solution)):
+        return None
+    return search.one_more(search.drop(rival), solution)
 
 
 def free_rivals(search: Search, solution: Solution) -> list[FreeShape]:
@@ -51,9 +57,3 @@ def free_rivals(search: Search, solution: Solution) -> list[FreeShape]:
         for free, gain, log_p in ranked[:MOST_RIVALS]
         if gain > least and search.p(log_p) < ALPHA
     ]
-
-
-def _hopeless(search: Search, rival: Solution, best: Solution) -> bool:
-    """Whether a rival stays behind even with all that one more effect may add to it."""
-    more = max((trial.gain for trial in search.trials(rival)), default=0.0)
-    return search.worth(rival) - OPTIMISM * more > search.worth(best) + HOPE

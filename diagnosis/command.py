@@ -15,6 +15,7 @@ from diagnosis.result import Diagnosis
 from diagnosis.servo_robot import diagnose_servo_robot, is_servo_run
 from foundation.errors import RecordingError
 from foundation.one_thread import one_thread
+from foundation.side_by_side import only_here
 from foundation.strict_yaml import Document
 from models.robot import DeltaRobot, RobotModel, load_robot_model
 from recording.flat import FlatRecording
@@ -61,6 +62,7 @@ def diagnose_recordings(
     """The same for recordings in memory. motion_limits: for the run that is proposed."""
     if not recordings:
         raise RecordingError("no recording was given")
+    progress = only_here(progress)
     if not isinstance(belief, DeltaRobot):
         return diagnose_axis(belief, recordings, holdout, progress)
     if is_servo_run(belief, [*recordings, *holdout]):

@@ -10,7 +10,6 @@ from diagnosis.candidate import Candidate
 from diagnosis.delta_candidates import lost_steps
 from diagnosis.event_times import late_of, seen_s
 from diagnosis.fit import Fitter
-from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import BoolArray, Readings, long_repeats
 from diagnosis.solution import Solution
 
@@ -44,7 +43,7 @@ def jumps(
     rows = fitter.whiten.rows
     order = np.argsort(rows, kind="stable")[::-1]
     times = model.readings.t_s[rows[order]]
-    basis = orthonormal(solution.tangent)[: len(rows)][order]
+    basis = solution.basis[: len(rows)][order]
     residual = solution.residual[: len(rows)][order]
     inside = (times > times[-1] + EDGE * (times[0] - times[-1])) & (
         times < times[0] - EDGE * (times[0] - times[-1])

@@ -50,18 +50,28 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     search = Search(prepared, rad_per_step, progress)
     first_p = search.first_p()
     search, solution = calmed(search, search.run())
-    nominal, solution = search.empty, search.with_group(solution)
+    nominal, solution = search.empty, search.with_group(search.finished(solution))
     loose = False
     if _looks_loose(search, solution):
         progress("comparing with a machine that is a little off everywhere")
         other = _with_tolerances(search.prepared, rad_per_step, progress)
-        rival = _promoted(other, other.run())
-        if rival.terms and _looser(search, solution, other, rival):
-            search, solution, loose = other, rival, True
+        if _gives_way(search, solution, other):
+            rival = _promoted(other, other.finished(other.run()))
+            if rival.terms and _looser(search, solution, other, rival):
+                search, solution, loose = other, rival, True
     challenged = in_parts(search, _challenged(search, solution))
     progress("what else it could be")
     settled, stands = settle(search, challenged)
     return Explained(search, settled, first_p, loose, nominal, stands)
+
+
+def _gives_way(search: Search, solution: Solution, other: Search) -> bool:
+    """Whether small errors everywhere may be the better story: some effect is not needed beside
+    them, or with all of them it is better already.
+    """
+    beside = other.fitter.solve(solution.terms, solution.frees)
+    needed = other.drop(beside)
+    return len(needed.terms) < len(solution.terms) or _looser(search, solution, other, needed)
 
 
 def _looser(search: Search, solution: Solution, other: Search, rival: Solution) -> bool:
@@ -72,12 +82,17 @@ def _looser(search: Search, solution: Solution, other: Search, rival: Solution) 
     """
     clear = clear_rows(search.fitter, solution, rival)
     many = blurred(rival, clear)
-    for one in (solution, _with_those_of(search, solution, rival)):
+    evidence, story = _evidence(other, rival) - many, other.story(rival) - many
+
+    def beats(one: Solution) -> bool:
         few = blurred(one, clear)
-        small = _small(search, one) and other.story(rival) - many < search.story(one) - few
-        if not small and _evidence(other, rival) - many >= _evidence(search, one) - few:
-            return False
-    return True
+        small = _small(search, one) and story < search.story(one) - few
+        return small or evidence < _evidence(search, one) - few
+
+    if not beats(solution):
+        return False
+    fairer = _with_those_of(search, solution, rival)
+    return fairer is solution or beats(fairer)
 
 
 def _with_those_of(search: Search, solution: Solution, rival: Solution) -> Solution:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array, vstack
@@ -11,10 +12,10 @@ from diagnosis.chance import log_sf
 from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape
 from diagnosis.noise import Whitener
-from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import FloatArray
-from diagnosis.score import doubt, gain_of
+from diagnosis.score import doubt, gain_alone
 from diagnosis.solution import Solution
+from foundation.side_by_side import side_by_side
 
 
 def scores_of(
@@ -24,23 +25,25 @@ def scores_of(
 
     small: whitened changes by what no robot file can promise, (m, k).
     """
-    basis = orthonormal(solution.tangent)[: fitter.rows]
+    basis = solution.basis[: fitter.rows]
     residual = solution.residual[: fitter.rows]
     rest = residual - basis @ (basis.T @ residual)
     ports = fitter.model.ports()
     if small is not None:
         small = small - basis @ (basis.T @ small)
     whitening = {name: _whitening(fitter.whiten, change) for name, change in ports.items()}
-    found = []
-    for free in shapes:
+
+    def score(free: FreeShape) -> tuple[float, float]:
         columns = whitening[free.port] @ free.basis
         shared = columns.T @ basis
         gram = (columns.T @ columns).toarray()
         left = gram - shared @ shared.T
-        _, gain, rank = gain_of(left, columns.T @ rest, np.diag(gram))
+        gain, rank = gain_alone(left, columns.T @ rest, np.diag(gram))
         doubted = 1.0 if small is None else doubt(left, columns.T @ small)
-        found.append((free, gain, log_sf(gain / doubted, rank)))
-    return found
+        return gain, log_sf(gain / doubted, rank)
+
+    scores = side_by_side([partial(score, free) for free in shapes])
+    return [(free, *own) for free, own in zip(shapes, scores, strict=True)]
 
 
 def _whitening(whiten: Whitener, change: FloatArray) -> csr_array:

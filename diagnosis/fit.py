@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
 from diagnosis.candidate import Term
 from diagnosis.damped_step import bounded_step, moved_by
-from diagnosis.event_times import aligned, shown_later
+from diagnosis.event_times import aligned, seen_s, shown_later
 from diagnosis.free_shapes import FreeShape
 from diagnosis.model import Model
 from diagnosis.noise import Whitener
@@ -17,14 +19,20 @@ from diagnosis.nuisance import Nuisance
 from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import FloatArray
 from diagnosis.solution import Solution
+from foundation.side_by_side import side_by_side
+from models.effects import VOCABULARY
 
 STEPS = 6
 CLOSE_ENOUGH = 0.02
 """A step that lowers the cost by less than this ends the fit."""
 NEAR = 2.0
 """After one that lowers it by less than this the tangent may stay as it is."""
+RETIMED = 3
+"""Fits of so many steps also move the moments of events."""
 MOMENTS = (-6, -3, -1, 1, 3, 6)
 """Readings by which the moment of an event is moved, to see whether that fits better."""
+
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,23 +91,18 @@ class Fitter:
         """
         everything = [*nuisances, *terms]
         columns: list[FloatArray] = [] if known is None else list(known.T)
-        skipped = len(columns)
-        place = 0
-        for number, term in enumerate(everything):
-            for i in term.candidate.moved:
-                place += 1
-                if place <= skipped:
-                    continue
-                if (number, i) in self._kept:
-                    columns.append(self._kept[number, i])
-                    continue
-                column = self.vector(self._slope(everything, number, i, predicted))
-                if number < len(nuisances):
-                    column[self.rows + len(columns)] = 1.0 / self.spread[len(columns)]
-                columns.append(column)
-                # Small errors of the build are linear, whatever else is fitted beside them.
-                if len(self.model.nuisances) <= number < len(nuisances):
-                    self._kept[number, i] = column
+        places = [(k, i) for k, term in enumerate(everything) for i in term.candidate.moved]
+        for number, i in places[len(columns) :]:
+            if (number, i) in self._kept:
+                columns.append(self._kept[number, i])
+                continue
+            column = self.vector(self._slope(everything, number, i, predicted))
+            if number < len(nuisances):
+                column[self.rows + len(columns)] = 1.0 / self.spread[len(columns)]
+            columns.append(column)
+            # Small errors of the build are linear, whatever else is fitted beside them.
+            if len(self.model.nuisances) <= number < len(nuisances):
+                self._kept[number, i] = column
         rows = self.rows + len(self._centre)
         return np.stack(columns).T if columns else np.zeros((rows, 0))
 
@@ -142,7 +145,7 @@ class Fitter:
         basis = orthonormal(linear)
         start = self._point(nuisances, aligned(terms), basis)
         found = self._descended(start, linear, basis, steps, known)
-        retimed = self._retimed(found, basis)
+        retimed = self._retimed(found, basis) if steps >= RETIMED else None
         if retimed is not None:
             return self.solve(retimed, frees, found.nuisances, steps)
         return self._finish(found, tuple(frees), linear)
@@ -190,21 +193,42 @@ class Fitter:
         """The terms with one event a few readings earlier or later, where that fits better."""
         best, least = None, at.cost - CLOSE_ENOUGH
         for number, term in enumerate(at.terms):
-            for shift in MOMENTS:
-                other = shown_later(term, shift * self.model.readings.period_s)
-                if other is None:
-                    break
-                moved = aligned((*at.terms[:number], other, *at.terms[number + 1 :]))
-                cost = self._point(at.nuisances, moved, basis).cost
+            moment = self._better_moment(at, number, basis, least)
+            other = shown_later(term, moment * self.model.readings.period_s)
+            if other is None or not moment:
+                continue
+            moved = _with(at.terms, number, other)
+            cost = self._point(at.nuisances, moved, basis).cost
+            if cost < least:
+                best, least = moved, cost
+        return best
+
+    def _better_moment(self, at: _Point, number: int, basis: FloatArray, least: float) -> int:
+        """By how many readings an event should be moved for a cost below `least`; else 0.
+
+        What is predicted changes between the two moments only.
+        """
+        shown_s, period_s = seen_s(at.terms[number]), self.model.readings.period_s
+        if shown_s is None:
+            return 0
+        best, t_s = 0, self.model.readings.t_s
+        for way in (MOMENTS[:3], MOMENTS[3:]):
+            farthest = shown_later(at.terms[number], max(way, key=abs) * period_s)
+            assert farthest is not None
+            moved = [*at.nuisances, *_with(at.terms, number, farthest)]
+            change = self.model.predict(moved) - at.predicted
+            for moment in way:
+                first_s, last_s = sorted((shown_s, shown_s + moment * period_s))
+                between = (t_s >= first_s) & (t_s < last_s)
+                residual = at.residual - self.vector(np.where(between[:, None], change, 0.0))
+                along = basis.T @ residual
+                cost = float(residual @ residual - along @ along)
                 if cost < least:
-                    best, least = moved, cost
+                    best, least = moment, cost
         return best
 
     def _finish(self, at: _Point, frees: tuple[FreeShape, ...], linear: FloatArray) -> Solution:
-        def slopes() -> FloatArray:
-            own = self.tangent(at.terms, at.nuisances, at.predicted)
-            return np.concatenate([own, linear], axis=1)
-
+        slopes = partial(self._slopes, at, linear)
         coefficients, residual, predicted = np.zeros(linear.shape[1]), at.residual, at.predicted
         if linear.shape[1]:
             coefficients = np.linalg.lstsq(linear, residual, rcond=1e-9)[0]
@@ -218,6 +242,19 @@ class Fitter:
         return Solution(
             at.terms, at.nuisances, frees, coefficients, cost, residual, predicted, slopes
         )
+
+    def _slopes(self, at: _Point, linear: FloatArray) -> FloatArray:
+        own = self.tangent(at.terms, at.nuisances, at.predicted)
+        return np.concatenate([own, linear], axis=1)
+
+    def side_by_side(self, tasks: Sequence[Callable[[], Made]]) -> list[Made]:
+        """What tasks return that hold solutions of this fitter, side by side where there is room
+        for it."""
+        model = self.model
+        terms = [n.term for n in (*self.nuisances, *model.nuisances, *model.tolerances)]
+        candidates = [*model.candidates, *model.groups, *(term.candidate for term in terms)]
+        kinds = [*VOCABULARY.values(), *(one.kind for one in candidates)]
+        return side_by_side(tasks, [self, *terms, *candidates, *kinds])
 
 
 def given_back(
@@ -240,6 +277,10 @@ def given_back(
         for term in terms
     )
     return kept, given
+
+
+def _with(terms: tuple[Term, ...], number: int, other: Term) -> tuple[Term, ...]:
+    return aligned((*terms[:number], other, *terms[number + 1 :]))
 
 
 def _moved_values(terms: Sequence[Term]) -> FloatArray:

@@ -75,7 +75,7 @@ def _shape(driver: FloatArray) -> csr_array:
 
 def _explained(fitter: Fitter, solution: Solution, shape: FreeShape) -> tuple[float, float]:
     """Chi-square that one more shape explains, and the log of its chance."""
-    known = np.linalg.qr(solution.tangent)[0]
+    known = solution.basis
     more = fitter.free_tangent([shape])
     scale = np.maximum(np.linalg.norm(more, axis=0), 1e-30)
     more = (more - known @ (known.T @ more)) / scale

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 from diagnosis.blur import EXACT, blur_of
 from diagnosis.candidate import Candidate, Term
@@ -23,6 +24,8 @@ QUICK = 2
 """Steps of a first try."""
 HOPEFUL, HOPE = 0.7, 40.0
 """Share of the best first try's gain, and chi-square behind it, with which a fit is followed."""
+OPTIMISM = 1.5
+"""How much more than its linearised gain an effect may bring."""
 TRIED_PAIRS = 3
 LEAST_MORE = 5.0
 """What two others must promise beyond the newest two for a refit to be worth its time."""
@@ -78,8 +81,15 @@ class Search(Detection):
         return solution.cost + prices + sum(free_price(free) for free in solution.frees)
 
     def run(self) -> Solution:
-        """The best set of named effects."""
+        """The best set of named effects, one after the other."""
         return self._collected(self.empty)
+
+    def finished(self, solution: Solution) -> Solution:
+        """The same, less what only came before others did."""
+        if len(solution.terms) >= PILE and self._free_explains_more(solution):
+            return solution
+        split = self.split(solution)
+        return self._polished(solution if split is solution else self.drop(split))
 
     def resumed(self, found: Solution) -> Solution:
         """The same, from a set that was found under other noise."""
@@ -94,8 +104,7 @@ class Search(Detection):
                 break
             grown = self._paired(solution, grown)
             solution = self.drop(self._swap(grown, newest=False))
-        split = self.split(solution)
-        return self._polished(solution if split is solution else self.drop(split))
+        return solution
 
     def _paired(self, before: Solution, grown: Solution) -> Solution:
         """Two others in place of the newest two, where these together would do more."""
@@ -108,12 +117,16 @@ class Search(Detection):
 
     def split(self, solution: Solution) -> Solution:
         """Two causes in place of one that looks like both beside the others."""
-        best = solution
-        for number in range(len(solution.terms) if 1 < len(solution.terms) < MOST_TERMS else 0):
+
+        def in_place_of(number: int) -> Solution:
             rest = _without(solution.terms, number)
             base = self.fitter.solve(rest, solution.frees, solution.nuisances, steps=4)
-            best = self._with_pair(base, best, 1)
-        return best
+            return self._with_pair(base, solution, 1)
+
+        numbers = range(len(solution.terms) if 1 < len(solution.terms) < MOST_TERMS else 0)
+        others = self.fitter.side_by_side([partial(in_place_of, number) for number in numbers])
+        other = min(others, key=self.worth, default=solution)
+        return other if self.worth(other) < self.worth(solution) else solution
 
     def _with_pair(self, base: Solution, best: Solution, most: int) -> Solution:
         """The best so far, or a base with the two that do more together."""
@@ -154,8 +167,8 @@ class Search(Detection):
             likely = worthy[:TRIED_OF_RIVALS]
             worthy = [t for t in worthy if t in likely or t.start.candidate.key in told]
         self.progress(f"trying {len(worthy)} explanations")
-        tried = [self.tried((*solution.terms, t.start), solution) for t in worthy]
-        best = min(self.followed(solution, tried), key=self.worth)
+        tried = self.tried([((*solution.terms, t.start), solution) for t in worthy])
+        best = min(self.followed(promising(solution, tried)), key=self.worth)
         return best if self._earns(solution, best, best.terms[-1].candidate) else None
 
     def _earns(self, without: Solution, found: Solution, new: Candidate) -> bool:
@@ -171,47 +184,56 @@ class Search(Detection):
         gain = gain_elsewhere(self.fitter, without, found) / self.doubt_of(new)
         return self.p(log_sf(gain, len(new.moved))) <= ALPHA
 
-    def tried(self, terms: Sequence[Term], beside: Solution) -> Tried:
-        """A fit of terms that is only begun, with the rest from where another solution has it."""
-        shared = sum(len(t.candidate.moved) for t in (*beside.nuisances, *beside.terms))
-        known = beside.tangent[:, :shared]
+    def tried(self, rivals: Sequence[tuple[tuple[Term, ...], Solution]]) -> list[Tried]:
+        """Fits of terms that are only begun, with the rest from where another solution has it."""
+        return self.fitter.side_by_side([partial(self._begun, *rival) for rival in rivals])
+
+    def _begun(self, terms: tuple[Term, ...], beside: Solution) -> Tried:
+        known = beside.tangent[:, : beside.tangent.shape[1] - len(beside.coefficients)]
         one = self.fitter.solve(terms, beside.frees, beside.nuisances, QUICK, known)
         return Tried(one.terms, one.nuisances, one.frees, one.cost)
 
-    def followed(self, before: Solution, tried: Sequence[Tried]) -> Iterator[Solution]:
-        """Fits that were begun, brought to their end where they may yet become the best."""
-        most = max((before.cost - one.cost for one in tried), default=0.0)
-        for one in tried:
-            if before.cost - one.cost >= min(HOPEFUL * most, most - HOPE):
-                yield self.fitter.solve(one.terms, one.frees, one.nuisances)
+    def followed(self, tried: Sequence[Tried]) -> list[Solution]:
+        """Fits that were begun, brought to their end."""
+        return self.fitter.side_by_side(
+            [partial(self.fitter.solve, one.terms, one.frees, one.nuisances) for one in tried]
+        )
 
     def _swap(self, solution: Solution, newest: bool) -> Solution:
         """Try to replace each term, or each but the newest, by something better."""
         if len(solution.terms) < 2:
             return solution
-        for number in range(len(solution.terms) - (not newest)):
-            rest = _without(solution.terms, number)
-            bare = self.fitter.solve(rest, solution.frees, solution.nuisances, steps=4)
-            own = solution.terms[number].candidate.key
-            for trial in self.trials(bare, [own])[:2]:
-                if trial.gain < 0.8 * (bare.cost - solution.cost):
-                    continue
-                other = self.fitter.solve((*rest, trial.start), solution.frees, bare.nuisances)
-                if self.worth(other) < self.worth(solution) - 1.0:
-                    return other
-        return solution
+        numbers = range(len(solution.terms) - (not newest))
+        swapped = self.fitter.side_by_side([partial(self._other, solution, k) for k in numbers])
+        return next((other for other in swapped if other is not None), solution)
+
+    def _other(self, solution: Solution, number: int) -> Solution | None:
+        """Something better in place of one term."""
+        rest = _without(solution.terms, number)
+        bare = self.fitter.solve(rest, solution.frees, solution.nuisances, steps=4)
+        own = solution.terms[number].candidate.key
+        for trial in self.trials(bare, [own])[:2]:
+            if trial.gain < 0.8 * (bare.cost - solution.cost):
+                continue
+            other = self.fitter.solve((*rest, trial.start), solution.frees, bare.nuisances)
+            if self.worth(other) < self.worth(solution) - 1.0:
+                return other
+        return None
 
     def drop(self, solution: Solution) -> Solution:
         """Leave out whatever no longer earns its place."""
-        for number, term in enumerate(solution.terms):
-            if len(solution.terms) + len(solution.frees) == 1:
-                return solution
-            bare = self.fitter.solve(
-                _without(solution.terms, number), solution.frees, solution.nuisances
-            )
-            if not self._earns(bare, solution, term.candidate):
-                return self.drop(bare)
-        return solution
+        if len(solution.terms) + len(solution.frees) == 1:
+            return solution
+        numbers = range(len(solution.terms))
+        bared = self.fitter.side_by_side([partial(self._useless, solution, k) for k in numbers])
+        return next((self.drop(bare) for bare in bared if bare is not None), solution)
+
+    def _useless(self, solution: Solution, number: int) -> Solution | None:
+        """The solution without a term that does not earn its place."""
+        rest = _without(solution.terms, number)
+        bare = self.fitter.solve(rest, solution.frees, solution.nuisances)
+        new = solution.terms[number].candidate
+        return None if self._earns(bare, solution, new) else bare
 
     def with_group(self, solution: Solution) -> Solution:
         """A whole group instead of several effects, where it is the better story."""
@@ -219,17 +241,27 @@ class Search(Detection):
             return solution
         found = [t for t in self.trials(self.empty, groups=True) if t.start.candidate.members]
         least = 0.3 * (self.empty.cost - solution.cost)
-        best = solution
-        for trial in [t for t in found if t.gain > least][:2]:
-            rival = self.fitter.solve((trial.start,), (), self.empty.nuisances)
-            for _ in range(len(solution.terms) - 1):
+
+        def grown_from(start: Term) -> Solution:
+            rival = self.fitter.solve((start,), (), self.empty.nuisances)
+            for left in range(max(len(solution.terms) - 2, 1), 0, -1):
+                if self.falls_short(rival, left, self.worth(solution)):
+                    break
                 grown = self._add(rival, solution)
                 if grown is None:
                     break
                 rival = self.drop(grown)
-            if self.worth(rival) < self.worth(best):
-                best = rival
-        return best
+            return rival
+
+        rivals = self.fitter.side_by_side(
+            [partial(grown_from, t.start) for t in [t for t in found if t.gain > least][:2]]
+        )
+        return min([solution, *rivals], key=self.worth)
+
+    def falls_short(self, rival: Solution, more: int, worth: float) -> bool:
+        """Whether a rival stays behind even with all that so many more effects may add to it."""
+        gains = sorted((trial.gain for trial in self.trials(rival)), reverse=True)
+        return self.worth(rival) - OPTIMISM * sum(gains[:more]) > worth + HOPE
 
     def one_more(self, solution: Solution, other: Solution) -> Solution:
         """A rival of another solution with a further effect, where one earns its place."""
@@ -242,6 +274,13 @@ class Search(Detection):
         The price of a free shape has it; a pile of effects in one driver must not get it free.
         """
         return self.worth(solution) + CHOICE * len(solution.terms)
+
+
+def promising(before: Solution, tried: Sequence[Tried]) -> list[Tried]:
+    """Fits that may yet become the best of those that were begun."""
+    most = max((before.cost - one.cost for one in tried), default=0.0)
+    least = min(HOPEFUL * most, most - HOPE)
+    return [one for one in tried if before.cost - one.cost >= least]
 
 
 def _without(terms: Sequence[Term], number: int) -> tuple[Term, ...]:

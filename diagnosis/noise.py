@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.signal import lfilter
 
-from diagnosis.readings import MAD_TO_SIGMA, FloatArray, Readings
+from diagnosis.readings import MAD_TO_SIGMA, FloatArray, IntArray, Readings
 
 ORDER = 2
 HUBER = 2.5
@@ -18,8 +18,6 @@ LONGEST_HOLE = 5
 
 WARM_UP = 200
 """Samples after which a draw has forgotten how it began."""
-
-IntArray = np.ndarray[Any, np.dtype[np.intp]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,7 +7,7 @@ linearised, cost no prediction.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -15,8 +15,8 @@ import numpy as np
 
 from diagnosis.bank import Entry
 from diagnosis.candidate import Candidate, Term
-from diagnosis.readings import FloatArray
-from diagnosis.score import Scorer, Scores, gain_of
+from diagnosis.readings import FloatArray, IntArray
+from diagnosis.score import Scorer, Scores, diagonals, gain_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,23 +37,34 @@ def best_pairs(
 ) -> list[Pair]:
     """The best pairs of bank entries against a solution's tangent (m, p) and residual (m,)."""
     shared, along = scorer.project(tangent, residual)
-    diagonal = np.diag(scorer.gram)
+    information = scorer.gram - shared @ shared.T
+    of = scorer.bank.entries
+    ranked: list[tuple[float, int, int, FloatArray]] = []
+    for columns, pairs in _alike(scorer, entries):
+        square = columns[:, :, None], columns[:, None, :]
+        step, gain, _ = gain_of(information[square], along[columns], diagonals(scorer.gram[square]))
+        prices = [[price(candidate_of(of[one])) for one in pair] for pair in pairs]
+        values = gain - np.sum(prices, axis=1)
+        ranked += [(-v, *pair, s) for v, pair, s in zip(values, pairs, step, strict=True)]
     found: list[Pair] = []
-    for one, two in combinations(entries, 2):
-        first, second = scorer.bank.entries[one], scorer.bank.entries[two]
-        columns = np.r_[first.columns, second.columns]
-        information = scorer.gram[np.ix_(columns, columns)] - shared[columns] @ shared[columns].T
-        step, gain, _ = gain_of(information, along[columns], diagonal[columns])
-        assert first.candidate is not None
-        assert second.candidate is not None
-        value = gain - price(first.candidate) - price(second.candidate)
-        if len(found) == most and value <= found[-1].value:
-            continue
-        starts = start_of(first, step[: first.df]), start_of(second, step[first.df :])
-        if starts[0] is None or starts[1] is None:
-            continue
-        found = sorted([*found, Pair((starts[0], starts[1]), value)], key=lambda p: -p.value)[:most]
+    for value, one, two, step in sorted(ranked, key=lambda item: item[:3]):
+        if len(found) == most:
+            break
+        starts = start_of(of[one], step[: of[one].df]), start_of(of[two], step[of[one].df :])
+        if starts[0] is not None and starts[1] is not None:
+            found.append(Pair((starts[0], starts[1]), -value))
     return found
+
+
+def _alike(scorer: Scorer, entries: list[int]) -> Iterator[tuple[IntArray, list[tuple[int, int]]]]:
+    """All pairs with as many columns: these, (pairs, k), and the pairs."""
+    groups: dict[int, list[tuple[int, int]]] = {}
+    parts = [entry.columns for entry in scorer.bank.entries]
+    columns = {number: list(range(parts[number].start, parts[number].stop)) for number in entries}
+    for one, two in combinations(entries, 2):
+        groups.setdefault(len(columns[one]) + len(columns[two]), []).append((one, two))
+    for pairs in groups.values():
+        yield np.array([columns[one] + columns[two] for one, two in pairs]), pairs
 
 
 def leading(scorer: Scorer, scores: Scores, taken: set[tuple[str, ...]]) -> list[int]:
@@ -67,16 +78,21 @@ def leading(scorer: Scorer, scores: Scores, taken: set[tuple[str, ...]]) -> list
     return list(best.values())
 
 
+def candidate_of(entry: Entry) -> Candidate:
+    """The candidate of an entry that is no free shape."""
+    assert entry.candidate is not None
+    return entry.candidate
+
+
 def start_of(entry: Entry, step: FloatArray) -> Term | None:
     """Where a linear step leads; None for a size outside its bounds (a negative width)."""
-    assert entry.candidate is not None
     assert entry.shape is not None
     if not entry.shape.linear and step[0] <= 0.0:
         return None
     at = np.array(entry.shape.origin)
     for i, moved in zip(entry.shape.linear, step, strict=False):
         at[i] += moved
-    start = Term(entry.candidate, at).moved_to(at)
+    start = Term(candidate_of(entry), at).moved_to(at)
     if entry.shape.linear and not np.allclose(start.at, at, rtol=0.2, atol=1e-12):
         return None
     return start

@@ -16,8 +16,8 @@ from diagnosis.exactness import small_errors
 from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FINE_PIECES, FreeShape, free_shapes, way_shapes
 from diagnosis.model import Model
-from diagnosis.noise import IntArray, estimate
-from diagnosis.readings import BoolArray, FloatArray, without_outliers
+from diagnosis.noise import estimate
+from diagnosis.readings import BoolArray, FloatArray, IntArray, without_outliers
 from diagnosis.saturated import Saturated, given_back
 from diagnosis.score import BLOCK_S, Scorer, doubt
 

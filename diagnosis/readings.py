@@ -15,6 +15,7 @@ from recording.flat import GAP_PERIODS, FlatRecording
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
+IntArray = np.ndarray[Any, np.dtype[np.intp]]
 
 HAMPEL_SAMPLES = 11
 HAMPEL_LIMIT = 6.0

@@ -12,7 +12,6 @@ import numpy as np
 from diagnosis.chance import log_sf
 from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape, waves
-from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import FloatArray
 from diagnosis.score import explained_by
 from diagnosis.solution import Solution
@@ -31,7 +30,7 @@ def rhythms(fitter: Fitter, solution: Solution) -> list[tuple[FreeShape, float, 
     """At each port the rhythm that explains most: shape, gain, and log p for all frequencies."""
     ports = fitter.model.ports()
     t_s = fitter.model.readings.t_s
-    basis = orthonormal(solution.tangent)[: fitter.rows]
+    basis = solution.basis[: fitter.rows]
     residual = solution.residual[: fitter.rows]
     found = []
     for port, change in ports.items():

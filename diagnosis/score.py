@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import chdtrc
 
 from diagnosis.bank import Bank
-from diagnosis.chance import log_sf
+from diagnosis.chance import log_sfs
 from diagnosis.orthonormal import orthonormal
-from diagnosis.readings import FloatArray
+from diagnosis.readings import BoolArray, FloatArray, IntArray
 
 DRAWS = 1000
 SEED = 20260101
@@ -53,41 +54,69 @@ class Scorer:
     def against(self, tangent: FloatArray, residual: FloatArray) -> Scores:
         """Scores given a whitened residual (m,) and the tangent (m, p) of what is refitted."""
         shared, along = self.project(tangent, residual)
-        gains, ranks, steps, infos = [], [], [], []
+        count = len(self.bank.entries)
+        gains, ranks = np.zeros(count), np.zeros(count, dtype=np.intp)
+        steps: list[FloatArray] = [np.zeros(0)] * count
+        infos: list[FloatArray] = [np.zeros((0, 0))] * count
+        for numbers, columns in self.alike:
+            own = shared[columns]
+            full = self.gram[columns[:, :, None], columns[:, None, :]]
+            information = full - own @ own.swapaxes(1, 2)
+            step, gain, rank = gain_of(information, along[columns], diagonals(full))
+            gains[numbers], ranks[numbers] = gain, rank
+            for place, number in enumerate(numbers):
+                steps[number], infos[number] = step[place], information[place]
+        gains /= self.inflation
+        return Scores(gains, log_sfs(gains / self.doubt, ranks), steps, infos)
+
+    @cached_property
+    def alike(self) -> list[tuple[IntArray, IntArray]]:
+        """Entries with as many columns: their numbers (m,) and their columns (m, k)."""
+        parts: dict[int, list[tuple[int, range]]] = {}
         for number, entry in enumerate(self.bank.entries):
-            part = entry.columns
-            information = self.gram[part, part] - shared[part] @ shared[part].T
-            step, gain, rank = gain_of(information, along[part], np.diag(self.gram[part, part]))
-            gain /= self.inflation[number]
-            gains.append(gain)
-            steps.append(step)
-            infos.append(information)
-            ranks.append(rank)
-        degrees = np.array(ranks)
-        sure = np.array(gains) / self.doubt
-        logs = np.array([log_sf(g, int(d)) for g, d in zip(sure, degrees, strict=True)])
-        return Scores(np.array(gains), logs, steps, infos)
+            columns = range(entry.columns.start, entry.columns.stop)
+            parts.setdefault(entry.df, []).append((number, columns))
+        return [
+            (np.array([number for number, _ in part]), np.array([columns for _, columns in part]))
+            for part in parts.values()
+        ]
 
 
 def gain_of(
     information: FloatArray, along: FloatArray, full: FloatArray
-) -> tuple[FloatArray, float, int]:
-    """Step (k,), gain in chi-square and rank of columns, from their projected Gram matrix (k, k).
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Step (..., k), gain in chi-square (...) and rank (...) of columns, from their projected
+    Gram matrix (..., k, k).
 
-    along: their products with the residual, (k,). full: squares of their lengths before, (k,).
+    along: their products with the residual, (..., k). full: squares of their lengths before,
+    (..., k).
     """
-    frame = _frame(information, full)
-    coordinates = frame.T @ along
-    return frame @ coordinates, float(coordinates @ coordinates), frame.shape[1]
+    frame, usable = _frame(information, full)
+    coordinates = (frame.swapaxes(-1, -2) @ along[..., None])[..., 0]
+    step = (frame @ coordinates[..., None])[..., 0]
+    return step, np.sum(coordinates**2, axis=-1), usable.sum(axis=-1)
 
 
-def _frame(information: FloatArray, full: FloatArray) -> FloatArray:
-    """Directions (k, rank) of unit information among columns, the collinear left out."""
+def gain_alone(information: FloatArray, along: FloatArray, full: FloatArray) -> tuple[float, int]:
+    """Gain and rank of one set of columns, as `gain_of` has them."""
+    _, gain, rank = gain_of(information, along, full)
+    return float(gain), int(rank)
+
+
+def diagonals(matrices: FloatArray) -> FloatArray:
+    """Diagonals (..., k) of matrices (..., k, k)."""
+    return np.diagonal(matrices, axis1=-2, axis2=-1)
+
+
+def _frame(information: FloatArray, full: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Directions (..., k, k) of unit information among columns, the collinear as zeros; and which
+    count, (..., k).
+    """
     scale = np.sqrt(np.maximum(full, 1e-30))
-    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    values, vectors = np.linalg.eigh(information / (scale[..., :, None] * scale[..., None, :]))
     usable = values > COLLINEAR
-    frame: FloatArray = vectors[:, usable] / np.sqrt(values[usable]) / scale[:, None]
-    return frame
+    length = np.where(usable, 1.0 / np.sqrt(np.where(usable, values, 1.0)), 0.0)
+    return vectors * length[..., None, :] / scale[..., :, None], usable
 
 
 def doubt(gram: FloatArray, with_small: FloatArray) -> float:
@@ -96,14 +125,13 @@ def doubt(gram: FloatArray, with_small: FloatArray) -> float:
     gram: of the test's columns, (k, k). with_small: their products with the `small_errors` of
     `exactness.py`, (k, n).
     """
-    frame = _frame(gram, np.diag(gram))
-    return 1.0 + float(np.sum((frame.T @ with_small) ** 2)) / max(frame.shape[1], 1)
+    frame, usable = _frame(gram, np.diag(gram))
+    return 1.0 + float(np.sum((frame.T @ with_small) ** 2)) / max(int(usable.sum()), 1)
 
 
 def explained_by(columns: FloatArray, residual: FloatArray) -> tuple[float, int]:
     """Gain in chi-square of columns (m, k) on a residual (m,), and their rank."""
-    _, gain, rank = gain_of(columns.T @ columns, columns.T @ residual, np.sum(columns**2, axis=0))
-    return gain, rank
+    return gain_alone(columns.T @ columns, columns.T @ residual, np.sum(columns**2, axis=0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,14 +156,14 @@ def calibrate(scorer: Scorer, tangent: FloatArray) -> Calibration:
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     draws = root @ np.random.default_rng(SEED).standard_normal((len(values), DRAWS))
     smallest = np.ones(DRAWS)
-    for entry in scorer.bank.entries:
-        part = entry.columns
-        block = (covariance / np.outer(scale, scale))[part, part]
-        own, frame = np.linalg.eigh(block)
+    unit = covariance / np.outer(scale, scale)
+    for _, columns in scorer.alike:
+        own, frame = np.linalg.eigh(unit[columns[:, :, None], columns[:, None, :]])
         usable = own > COLLINEAR
-        if not usable.any():
-            continue
-        gain = np.sum((frame[:, usable].T @ draws[part]) ** 2 / own[usable, None], axis=0)
-        smallest = np.minimum(smallest, chdtrc(int(usable.sum()), gain))
+        share = np.where(usable, 1.0 / np.where(usable, own, 1.0), 0.0)
+        gain = share[:, None, :] @ (frame.swapaxes(1, 2) @ draws[columns]) ** 2
+        possible = usable.any(axis=1)
+        chances = chdtrc(usable.sum(axis=1)[possible, None], gain[possible, 0])
+        smallest = np.minimum(smallest, chances.min(axis=0, initial=1.0))
     tenth = float(np.quantile(smallest, 0.1))
     return Calibration(float(np.log1p(-0.1) / np.log1p(-tenth)))

@@ -12,9 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.candidate import Candidate, Coordinate, Shape, Term
-from diagnosis.noise import IntArray
 from diagnosis.nuisance import Nuisance
-from diagnosis.readings import FEWEST_SAMPLES, FloatArray, Readings
+from diagnosis.readings import FEWEST_SAMPLES, FloatArray, IntArray, Readings
 from diagnosis.servo_signals import signals_of
 from foundation.errors import RecordingError
 from models.chain.servo_delta import Course, ServoChain

@@ -14,8 +14,7 @@ from diagnosis.another_robot import check_belongs
 from diagnosis.delta_model import DeltaModel
 from diagnosis.diagnose import diagnose_model
 from diagnosis.experiment import MotionLimits
-from diagnosis.noise import IntArray
-from diagnosis.readings import BoolArray, FloatArray
+from diagnosis.readings import BoolArray, FloatArray, IntArray
 from diagnosis.result import Diagnosis, NotTestable, Verdict
 from diagnosis.servo_diagnose import diagnose_servo
 from diagnosis.servo_signals import JOINTS, reads_disturbance

@@ -13,8 +13,7 @@ from scipy.ndimage import binary_dilation
 from scipy.signal import savgol_filter
 
 from diagnosis.axis_columns import MAPPING, filled
-from diagnosis.noise import IntArray
-from diagnosis.readings import BoolArray, FloatArray, starts_of
+from diagnosis.readings import BoolArray, FloatArray, IntArray, starts_of
 from foundation.errors import RecordingError
 from models.chain.servo_delta import Motion, ServoChain
 from recording.flat import FlatRecording

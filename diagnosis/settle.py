@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.groups import apart, whole_groups
-from diagnosis.name import Search
+from diagnosis.name import Search, promising
 from diagnosis.prices import Trial
 from diagnosis.result import Alternative
 from diagnosis.solution import Solution
@@ -58,9 +59,10 @@ def in_parts(search: Search, solution: Solution) -> Solution:
 
 def stands_of(search: Search, solution: Solution) -> list[Standing]:
     """How each term stands, in their order; members of a whole group also as one."""
-    stands = [standing(search, solution, (i,)) for i in range(len(solution.terms))]
-    for numbers in whole_groups(solution.terms):
-        whole = standing(search, solution, numbers)
+    count, groups = len(solution.terms), whole_groups(solution.terms)
+    each = _standing(search, solution, [*((i,) for i in range(count)), *groups])
+    stands = each[:count]
+    for numbers, whole in zip(groups, each[count:], strict=True):
         offered = [replace_together(one) for one in whole.alternatives]
         for place, number in enumerate(numbers):
             own = stands[number]
@@ -76,29 +78,58 @@ def replace_together(alternative: Alternative) -> Alternative:
     return alternative.model_copy(update={"together": True})
 
 
-def standing(search: Search, solution: Solution, numbers: Sequence[int]) -> Standing:
-    """Leave some terms out, refit, and let every other candidate take their place."""
-    own = [solution.terms[i].candidate for i in numbers]
+@dataclass(frozen=True, slots=True, eq=False)
+class _LeftOut:
+    """What is lost without some terms, and where to start what may take their place."""
+
+    own: list[Candidate]
+    bare: Solution
+    gain: float
+    starts: list[Term]
+
+
+def _standing(search: Search, solution: Solution, each: Sequence[Sequence[int]]) -> list[Standing]:
+    """Leave some terms out, refit, and let every other candidate take their place; for each."""
+    cuts = search.fitter.side_by_side(
+        [partial(_left_out, search, solution, numbers) for numbers in each]
+    )
+    rivals = [((*cut.bare.terms, start), cut.bare) for cut in cuts for start in cut.starts]
+    tried = iter(search.tried(rivals))
+    hopeful = [promising(cut.bare, [next(tried) for _ in cut.starts]) for cut in cuts]
+    others = iter(search.followed([one for ones in hopeful for one in ones]))
+    return [
+        _stands(search, solution, cut, [next(others) for _ in ones])
+        for cut, ones in zip(cuts, hopeful, strict=True)
+    ]
+
+
+def _left_out(search: Search, solution: Solution, numbers: Sequence[int]) -> _LeftOut:
     rest = tuple(term for i, term in enumerate(solution.terms) if i not in numbers)
     bare = search.fitter.solve(rest, solution.frees, solution.nuisances, steps=4)
     gain = max(bare.cost - solution.cost, 0.0)
-    log_p = log_sf(gain, sum(len(one.moved) for one in own))
+    own = [solution.terms[i].candidate for i in numbers]
+    return _LeftOut(own, bare, gain, _starts(search, solution, bare, numbers, gain))
+
+
+def _stands(
+    search: Search, solution: Solution, cut: _LeftOut, others: Sequence[Solution]
+) -> Standing:
+    log_p = log_sf(cut.gain, sum(len(one.moved) for one in cut.own))
     rivals: list[tuple[Alternative, Candidate, Solution]] = []
-    starts = _starts(search, solution, bare, numbers, gain)
-    tried = [search.tried((*rest, start), bare) for start in starts]
-    for other in search.followed(bare, tried):
-        start = other.terms[-1]
+    for other in others:
         worse = other.cost - solution.cost
         # A rival with fewer coordinates is forgiven what the others' freedom is worth.
         if min(worse, search.worth(other) - search.worth(solution)) < LIMIT:
-            one = start.candidate
+            one = other.terms[-1].candidate
             entry = Alternative(
                 effect=one.effect, component=one.component, delta_chi2=max(worse, 0.0)
             )
             rivals.append((entry, one, other))
     rivals.sort(key=lambda found: found[2].cost)
     alternatives = [line for entry, one, _ in rivals for line in _members(entry, one)]
-    return Standing(gain, search.p(log_p), _unique(alternatives), [found[2] for found in rivals])
+    return Standing(
+        cut.gain, search.p(log_p), _unique(alternatives), [found[2] for found in rivals]
+    )
 
 
 def _starts(

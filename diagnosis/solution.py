@@ -10,6 +10,7 @@ import numpy as np
 
 from diagnosis.candidate import Term
 from diagnosis.free_shapes import FreeShape
+from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import FloatArray
 
 
@@ -32,6 +33,11 @@ class Solution:
     def tangent(self) -> FloatArray:
         """Whitened derivatives (m, p) by nuisances, moved coordinates of the terms, free shapes."""
         return self.slopes()
+
+    @cached_property
+    def basis(self) -> FloatArray:
+        """Orthonormal basis of the tangent, (m, rank)."""
+        return orthonormal(self.tangent)
 
     @property
     def free_tangent(self) -> FloatArray:

@@ -1,4 +1,4 @@
-"""One thread for the arithmetic libraries, where their products are small or threads are ours.
+"""One thread for the arithmetic libraries, where their products are small.
 
 Two threads spend their time waiting for each other then (twice the time on a busy machine), and
 they add in another order, so that neither a seed nor a recording would give the same twice on

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from diagnosis.readings import BoolArray, FloatArray
 from diagnosis.result import NextExperiment
 from diagnosis.settle import Standing
 from diagnosis.solution import Solution
+from foundation.side_by_side import side_by_side
 from models.linkage import Linkage
 
 SETTLES = 40.0
@@ -105,9 +107,9 @@ def next_experiment(
         Linkage.of(model.robot.geometry), limits or MotionLimits(), drive.rad_per_step,
         _top_speed(model), about,
     )  # fmt: skip
-    rated = [_rate(Run(motion, model, noise), ties, 1.0, 1) for motion in table]
+    rated = _rate([Run(motion, model, noise) for motion in table], ties, 1.0, 1)
     rated.sort(key=_Rated.rank, reverse=True)
-    better = [_rate(one.run, ties, 1.0, 3) for one in rated[:REFINED]]
+    better = _rate([one.run for one in rated[:REFINED]], ties, 1.0, 3)
     best = max(better, key=_Rated.rank, default=None)
     if best is None or not best.enough.any():
         return Proposal(None, [_cannot(tie) for tie in ties])
@@ -119,7 +121,7 @@ def _proposal(model: DeltaModel, best: _Rated, ties: Sequence[Tie]) -> Proposal:
     run = best.run
     needed = max(HOLDS_BACK * SETTLES / best.least, SHORTEST_MIN / run.minutes)
     repeats = min(math.ceil(needed), best.most_repeats)
-    final = _rate(run, ties, float(repeats), 3)
+    (final,) = _rate([run], ties, float(repeats), 3)
     good = final.evidence >= SETTLES
     says = [_verdict(tie, *sides) for tie, sides in zip(ties, good.tolist(), strict=True)]
     told = [line for line in says if line]
@@ -149,8 +151,12 @@ def _verdict(tie: Tie, first: bool, second: bool) -> str:
     )
 
 
-def _rate(run: Run, ties: Sequence[Tie], repeats: float, steps: int) -> _Rated:
-    return _Rated(run, np.array([both_ways(run, tie, repeats, steps) for tie in ties]))
+def _rate(runs: Sequence[Run], ties: Sequence[Tie], repeats: float, steps: int) -> list[_Rated]:
+    def evidence(run: Run) -> FloatArray:
+        return np.array([both_ways(run, tie, repeats, steps) for tie in ties])
+
+    found = side_by_side([partial(evidence, run) for run in runs])
+    return [_Rated(run, own) for run, own in zip(runs, found, strict=True)]
 
 
 def _top_speed(model: DeltaModel) -> float:

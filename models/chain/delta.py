@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cache
 
 import numpy as np
 
 from models.chain.active import Active, at, of_entries
+from models.chain.assembled import Assembled
 from models.chain.commands import Commands
 from models.chain.outputs import Outputs
 from models.effects.flow import Flow, Load
@@ -27,6 +28,7 @@ class Course:
     commands: Commands
     load: Callable[[], Load]
     """Gravity at the joints, worked out when an effect first asks for it."""
+    assembled: Assembled = field(default_factory=Assembled)
 
 
 class Chain:
@@ -36,7 +38,7 @@ class Chain:
         self.robot = robot
         self.linkage = Linkage.of(robot.geometry)
         self._believed = robot.effects
-        self._fields = [field.name for field in fields(Linkage)]
+        self._fields = [one.name for one in fields(Linkage)]
 
     @classmethod
     def delta(cls, robot: DeltaRobot) -> Chain:
@@ -68,7 +70,7 @@ class Chain:
         for port in ANGLE_PORTS:
             for effect in at(active, port):
                 effect.act(flow)
-        self._assemble(flow, at(active, Port.LINKAGE))
+        self._assemble(flow, at(active, Port.LINKAGE), course.assembled)
         true_rad = flow.angles_rad
         known = np.isfinite(flow.position_m)
         if not known.all():
@@ -99,14 +101,14 @@ class Chain:
             rad_per_step=drive.rad_per_step if drive else 0.0,
         )
 
-    def _assemble(self, flow: Flow, effects: Sequence[Active]) -> None:
+    def _assemble(self, flow: Flow, effects: Sequence[Active], assembled: Assembled) -> None:
         linkage = self.linkage
         if effects:
             flow.linkage = {name: getattr(linkage, name) for name in self._fields}
             for effect in effects:
                 effect.act(flow)
             linkage = linkage.with_(**flow.linkage)
-        flow.position_m = forward(linkage, flow.angles_rad).position_m
+        flow.position_m = assembled.position_m(linkage, flow.angles_rad)
 
     def _sense(self, flow: Flow) -> None:
         sensors = self.robot.sensors

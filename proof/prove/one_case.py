@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from foundation.errors import DeltactlError
+from foundation.side_by_side import alone
 from proof.cases import Case, draw
 from proof.prove.bound import as_recorded, bound, distance
 from proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
@@ -48,16 +49,18 @@ def diagnose_blind(
 ) -> tuple[dict[str, Any] | None, str | None]:
     """Diagnose a folder that holds two recordings and a robot file and nothing else.
 
-    Returns the contract's JSON, or what went wrong: a failure counts as a wrong answer.
+    On one core: the others have cases of their own. Returns the contract's JSON, or what went
+    wrong: a failure counts as a wrong answer.
     """
     from diagnosis.command import diagnose
 
     try:
-        answer = diagnose(
-            [folder / RECORDING, *(folder / name for name in also)],
-            robot=folder / ROBOT_FILE,
-            holdout=[folder / HOLDOUT],
-        )
+        with alone():
+            answer = diagnose(
+                [folder / RECORDING, *(folder / name for name in also)],
+                robot=folder / ROBOT_FILE,
+                holdout=[folder / HOLDOUT],
+            )
     except DeltactlError as error:
         return None, str(error)
     except Exception as error:  # a crash of the engine is a result, not the end of the proof

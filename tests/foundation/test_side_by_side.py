@@ -1,0 +1,105 @@
+"""Work side by side: the same answers as one after the other, whatever becomes of a helper."""
+
+from __future__ import annotations
+
+import os
+import signal
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from foundation import side_by_side as module
+from foundation.side_by_side import alone, side_by_side
+
+
+@pytest.fixture(autouse=True)
+def _two_cores(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_cores", lambda: 2)
+
+
+class Held:
+    """Something that cannot be pickled."""
+
+    def __init__(self) -> None:
+        self.function = lambda: 1
+
+
+def _in_a_helper(parent: int) -> bool:
+    return os.getpid() != parent
+
+
+def test_answers_come_in_the_order_of_the_tasks() -> None:
+    tasks = [partial(pow, 2, k) for k in range(40)]
+    assert side_by_side(tasks) == [2**k for k in range(40)]
+
+
+def test_a_second_process_takes_its_share() -> None:
+    def who(_: int) -> int:
+        sum(range(200_000))
+        return os.getpid()
+
+    assert len(set(side_by_side([partial(who, k) for k in range(40)]))) == 2
+
+
+def test_within_a_task_and_alone_nothing_is_forked() -> None:
+    def inner(_: int) -> bool:
+        own = os.getpid()
+        return {own} == set(side_by_side([os.getpid] * 8))
+
+    assert all(side_by_side([partial(inner, k) for k in range(8)]))
+    with alone():
+        assert set(side_by_side([os.getpid] * 8)) == {os.getpid()}
+
+
+def test_known_objects_come_back_as_themselves() -> None:
+    held, parent = Held(), os.getpid()
+
+    def task(k: int) -> tuple[int, Held, None]:
+        sum(range(200_000))
+        return k, held, None
+
+    made = side_by_side([partial(task, k) for k in range(20)], [held])
+    assert os.getpid() == parent
+    assert all(one[1] is held and one[2] is None for one in made)
+
+
+def test_what_cannot_be_sent_is_done_again_here() -> None:
+    def task(_: int) -> Held:
+        sum(range(200_000))
+        return Held()
+
+    assert len(side_by_side([partial(task, k) for k in range(20)])) == 20
+
+
+def test_what_a_task_raises_is_raised() -> None:
+    def task(k: int) -> int:
+        if k == 7:
+            raise ValueError("seven")
+        return k
+
+    with pytest.raises(ValueError, match="seven"):
+        side_by_side([partial(task, k) for k in range(20)])
+
+
+def test_what_a_killed_helper_took_is_done_again() -> None:
+    parent = os.getpid()
+
+    def task(k: int) -> int:
+        sum(range(200_000))
+        if _in_a_helper(parent):
+            os.kill(os.getpid(), signal.SIGKILL)
+        return k
+
+    assert side_by_side([partial(task, k) for k in range(20)]) == list(range(20))
+
+
+def test_no_process_and_no_file_is_left_behind() -> None:
+    def left() -> tuple[int, str]:
+        children = Path(f"/proc/self/task/{os.getpid()}/children")
+        return len(os.listdir("/proc/self/fd")), children.read_text()
+
+    before = left()
+    for _ in range(5):
+        side_by_side([partial(abs, -k) for k in range(6)])
+    assert left() == before
