@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2, t
+from scipy.special import stdtrit
 
 from diagnosis.axis_rivals import rivals
 from diagnosis.axis_search import AxisSearch
 from diagnosis.candidate import Candidate
+from diagnosis.chance import log_sf
 from diagnosis.effort_axis_model import EffortAxisModel
 from diagnosis.fit import Fitter
 from diagnosis.readings import FloatArray
@@ -85,7 +86,7 @@ def covariance(search: AxisSearch, solution: Solution) -> FloatArray:
     sandwich = np.diag(bread @ meat @ bread)
     plain = np.diag(bread) * max(1.0, solution.cost / max(fitter.rows, 1))
     widest = np.sqrt(np.maximum(sandwich, plain) / np.maximum(np.diag(bread), 1e-300))
-    widest *= float(t.ppf(0.975, max(count - 1, 2))) / NORMAL_95
+    widest *= float(stdtrit(max(count - 1, 2), 0.975)) / NORMAL_95
     cov: FloatArray = bread * np.outer(widest, widest) / np.outer(scale, scale)
     return cov + np.diag((SHIFTS * _shift(search, solution)) ** 2)
 
@@ -161,7 +162,7 @@ def _named(outcome: AxisOutcome, number: int, cov: FloatArray) -> Finding:
             axes=list(readings.names), times_s=times, recordings=numbers,
             regime=REGIMES.get(candidate.effect, "everywhere"),
         ),
-        evidence=Evidence(delta_chi2=gain, p=search.p(float(chi2.logsf(gain, df)))),
+        evidence=Evidence(delta_chi2=gain, p=search.p(log_sf(gain, df))),
         share_of_mismatch=_share(outcome, bare),
         alternatives=rivals(search, solution, number, bare),
     )  # fmt: skip
@@ -228,7 +229,7 @@ def _free(outcome: AxisOutcome, number: int) -> Finding:
             recordings=list(range(1, len(readings.shift_s) + 1)),
             regime=f"with {free.driver}",
         ),
-        evidence=Evidence(delta_chi2=gain, p=search.p(float(chi2.logsf(gain, free.size)))),
+        evidence=Evidence(delta_chi2=gain, p=search.p(log_sf(gain, free.size))),
         share_of_mismatch=_share(outcome, bare),
         depends_on=[free.driver],
     )

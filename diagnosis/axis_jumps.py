@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import chi2
 
 from diagnosis import axis_candidates as moves
 from diagnosis.candidate import Term
+from diagnosis.chance import log_sf
 from diagnosis.fit import Fitter
 from diagnosis.model import Model
 from diagnosis.prices import EVENT_PRICE, Trial
@@ -50,4 +50,4 @@ def scan(fitter: Fitter, solution: Solution, model: Model, rad_per_step: float) 
     step = max(1e-7 / rad_per_step, 1.0)
     candidate = moves.jump(kind, float(times[best]), step)
     start = Term(candidate, np.array([0.0, float(times[best])]))
-    return [Trial(start, float(gain[best]), float(chi2.logsf(gain[best], 1)), EVENT_PRICE)]
+    return [Trial(start, float(gain[best]), log_sf(float(gain[best]), 1), EVENT_PRICE)]

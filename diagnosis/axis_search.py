@@ -12,11 +12,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2, norm
+from scipy.special import log_ndtr
 
 from diagnosis.axis_jumps import scan
 from diagnosis.axis_tidy import ALIKE, tidied
 from diagnosis.candidate import Term
+from diagnosis.chance import log_sf, log_sfs
 from diagnosis.detect import ALPHA
 from diagnosis.free_shapes import FreeShape
 from diagnosis.name import Search
@@ -81,12 +82,12 @@ class AxisSearch(Search):
         """
         scores = self.scores_of_empty
         gain = np.maximum(scores.gain - self.blur * self.fitter.rows, 0.0)
-        df = [entry.df for entry in self.prepared.bank.entries]
-        p = self.p(float(chi2.logsf(gain, df).min(initial=0.0)))
+        df = np.array([entry.df for entry in self.prepared.bank.entries])
+        p = self.p(float(log_sfs(gain, df).min(initial=0.0)))
         if found.terms or found.frees or p > ALPHA:
             return p
         steady = max((self.steadiness(self.empty, s) for s in self._tried(self.empty)), default=0.0)
-        return max(p, self.p(float(norm.logsf(steady) + np.log(2.0))))
+        return max(p, self.p(float(log_ndtr(-steady) + np.log(2.0))))
 
     def excess(self, solution: Solution) -> float:
         """How much more is left than noise would leave, at least 1."""
@@ -153,9 +154,9 @@ class AxisSearch(Search):
 
     def smallest_log_p(self, solution: Solution) -> float:
         """Logarithm of the smallest p of the bank, scaled by what is left over."""
-        df = [entry.df for entry in self.prepared.bank.entries]
+        df = np.array([entry.df for entry in self.prepared.bank.entries])
         gain = self.scores(solution).gain / self.excess(solution)
-        return float(chi2.logsf(gain, df).min(initial=0.0))
+        return float(log_sfs(gain, df).min(initial=0.0))
 
     def _grown(self, solution: Solution) -> Solution | None:
         tried = self._tried(solution)
@@ -226,7 +227,7 @@ class AxisSearch(Search):
             return False
         scale = self.excess(full)
         gain = max(gain - self.blur * self.fitter.rows, 0.0)
-        if self.p(float(chi2.logsf(gain / scale, df))) > ALPHA:
+        if self.p(log_sf(gain / scale, df)) > ALPHA:
             return False
         if gain < self.least_share * (self.empty.cost - self.fitter.rows):
             return False

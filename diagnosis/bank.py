@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import partial
+from mmap import mmap
+from typing import Any
 
 import numpy as np
 from scipy.linalg.blas import ssyrk
@@ -16,6 +18,8 @@ from diagnosis.readings import FloatArray
 from foundation.side_by_side import side_by_side
 
 LEAST_CHANGE = 1e-9
+PARTS = 8
+"""In which the columns are whitened side by side."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,9 +66,14 @@ class Bank:
         """Bring all columns under the fitter's noise model."""
         total = self.entries[-1].columns.stop
         self.white = np.empty((0, 0))  # room for the new ones
-        white: FloatArray = np.empty((total, fitter.rows), dtype=np.float32)
-        for entry, raw in zip(self.entries, self.raw, strict=True):
-            white[entry.columns] = fitter.whiten.each(raw)
+        white = _shared(total, fitter.rows)
+
+        def part(numbers: range) -> None:
+            for number in numbers:
+                white[self.entries[number].columns] = fitter.whiten.each(self.raw[number])
+
+        count = len(self.entries)
+        side_by_side([partial(part, range(k, count, PARTS)) for k in range(PARTS)])
         self.white = white.T
 
     def gram(self) -> FloatArray:
@@ -72,6 +81,12 @@ class Bank:
         half = np.asarray(ssyrk(1.0, self.white, trans=1), dtype=np.float64)
         whole: FloatArray = half + half.T - np.diag(np.diag(half))
         return whole
+
+
+def _shared(rows: int, columns: int) -> Any:
+    """Memory for numbers (rows, columns) of four bytes that forked processes write into, too."""
+    room = mmap(-1, 4 * rows * columns)
+    return np.frombuffer(room, dtype=np.float32).reshape(rows, columns)
 
 
 def build(model: Model) -> Bank:

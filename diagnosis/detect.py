@@ -35,6 +35,8 @@ class Detection:
     prepared: Prepared
     rad_per_step: float
     progress: Progress = lambda _: None
+    known: Calibration | None = None
+    """Of the same bank under nearly the same noise, where there is one."""
     calibration: Calibration = field(init=False)
     empty: Solution = field(init=False)
     scores_of_empty: Scores = field(init=False)
@@ -42,7 +44,7 @@ class Detection:
 
     def __post_init__(self) -> None:
         self.empty = self.fitter.solve(())
-        self.calibration = calibrate(self.prepared.scorer, self.empty.tangent)
+        self.calibration = self.known or calibrate(self.prepared.scorer, self.empty.tangent)
         self.scores_of_empty = self.scores(self.empty)
 
     @property

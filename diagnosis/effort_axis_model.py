@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from diagnosis import axis_candidates as moves
 from diagnosis.axis_columns import filled, first_of, needed, refuse_still
@@ -175,6 +174,8 @@ def _velocity(
     t_s: FloatArray, position: FloatArray, fresh: BoolArray, blurred: float
 ) -> tuple[FloatArray, float]:
     """Smoothed derivative stretch by stretch, (n,), and the standard deviation of its noise."""
+    from scipy.signal import savgol_filter  # takes 0.3 s to import; most runs need none
+
     step_s = float(np.median(np.diff(t_s)))
     third = np.diff(position, 3)
     noise = 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20.0)

@@ -54,7 +54,7 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     loose = False
     if _looks_loose(search, solution):
         progress("comparing with a machine that is a little off everywhere")
-        other = _with_tolerances(search.prepared, rad_per_step, progress)
+        other = _with_tolerances(search)
         if _gives_way(search, solution, other):
             rival = _promoted(other, other.finished(other.run()))
             if rival.terms and _looser(search, solution, other, rival):
@@ -118,7 +118,7 @@ def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
             break
         search.progress("noise of the readings, once more")
         again = once_more(prepared, solution.predicted)
-        search = Search(again, search.rad_per_step, search.progress)
+        search = Search(again, search.rad_per_step, search.progress, search.calibration)
         solution = search.resumed(solution)
     return search, solution
 
@@ -188,10 +188,12 @@ def _promoted(search: Search, solution: Solution) -> Solution:
     return grown if solution.cost - grown.cost > PROMOTED else solution
 
 
-def _with_tolerances(prepared: Prepared, rad_per_step: float, progress: Progress) -> Search:
+def _with_tolerances(search: Search) -> Search:
+    prepared = search.prepared
     model = prepared.model
     fitter = Fitter(model, prepared.fitter.whiten, [*model.nuisances, *model.tolerances])
-    return Search(replace(prepared, fitter=fitter), rad_per_step, progress)
+    loose = replace(prepared, fitter=fitter)
+    return Search(loose, search.rad_per_step, search.progress, search.calibration)
 
 
 def _evidence(search: Search, solution: Solution) -> float:

@@ -29,8 +29,8 @@ NEAR = 2.0
 """After one that lowers it by less than this the tangent may stay as it is."""
 RETIMED = 3
 """Fits of so many steps also move the moments of events."""
-MOMENTS = (-6, -3, -1, 1, 3, 6)
-"""Readings by which the moment of an event is moved, to see whether that fits better."""
+MOMENTS = (1, 2, 4, 8, 16, 32, 64)
+"""Readings by which the moment of an event is moved either way, to see whether that fits better."""
 
 Made = TypeVar("Made")
 
@@ -212,12 +212,12 @@ class Fitter:
         if shown_s is None:
             return 0
         best, t_s = 0, self.model.readings.t_s
-        for way in (MOMENTS[:3], MOMENTS[3:]):
-            farthest = shown_later(at.terms[number], max(way, key=abs) * period_s)
+        for way in (-1, 1):
+            farthest = shown_later(at.terms[number], way * MOMENTS[-1] * period_s)
             assert farthest is not None
             moved = [*at.nuisances, *_with(at.terms, number, farthest)]
             change = self.model.predict(moved) - at.predicted
-            for moment in way:
+            for moment in (way * readings for readings in MOMENTS):
                 first_s, last_s = sorted((shown_s, shown_s + moment * period_s))
                 between = (t_s >= first_s) & (t_s < last_s)
                 residual = at.residual - self.vector(np.where(between[:, None], change, 0.0))

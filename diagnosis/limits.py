@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from diagnosis.bank import Entry
 from diagnosis.detect import ALPHA
@@ -27,7 +27,7 @@ def limits(search: Search) -> tuple[list[NotTestable], list[SmallestDetectable]]
         if not c.members
     ]  # fmt: skip
     tests = search.calibration.tests + search.event_tests
-    sigma = float(np.sqrt(chi2.isf(ALPHA / tests, 1))) + POWER_SIGMA
+    sigma = float(np.sqrt(chdtri(1, ALPHA / tests))) + POWER_SIGMA
     smallest: dict[tuple[str, ...], SmallestDetectable] = {}
     for number, entry in enumerate(bank.entries):
         if entry.candidate is None or entry.shape is None or not entry.shape.linear:

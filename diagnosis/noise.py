@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.linalg import solve_banded
 
 from diagnosis.readings import MAD_TO_SIGMA, FloatArray, IntArray, Readings
 
@@ -99,7 +99,8 @@ class Whitener:
         for column, noise in enumerate(self.channels):
             seen = np.unique(noise.rows)
             fresh = noise.sigma * rng.standard_normal(len(seen) + WARM_UP)
-            drawn[seen, column] = lfilter([1.0], [1.0, *-noise.phi], fresh)[WARM_UP:]
+            memory = np.tile(np.array([1.0, *-noise.phi])[:, None], len(fresh))
+            drawn[seen, column] = solve_banded((ORDER, 0), memory, fresh)[WARM_UP:]
         return drawn
 
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import binary_dilation
-from scipy.signal import savgol_filter
 
 from diagnosis.axis_columns import MAPPING, filled
 from diagnosis.readings import BoolArray, FloatArray, IntArray, starts_of
@@ -140,6 +139,8 @@ def _motion(
     t_s: FloatArray, angle: FloatArray, fresh: BoolArray, step_s: float
 ) -> tuple[Motion, FloatArray]:
     """Smooth angle, speed and acceleration stretch by stretch; the speeds' noise, (3,)."""
+    from scipy.signal import savgol_filter  # takes 0.3 s to import; most runs need none
+
     size = max(2 * round(0.5 * SMOOTHING_S / step_s) + 1, DEGREE + 2)
     size += 1 - size % 2
     third = np.diff(angle, 3, axis=0)
