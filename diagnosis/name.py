@@ -89,7 +89,7 @@ class Search(Detection):
         if len(solution.terms) >= PILE and self._free_explains_more(solution):
             return solution
         split = self.split(solution)
-        return self._polished(solution if split is solution else self.drop(split))
+        return solution if split is solution else self.drop(split)
 
     def resumed(self, found: Solution) -> Solution:
         """The same, from a set that was found under other noise."""
@@ -145,15 +145,6 @@ class Search(Detection):
         best = max((gain - free_price(free) for free, gain, _ in self.fine_scores(self.empty)),
                    default=0.0)  # fmt: skip
         return self.empty.cost - best < self.worth(solution)
-
-    def _polished(self, solution: Solution) -> Solution:
-        """Swap until nothing is better: what was best beside the first need not be beside all."""
-        for _ in range(MOST_TERMS if len(solution.terms) >= PILE else 0):
-            better = self._swap(solution, newest=True)
-            if better is solution:
-                break
-            solution = self.drop(better)
-        return solution
 
     def _add(self, solution: Solution, other: Solution | None = None) -> Solution | None:
         """With the best further effect; where another story is known, with few or one of that."""

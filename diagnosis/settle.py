@@ -20,6 +20,8 @@ LIMIT = 11.0
 REFITTED = 6
 BETTER = 1.0
 """What a rival must be worth more than the finding to take its place."""
+REACH, REACH_SHARE = 300.0, 0.05
+"""Chi-square, and share of what a term explains, that a rival may still catch up after a try."""
 MOST_TURNS = 2
 
 
@@ -95,7 +97,11 @@ def _standing(search: Search, solution: Solution, each: Sequence[Sequence[int]])
     )
     rivals = [((*cut.bare.terms, start), cut.bare) for cut in cuts for start in cut.starts]
     tried = iter(search.tried(rivals))
-    hopeful = [promising(cut.bare, [next(tried) for _ in cut.starts]) for cut in cuts]
+    begun = [promising(cut.bare, [next(tried) for _ in cut.starts]) for cut in cuts]
+    hopeful = [
+        [one for one in ones if one.cost - solution.cost < max(REACH, REACH_SHARE * cut.gain)]
+        for cut, ones in zip(cuts, begun, strict=True)
+    ]
     others = iter(search.followed([one for ones in hopeful for one in ones]))
     return [
         _stands(search, solution, cut, [next(others) for _ in ones])
