@@ -27,6 +27,8 @@ CLOSE_ENOUGH = 0.02
 """A step that lowers the cost by less than this ends the fit."""
 NEAR = 2.0
 """After one that lowers it by less than this the tangent may stay as it is."""
+KEPT_FREES = 2
+"""Sets of free shapes whose columns are remembered."""
 RETIMED = 3
 """Fits of so many steps also move the moments of events."""
 MOMENTS = (1, 2, 4, 8, 16, 32, 64)
@@ -61,6 +63,7 @@ class Fitter:
         self._centre = _moved_values([n.term for n in nuisances])
         self.spread = np.array([x for n in nuisances for x in n.spread])
         self._kept: dict[tuple[int, int], FloatArray] = {}
+        self._known_frees: dict[tuple[FreeShape, ...], tuple[FloatArray, FloatArray]] = {}
 
     @property
     def rows(self) -> int:
@@ -127,6 +130,15 @@ class Fitter:
         rows = self.rows + len(self._centre)
         return np.concatenate(blocks, axis=1) if blocks else np.zeros((rows, 0))
 
+    def _linear(self, frees: tuple[FreeShape, ...]) -> tuple[FloatArray, FloatArray]:
+        """Whitened columns of free shapes, (m, q), and an orthonormal basis of them."""
+        if frees not in self._known_frees:
+            while len(self._known_frees) >= KEPT_FREES:
+                del self._known_frees[next(iter(self._known_frees))]
+            linear = self.free_tangent(frees)
+            self._known_frees[frees] = linear, orthonormal(linear)
+        return self._known_frees[frees]
+
     def solve(
         self,
         terms: Sequence[Term],
@@ -141,8 +153,7 @@ class Fitter:
         """
         nuisances = tuple(n.term for n in self.nuisances) if nuisances is None else tuple(nuisances)
         nuisances, terms = given_back(self.model.nuisances, nuisances, tuple(terms))
-        linear = self.free_tangent(frees)
-        basis = orthonormal(linear)
+        linear, basis = self._linear(tuple(frees))
         start = self._point(nuisances, aligned(terms), basis)
         found = self._descended(start, linear, basis, steps, known)
         retimed = self._retimed(found, basis) if steps >= RETIMED else None
