@@ -12,6 +12,7 @@ FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 Bend = Callable[[FloatArray, FloatArray], FloatArray]
 """Angles (n, 3) [rad] and times (n,) [s] -> angles (n, 3): an error of the gears of any shape."""
 
+YIELDS_NM_PER_RAD = 4_000.0
 STIFF_NM_PER_RAD = 20_000.0
 """Joints of a robot without compliance: gravity (1 to 2 N m) bends them by 0.08 mrad."""
 
@@ -73,6 +74,9 @@ class Joints:
     """Inertia of a gear's output stage, hub and arm clamp, which moves with the arm."""
     limit_nm: float = 80.0
     """Beyond this torque the closed-loop drive yields and comes back (no steps are lost)."""
+    yields_at_nm: float | None = None
+    """Torque beyond which stiff gears give way by `YIELDS_NM_PER_RAD`, where something is pressed
+    on; free motion never asks for as much."""
     bends: list[Bend] = field(default_factory=list)
     """Errors that have no name: each adds to the angle the gear asks for."""
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from proof.robot.as_built import Body, Joints
+from proof.robot.as_built import YIELDS_NM_PER_RAD, Body, Joints
 
 ARMS = (1, 2, 3)
 SIDES = ("a", "b")
@@ -32,6 +32,8 @@ def build(body: Body, joints: Joints, timestep_s: float) -> mujoco.MjModel:
         for side in SIDES
     )
     actuators = "".join(_gear(number, joints) for number in ARMS)
+    if joints.yields_at_nm is not None:
+        actuators += "".join(_mount(number, joints) for number in ARMS)
     text = f"""<mujoco model="delta">
   <compiler angle="radian" autolimits="true"/>
   <option timestep="{timestep_s}" gravity="0 0 -9.81" integrator="implicitfast"
@@ -128,10 +130,21 @@ def _table(body: Body, loops: str) -> str:
 def _gear(number: int, joints: Joints) -> str:
     """Two flanks, each a spring that can only push: the dead band lies between their controls."""
     k = joints.stiffness_nm_per_rad[number - 1]
-    c = damping_of(k, joints.hub_kgm2)
+    yields = joints.yields_at_nm is not None and k > YIELDS_NM_PER_RAD
+    limit_nm = joints.yields_at_nm if yields else joints.limit_nm
+    return _flanks(f"gear_{number}", number, k, damping_of(k, joints.hub_kgm2), limit_nm)
+
+
+def _mount(number: int, joints: Joints) -> str:
+    """What goes on pushing, less stiffly, once a stiff gear has given way."""
+    k = YIELDS_NM_PER_RAD if joints.stiffness_nm_per_rad[number - 1] > YIELDS_NM_PER_RAD else 0.0
+    return _flanks(f"mount_{number}", number, k, 0.0, joints.limit_nm)
+
+
+def _flanks(name: str, number: int, k: float, c: float, limit_nm: float | None) -> str:
     pair = ""
-    for flank, limits in (("lower", f"0 {joints.limit_nm}"), ("upper", f"-{joints.limit_nm} 0")):
-        pair += f"""<general name="{flank}_{number}" joint="arm_{number}" gaintype="fixed"
+    for flank, limits in (("lower", f"0 {limit_nm}"), ("upper", f"-{limit_nm} 0")):
+        pair += f"""<general name="{name}_{flank}" joint="arm_{number}" gaintype="fixed"
           biastype="affine" gainprm="{k:.9g}" biasprm="0 {-k:.9g} {-c:.9g}"
           forcelimited="true" forcerange="{limits}"/>"""
     return pair

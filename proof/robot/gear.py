@@ -45,7 +45,10 @@ def _lagged(signal: FloatArray, step_s: float, lag_s: float) -> FloatArray:
 
 
 def flanks(asked: FloatArray, t_s: FloatArray, joints: Joints) -> FloatArray:
-    """Controls of the six half-springs (n, 6): lower and upper flank of each arm in turn."""
+    """Controls of the half-springs, (n, 6): lower and upper flank of each arm in turn.
+
+    Where gears may give way, (n, 12): once more for what goes on pushing then.
+    """
     width = np.broadcast_to(joints.play_rad, asked.shape)
     if joints.play_shape is not None:
         width = width + joints.play_shape(asked, t_s)
@@ -55,4 +58,7 @@ def flanks(asked: FloatArray, t_s: FloatArray, joints: Joints) -> FloatArray:
     controls = np.empty((len(asked), 6))
     controls[:, 0::2] = asked - 0.5 * width + ahead
     controls[:, 1::2] = asked + 0.5 * width + ahead
-    return controls
+    if joints.yields_at_nm is None:
+        return controls
+    beyond = controls - np.repeat(ahead, 2, axis=1)
+    return np.concatenate([controls, beyond], axis=1)

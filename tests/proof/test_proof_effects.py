@@ -161,6 +161,16 @@ def test_upper_arms_grow():
     assert truth.position_m[-1] == pytest.approx(expected, abs=1e-4)
 
 
+def test_above_the_table_a_robot_moves_as_without_one():
+    """What gives way where it presses must not give way in free motion."""
+    train = motion(HOME + 3 * FAR, HOME - 2 * FAR, HOME, dwell_s=0.05)
+    plain = run(Machine(noise=SILENT).robot, train)
+    above = run(machine_with("contact", 0, height=-1.5).robot, train)
+    apart_m = np.linalg.norm(above.position_m - plain.position_m, axis=1)
+    assert np.median(apart_m) < 3e-5
+    assert apart_m.max() < 2e-4  # for a moment, where it starts and stops
+
+
 def test_a_table_stops_the_platform():
     train = motion(HOME + 800)
     low = heights_m(train).min()
