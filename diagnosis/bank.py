@@ -76,6 +76,15 @@ class Bank:
         side_by_side([partial(part, range(k, count, PARTS)) for k in range(PARTS)])
         self.white = white.T
 
+    def forget_raw(self) -> None:
+        """Make room: the columns have been whitened for the last time."""
+        self.raw.clear()
+
+    def forget(self) -> None:
+        """Make room: no solution is scored any more."""
+        self.raw.clear()
+        self.white = np.empty((0, 0))
+
     def gram(self) -> FloatArray:
         """Products of all whitened columns with each other, (c, c)."""
         half = np.asarray(ssyrk(1.0, self.white, trans=1), dtype=np.float64)

@@ -24,7 +24,8 @@ def challenge(search: Search, solution: Solution) -> Solution:
     if len(named) > 1 or (named and starts) or as_free:
         starts += [((), (free,)) for free in free_rivals(search, search.empty)]
     rivals = search.fitter.side_by_side(
-        [partial(_grown, search, solution, terms, frees) for terms, frees in starts]
+        [partial(_grown, search, solution, terms, frees) for terms, frees in starts],
+        [free for _, frees in starts for free in frees],
     )
     return min([solution, *(one for one in rivals if one is not None)], key=search.story)
 

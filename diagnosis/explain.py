@@ -59,6 +59,7 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
             rival = _promoted(other, other.finished(other.run()))
             if rival.terms and _looser(search, solution, other, rival):
                 search, solution, loose = other, rival, True
+    search.prepared.bank.forget_raw()
     challenged = in_parts(search, _challenged(search, solution))
     progress("what else it could be")
     settled, stands = settle(search, challenged)

@@ -239,7 +239,7 @@ class Fitter:
         return best
 
     def _finish(self, at: _Point, frees: tuple[FreeShape, ...], linear: FloatArray) -> Solution:
-        slopes = partial(self._slopes, at, linear)
+        slopes = partial(self._slopes, at, frees)
         coefficients, residual, predicted = np.zeros(linear.shape[1]), at.residual, at.predicted
         if linear.shape[1]:
             coefficients = np.linalg.lstsq(linear, residual, rcond=1e-9)[0]
@@ -254,18 +254,23 @@ class Fitter:
             at.terms, at.nuisances, frees, coefficients, cost, residual, predicted, slopes
         )
 
-    def _slopes(self, at: _Point, linear: FloatArray) -> FloatArray:
+    def _slopes(self, at: _Point, frees: tuple[FreeShape, ...]) -> FloatArray:
         own = self.tangent(at.terms, at.nuisances, at.predicted)
-        return np.concatenate([own, linear], axis=1)
+        return np.concatenate([own, self._linear(frees)[0]], axis=1)
 
-    def side_by_side(self, tasks: Sequence[Callable[[], Made]]) -> list[Made]:
-        """What tasks return that hold solutions of this fitter, side by side where there is room
-        for it."""
+    def side_by_side(
+        self, tasks: Sequence[Callable[[], Made]], frees: Sequence[FreeShape] = ()
+    ) -> list[Made]:
+        """What tasks return that hold solutions of this fitter, side by side if there is room.
+
+        frees: free shapes in them that it has not fitted yet.
+        """
+        shapes = [*frees, *(free for known in self._known_frees for free in known)]
         model = self.model
         terms = [n.term for n in (*self.nuisances, *model.nuisances, *model.tolerances)]
         candidates = [*model.candidates, *model.groups, *(term.candidate for term in terms)]
         kinds = [*VOCABULARY.values(), *(one.kind for one in candidates)]
-        return side_by_side(tasks, [self, *terms, *candidates, *kinds])
+        return side_by_side(tasks, [self, *terms, *candidates, *kinds, *shapes])
 
 
 def given_back(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +34,10 @@ class Solution:
     def tangent(self) -> FloatArray:
         """Whitened derivatives (m, p) by nuisances, moved coordinates of the terms, free shapes."""
         return self.slopes()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is sent between processes: not what follows from the tangent."""
+        return {name: value for name, value in self.__dict__.items() if name != "basis"}
 
     @cached_property
     def basis(self) -> FloatArray:
