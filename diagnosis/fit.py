@@ -15,7 +15,7 @@ from diagnosis.event_times import aligned, seen_s, shown_later
 from diagnosis.free_shapes import FreeShape
 from diagnosis.model import Model
 from diagnosis.noise import Whitener
-from diagnosis.nuisance import Nuisance
+from diagnosis.nuisance import Nuisance, given_back
 from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import FloatArray
 from diagnosis.solution import Solution
@@ -271,28 +271,6 @@ class Fitter:
         candidates = [*model.candidates, *model.groups, *(term.candidate for term in terms)]
         kinds = [*VOCABULARY.values(), *(one.kind for one in candidates)]
         return side_by_side(tasks, [self, *terms, *candidates, *kinds, *shapes])
-
-
-def given_back(
-    centres: Sequence[Nuisance], nuisances: tuple[Term, ...], terms: tuple[Term, ...]
-) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
-    """Nuisances, then terms: what a nuisance took of an effect that is a term goes to the term.
-
-    A delay between samples is interpolated, one of whole samples is not: the fit would not find
-    its way back from a nuisance that is full to a term that could take all of it.
-    """
-    known = {nuisance.term.candidate.key: nuisance.term.at for nuisance in centres}
-    taken = {n.candidate.key: n.at - known[n.candidate.key] for n in nuisances
-             if n.candidate.key in known}  # fmt: skip
-    shared = {term.candidate.key for term in terms} & set(taken)
-    kept = tuple(
-        n.moved_to(known[n.candidate.key]) if n.candidate.key in shared else n for n in nuisances
-    )
-    given = tuple(
-        term.moved_to(term.at + taken[term.candidate.key]) if term.candidate.key in shared else term
-        for term in terms
-    )
-    return kept, given
 
 
 def _with(terms: tuple[Term, ...], number: int, other: Term) -> tuple[Term, ...]:

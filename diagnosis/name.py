@@ -103,7 +103,7 @@ class Search(Detection):
             if grown is None:
                 break
             grown = self._paired(solution, grown)
-            solution = self.drop(self._swap(grown, newest=False))
+            solution = self.drop(self._swap(grown))
         return solution
 
     def _paired(self, before: Solution, grown: Solution) -> Solution:
@@ -126,7 +126,7 @@ class Search(Detection):
         numbers = range(len(solution.terms) if 1 < len(solution.terms) < MOST_TERMS else 0)
         others = self.fitter.side_by_side([partial(in_place_of, number) for number in numbers])
         other = min(others, key=self.worth, default=solution)
-        return other if self.worth(other) < self.worth(solution) else solution
+        return min([solution, other], key=self.worth)
 
     def _with_pair(self, base: Solution, best: Solution, most: int) -> Solution:
         """The best so far, or a base with the two that do more together."""
@@ -190,11 +190,9 @@ class Search(Detection):
             [partial(self.fitter.solve, one.terms, one.frees, one.nuisances) for one in tried]
         )
 
-    def _swap(self, solution: Solution, newest: bool) -> Solution:
-        """Try to replace each term, or each but the newest, by something better."""
-        if len(solution.terms) < 2:
-            return solution
-        numbers = range(len(solution.terms) - (not newest))
+    def _swap(self, solution: Solution) -> Solution:
+        """Try to replace each term but the newest by something better."""
+        numbers = range(len(solution.terms) - 1)
         swapped = self.fitter.side_by_side([partial(self._other, solution, k) for k in numbers])
         return next((other for other in swapped if other is not None), solution)
 
@@ -244,9 +242,8 @@ class Search(Detection):
                 rival = self.drop(grown)
             return rival
 
-        rivals = self.fitter.side_by_side(
-            [partial(grown_from, t.start) for t in [t for t in found if t.gain > least][:2]]
-        )
+        starts = [trial.start for trial in found if trial.gain > least]
+        rivals = self.fitter.side_by_side([partial(grown_from, start) for start in starts[:2]])
         return min([solution, *rivals], key=self.worth)
 
     def falls_short(self, rival: Solution, more: int, worth: float) -> bool:
@@ -257,7 +254,7 @@ class Search(Detection):
     def one_more(self, solution: Solution, other: Solution) -> Solution:
         """A rival of another solution with a further effect, where one earns its place."""
         grown = self._add(solution, other)
-        return solution if grown is None else self.drop(self._swap(grown, newest=False))
+        return solution if grown is None else self.drop(self._swap(grown))
 
     def story(self, solution: Solution) -> float:
         """Worth, less what choosing each effect from all of them is worth.

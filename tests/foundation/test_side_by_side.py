@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from foundation import side_by_side as module
-from foundation.side_by_side import alone, side_by_side
+from foundation.side_by_side import alone, only_here, side_by_side
 
 
 @pytest.fixture(autouse=True)
@@ -92,6 +92,22 @@ def test_what_a_killed_helper_took_is_done_again() -> None:
         return k
 
     assert side_by_side([partial(task, k) for k in range(20)]) == list(range(20))
+
+
+def test_progress_is_told_by_the_first_process_alone() -> None:
+    told: list[str] = []
+    say = only_here(told.append)
+
+    def task(k: int) -> tuple[bool, int]:
+        sum(range(200_000))
+        before = len(told)
+        say(f"task {k}")
+        return os.getpid() == parent, len(told) - before
+
+    parent = os.getpid()
+    made = side_by_side([partial(task, k) for k in range(40)])
+    assert all(here == bool(grown) for here, grown in made)
+    assert not all(here for here, _ in made)
 
 
 def test_no_process_and_no_file_is_left_behind() -> None:
