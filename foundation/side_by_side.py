@@ -98,12 +98,18 @@ def _forked(
     if pid:
         os.close(say)
         return pid, open(answers, "rb")
+    # A thread that is not here may have held the lock of standard error for ever.
+    warnings.showwarning = _quiet
     try:
         made = _worked_off(waiting, tasks)
         with open(say, "wb") as out:
             _Sender(out, known).dump(made)
     finally:
         os._exit(0)
+
+
+def _quiet(*_: object, **__: object) -> None:
+    """Show no warning; one that is an error still ends the process."""
 
 
 def _answered(answers: BinaryIO, known: Mapping[int, object]) -> dict[int, Made]:
