@@ -27,7 +27,7 @@ STICKS = 1e4
 LAGS_S = (0.02, 0.1)
 GEAR_PERIODS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 16, 20, 25, 30, 40, 50)
 """Errors per turn of the arm that a gear or coupling may have."""
-RINGING_HZ = (0.7, 1.2, 2.0, 3.2, 5.0, 8.0)
+RINGING_HZ = (0.7, 1.2, 2.0, 3.2, 5.0, 8.0, 12.0, 18.0)
 TURN_RAD = 2.0 * np.pi
 
 
