@@ -15,7 +15,7 @@ from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape, free_shapes
 from diagnosis.model import Model
 from diagnosis.readings import FloatArray
-from foundation.side_by_side import side_by_side
+from diagnosis.side_by_side import side_by_side
 
 LEAST_CHANGE = 1e-9
 PARTS = 8

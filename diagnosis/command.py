@@ -13,9 +13,9 @@ from diagnosis.diagnose import diagnose_model
 from diagnosis.experiment import MotionLimits
 from diagnosis.result import Diagnosis
 from diagnosis.servo_robot import diagnose_servo_robot, is_servo_run
+from diagnosis.side_by_side import only_here
 from foundation.errors import RecordingError
 from foundation.one_thread import one_thread
-from foundation.side_by_side import only_here
 from foundation.strict_yaml import Document
 from models.robot import DeltaRobot, RobotModel, load_robot_model
 from recording.flat import FlatRecording

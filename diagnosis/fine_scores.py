@@ -14,8 +14,8 @@ from diagnosis.free_shapes import FreeShape
 from diagnosis.noise import Whitener
 from diagnosis.readings import FloatArray
 from diagnosis.score import doubt, gain_alone
+from diagnosis.side_by_side import side_by_side
 from diagnosis.solution import Solution
-from foundation.side_by_side import side_by_side
 
 
 def scores_of(

@@ -18,8 +18,8 @@ from diagnosis.noise import Whitener
 from diagnosis.nuisance import Nuisance, given_back
 from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import FloatArray
+from diagnosis.side_by_side import side_by_side
 from diagnosis.solution import Solution
-from foundation.side_by_side import side_by_side
 from models.effects import VOCABULARY
 
 STEPS = 6

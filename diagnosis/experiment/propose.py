@@ -21,8 +21,8 @@ from diagnosis.noise import Whitener
 from diagnosis.readings import BoolArray, FloatArray
 from diagnosis.result import NextExperiment
 from diagnosis.settle import Standing
+from diagnosis.side_by_side import side_by_side
 from diagnosis.solution import Solution
-from foundation.side_by_side import side_by_side
 from models.linkage import Linkage
 
 SETTLES = 40.0

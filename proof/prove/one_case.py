@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from foundation.errors import DeltactlError
-from foundation.side_by_side import alone
 from proof.cases import Case, draw
 from proof.prove.bound import as_recorded, bound, distance
 from proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
@@ -53,6 +52,7 @@ def diagnose_blind(
     wrong: a failure counts as a wrong answer.
     """
     from diagnosis.command import diagnose
+    from diagnosis.side_by_side import alone
 
     try:
         with alone():

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from foundation import side_by_side as module
-from foundation.side_by_side import alone, only_here, side_by_side
+from diagnosis import side_by_side as module
+from diagnosis.side_by_side import alone, only_here, side_by_side
 
 
 @pytest.fixture(autouse=True)
