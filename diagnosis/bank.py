@@ -37,6 +37,11 @@ class Entry:
         return int(self.columns.stop - self.columns.start)
 
     @property
+    def numbers(self) -> range:
+        """Numbers of its columns."""
+        return range(self.columns.start, self.columns.stop)
+
+    @property
     def key(self) -> tuple[str, ...]:
         """Candidate it belongs to."""
         if self.candidate is not None:
@@ -80,9 +85,8 @@ class Bank:
         """Make room: the columns have been whitened for the last time."""
         self.raw.clear()
 
-    def forget(self) -> None:
+    def forget_white(self) -> None:
         """Make room: no solution is scored any more."""
-        self.raw.clear()
         self.white = np.empty((0, 0))
 
     def gram(self) -> FloatArray:
@@ -112,7 +116,7 @@ def build(model: Model) -> Bank:
             bank.silent.append(candidate)
     ports = model.ports()
     for free in free_shapes(model):
-        bank.add(laid_out(free.columns(ports[free.port])), None, None, free)
+        bank.add(_laid_out(free.columns(ports[free.port])), None, None, free)
     return bank
 
 
@@ -122,11 +126,11 @@ def _columns_of(model: Model, candidate: Candidate, nominal: FloatArray) -> dict
     for number, shape in enumerate(candidate.shapes):
         raw = secants(model, candidate, shape, nominal)
         if np.abs(raw).max(initial=0.0) * shape.reach > LEAST_CHANGE:
-            columns[number] = laid_out(raw)
+            columns[number] = _laid_out(raw)
     return columns
 
 
-def laid_out(raw: FloatArray) -> FloatArray:
+def _laid_out(raw: FloatArray) -> FloatArray:
     """Columns (n, channels, k) one after another, (k, channels, n)."""
     return np.ascontiguousarray(raw.T, dtype=np.float32)
 

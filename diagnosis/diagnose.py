@@ -48,7 +48,7 @@ def diagnose_model(
     hidden, smallest = limits(explained.search)
     progress("what run would tell more")
     searched = explained.search
-    searched.prepared.bank.forget()
+    searched.prepared.bank.forget_white()
     plan = propose(model, searched.fitter.whiten, outcome.stands, explained.solution, motion_limits)
     p = min([explained.first_p, *(run_p for run_p in _stale_p(found))])
     return Diagnosis(

@@ -164,8 +164,7 @@ class Fitter:
     def _point(self, nuisances: Sequence[Term], terms: Sequence[Term], basis: FloatArray) -> _Point:
         predicted = self.model.predict([*nuisances, *terms])
         residual = self._residual(predicted, nuisances)
-        along = basis.T @ residual
-        cost = float(residual @ residual - along @ along)
+        cost = _cost(residual, basis)
         return _Point(tuple(nuisances), tuple(terms), predicted, residual, cost)
 
     def _descended(
@@ -231,9 +230,8 @@ class Fitter:
             for moment in (way * readings for readings in MOMENTS):
                 first_s, last_s = sorted((shown_s, shown_s + moment * period_s))
                 between = (t_s >= first_s) & (t_s < last_s)
-                residual = at.residual - self.vector(np.where(between[:, None], change, 0.0))
-                along = basis.T @ residual
-                cost = float(residual @ residual - along @ along)
+                whitened = self.vector(np.where(between[:, None], change, 0.0))
+                cost = _cost(at.residual - whitened, basis)
                 if cost < least:
                     best, least = moment, cost
         return best
@@ -271,6 +269,12 @@ class Fitter:
         candidates = [*model.candidates, *model.groups, *(term.candidate for term in terms)]
         kinds = [*VOCABULARY.values(), *(one.kind for one in candidates)]
         return side_by_side(tasks, [self, *terms, *candidates, *kinds, *shapes])
+
+
+def _cost(residual: FloatArray, basis: FloatArray) -> float:
+    """Chi-square of a residual (m,) less what an orthonormal basis (m, q) takes of it."""
+    along = basis.T @ residual
+    return float(residual @ residual - along @ along)
 
 
 def _with(terms: tuple[Term, ...], number: int, other: Term) -> tuple[Term, ...]:

@@ -125,8 +125,7 @@ class Search(Detection):
 
         numbers = range(len(solution.terms) if 1 < len(solution.terms) < MOST_TERMS else 0)
         others = self.fitter.side_by_side([partial(in_place_of, number) for number in numbers])
-        other = min(others, key=self.worth, default=solution)
-        return min([solution, other], key=self.worth)
+        return min([solution, *others], key=self.worth)
 
     def _with_pair(self, base: Solution, best: Solution, most: int) -> Solution:
         """The best so far, or a base with the two that do more together."""

@@ -39,12 +39,12 @@ def best_pairs(
     shared, along = scorer.project(tangent, residual)
     information = scorer.gram - shared @ shared.T
     of = scorer.bank.entries
+    prices = {number: price(candidate_of(of[number])) for number in entries}
     ranked: list[tuple[float, int, int, FloatArray]] = []
     for columns, pairs in _alike(scorer, entries):
         square = columns[:, :, None], columns[:, None, :]
         step, gain, _ = gain_of(information[square], along[columns], diagonals(scorer.gram[square]))
-        prices = [[price(candidate_of(of[one])) for one in pair] for pair in pairs]
-        values = gain - np.sum(prices, axis=1)
+        values = gain - np.array([prices[one] + prices[two] for one, two in pairs])
         ranked += [(-v, *pair, s) for v, pair, s in zip(values, pairs, step, strict=True)]
     found: list[Pair] = []
     for value, one, two, step in sorted(ranked, key=lambda item: item[:3]):
@@ -59,8 +59,7 @@ def best_pairs(
 def _alike(scorer: Scorer, entries: list[int]) -> Iterator[tuple[IntArray, list[tuple[int, int]]]]:
     """All pairs with as many columns: these, (pairs, k), and the pairs."""
     groups: dict[int, list[tuple[int, int]]] = {}
-    parts = [entry.columns for entry in scorer.bank.entries]
-    columns = {number: list(range(parts[number].start, parts[number].stop)) for number in entries}
+    columns = {number: list(scorer.bank.entries[number].numbers) for number in entries}
     for one, two in combinations(entries, 2):
         groups.setdefault(len(columns[one]) + len(columns[two]), []).append((one, two))
     for pairs in groups.values():

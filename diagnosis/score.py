@@ -74,8 +74,7 @@ class Scorer:
         """Entries with as many columns: their numbers (m,) and their columns (m, k)."""
         parts: dict[int, list[tuple[int, range]]] = {}
         for number, entry in enumerate(self.bank.entries):
-            columns = range(entry.columns.start, entry.columns.stop)
-            parts.setdefault(entry.df, []).append((number, columns))
+            parts.setdefault(entry.df, []).append((number, entry.numbers))
         return [
             (np.array([number for number, _ in part]), np.array([columns for _, columns in part]))
             for part in parts.values()
@@ -152,11 +151,11 @@ def calibrate(scorer: Scorer, tangent: FloatArray) -> Calibration:
     shared = np.asarray(scorer.bank.white.T @ basis, dtype=np.float64)
     covariance = scorer.gram - shared @ shared.T
     scale = np.sqrt(np.maximum(np.diag(scorer.gram), 1e-30))
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    unit = covariance / np.outer(scale, scale)
+    values, vectors = np.linalg.eigh(unit)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     draws = root @ np.random.default_rng(SEED).standard_normal((len(values), DRAWS))
     smallest = np.ones(DRAWS)
-    unit = covariance / np.outer(scale, scale)
     for _, columns in scorer.alike:
         own, frame = np.linalg.eigh(unit[columns[:, :, None], columns[:, None, :]])
         usable = own > COLLINEAR

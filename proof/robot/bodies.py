@@ -130,18 +130,23 @@ def _table(body: Body, loops: str) -> str:
 def _gear(number: int, joints: Joints) -> str:
     """Two flanks, each a spring that can only push: the dead band lies between their controls."""
     k = joints.stiffness_nm_per_rad[number - 1]
-    yields = joints.yields_at_nm is not None and k > YIELDS_NM_PER_RAD
-    limit_nm = joints.yields_at_nm if yields else joints.limit_nm
+    limit_nm = joints.limit_nm
+    if joints.yields_at_nm is not None and _stiff(number, joints):
+        limit_nm = joints.yields_at_nm
     return _flanks(f"gear_{number}", number, k, damping_of(k, joints.hub_kgm2), limit_nm)
 
 
 def _mount(number: int, joints: Joints) -> str:
     """What goes on pushing, less stiffly, once a stiff gear has given way."""
-    k = YIELDS_NM_PER_RAD if joints.stiffness_nm_per_rad[number - 1] > YIELDS_NM_PER_RAD else 0.0
+    k = YIELDS_NM_PER_RAD if _stiff(number, joints) else 0.0
     return _flanks(f"mount_{number}", number, k, 0.0, joints.limit_nm)
 
 
-def _flanks(name: str, number: int, k: float, c: float, limit_nm: float | None) -> str:
+def _stiff(number: int, joints: Joints) -> bool:
+    return bool(joints.stiffness_nm_per_rad[number - 1] > YIELDS_NM_PER_RAD)
+
+
+def _flanks(name: str, number: int, k: float, c: float, limit_nm: float) -> str:
     pair = ""
     for flank, limits in (("lower", f"0 {limit_nm}"), ("upper", f"-{limit_nm} 0")):
         pair += f"""<general name="{name}_{flank}" joint="arm_{number}" gaintype="fixed"
