@@ -13,6 +13,11 @@ import numpy as np
 
 from models.robot import FloatArray
 
+try:
+    from scipy.linalg import lapack
+except ImportError:  # a robot that only runs needs no SciPy
+    lapack = None
+
 AnyArray = np.ndarray[Any, np.dtype[Any]]
 FORGOTTEN = 1e-18
 
@@ -20,17 +25,32 @@ FORGOTTEN = 1e-18
 def linear(gain: AnyArray, addend: AnyArray, before: AnyArray) -> AnyArray:
     """x[k] = gain[k] x[k-1] + addend[k] along the first axis, with x[-1] = `before`.
 
-    gain: (n,) or (n, m); addend: (n, m). A gain of 0 starts afresh.
+    gain: (n,); addend: (n, m). A gain of 0 starts afresh.
     """
-    gain = np.array(np.broadcast_to(gain[:, None] if gain.ndim == 1 else gain, addend.shape))
     total = np.array(addend, dtype=np.result_type(gain, addend))
     total[0] += gain[0] * before
-    shift = 1
-    while shift < len(total) and np.abs(gain[shift:]).max(initial=0.0) > FORGOTTEN:
+    return by_doubling(gain, total) if lapack is None else by_substitution(gain, total)
+
+
+def by_substitution(gain: AnyArray, total: AnyArray) -> AnyArray:
+    """The same from the start 0, with SciPy: the recursion is a band of two diagonals."""
+    assert lapack is not None
+    band = np.empty((2, len(gain)), dtype=total.dtype)
+    band[1, :-1] = -gain[1:]
+    solve = lapack.ztbtrs if np.iscomplexobj(total) else lapack.dtbtrs
+    solved: AnyArray = solve(band, total, uplo="L", diag="U")[0]
+    return solved
+
+
+def by_doubling(gain: AnyArray, total: AnyArray) -> AnyArray:
+    """The same without it."""
+    gain = np.array(gain)[:, None]
+    shift, most = 1, float(np.abs(gain).max(initial=0.0))
+    while shift < len(total) and most > FORGOTTEN:
         total[shift:] += gain[shift:] * total[:-shift]
         gain[shift:] *= gain[:-shift]
         gain[:shift] = 0.0
-        shift *= 2
+        shift, most = 2 * shift, most**2
     return total
 
 
@@ -38,7 +58,7 @@ def clipped(move: FloatArray, low: FloatArray, high: FloatArray, before: float) 
     """x[k] = min(high[k], max(low[k], x[k-1] + move[k])), with x[-1] = `before`; all (n,)."""
     move, low, high = move.copy(), low.copy(), high.copy()
     shift = 1
-    while shift < len(move):
+    while shift < len(move) and (low[shift:] < high[shift:]).any():
         # The map of k after the map of k - shift, for all k at once.
         new_low = np.minimum(high[shift:], np.maximum(low[shift:], low[:-shift] + move[shift:]))
         new_high = np.minimum(high[shift:], np.maximum(low[shift:], high[:-shift] + move[shift:]))

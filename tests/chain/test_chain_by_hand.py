@@ -11,7 +11,7 @@ from foundation.errors import ConfigError
 from models.chain import Chain, Commands
 from models.chain.active import activate
 from models.effects import effect_kind
-from models.effects.recursion import clipped, lagged, linear
+from models.effects.recursion import by_doubling, by_substitution, clipped, lagged, linear
 from models.robot import DeltaRobot, EffectEntry
 
 
@@ -29,6 +29,17 @@ def test_linear_recursion_is_the_loop(values: list[float], gain: float) -> None:
     addend = np.array(values)[:, None]
     result = linear(np.full(len(values), gain), addend, np.array([0.3]))
     np.testing.assert_allclose(result[:, 0], expected, atol=1e-12)
+
+
+@given(st.integers(1, 70), st.integers(0, 2**31), st.booleans())
+def test_linear_recursion_needs_no_scipy(samples: int, seed: int, whole: bool) -> None:
+    rng = np.random.default_rng(seed)
+    gain = rng.uniform(0.0, 1.0, samples) * np.exp(0 if whole else 1j * rng.uniform(0, 6, samples))
+    gain[rng.random(samples) < 0.1] = 0.0
+    total = rng.standard_normal((samples, 3)) + (0.0 if whole else 1j)
+    np.testing.assert_allclose(
+        by_doubling(gain, total.copy()), by_substitution(gain, total), atol=1e-12
+    )
 
 
 @given(
