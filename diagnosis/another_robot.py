@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import least_squares
 
+from diagnosis.broken import broke, refuse_broken
 from diagnosis.delta_model import ANGLES, POSITIONS, DeltaModel
 from diagnosis.readings import MAD_TO_SIGMA, BoolArray, FloatArray, IntArray
 from diagnosis.sanity import check_input
@@ -56,6 +57,7 @@ def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
     left = seen - model.predict([n.term for n in model.nuisances])
     scatter = _scatter(left)
     span = float(np.nanmax(np.nanstd(seen, axis=0)))
+    refuse_broken(model, recording.source, left, span)
     before = float(np.sqrt(np.nanmean(left**2)))
     if before < FAR * span or _near(left, scatter) > NEAR_SHARE:
         return
@@ -92,11 +94,7 @@ def _refuse_broken(model: DeltaModel, source: str, left: FloatArray) -> None:
     later = (near.sum() - before) / (len(near) - count)
     at = int(np.argmax(agreed - later))
     if count[at] >= LEAST_BEFORE and agreed[at] > 1.0 - NEAR_SHARE and later[at] < NEAR_SHARE:
-        raise RecordingError(
-            f"{source}: up to {t_s[at] - t_s[0]:.1f} s recording and robot file agree, from there "
-            f"on they are {after:.2g} {readings.units[0]} apart: has an arm folded over, a rod "
-            "come off or a motor stopped? Put it right, home the robot and record again"
-        )
+        raise RecordingError(broke(model, source, float(t_s[at] - t_s[0]), after))
 
 
 def _scatter(left: FloatArray) -> FloatArray:

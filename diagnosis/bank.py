@@ -8,7 +8,7 @@ from mmap import mmap
 from typing import Any
 
 import numpy as np
-from scipy.linalg.blas import ssyrk
+from scipy.linalg.blas import sgemm, ssyrk
 
 from diagnosis.candidate import Candidate, Shape, Term
 from diagnosis.fit import Fitter
@@ -91,7 +91,19 @@ class Bank:
 
     def gram(self) -> FloatArray:
         """Products of all whitened columns with each other, (c, c)."""
-        half = np.asarray(ssyrk(1.0, self.white, trans=1), dtype=np.float64)
+        white, middle = self.white, self.white.shape[1] // 2
+        parts = slice(0, middle), slice(middle, white.shape[1])
+        products = np.zeros((white.shape[1], white.shape[1]), dtype=np.float32)
+        beside, *own = side_by_side(
+            [
+                partial(sgemm, 1.0, white[:, parts[0]], white[:, parts[1]], trans_a=1),
+                *(partial(ssyrk, 1.0, white[:, part], trans=1) for part in parts),
+            ]
+        )
+        products[parts] = beside
+        for part, half in zip(parts, own, strict=True):
+            products[part, part] = half
+        half = products.astype(np.float64)
         whole: FloatArray = half + half.T - np.diag(np.diag(half))
         return whole
 

@@ -7,41 +7,58 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.candidate import Term
-from diagnosis.readings import FloatArray
+from diagnosis.readings import BoolArray, FloatArray
 
 
-def _damped(gram: FloatArray, along: FloatArray, damping: float) -> FloatArray:
-    """A damped step from the normal equations."""
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
-    matrix = gram / np.outer(scale, scale) + damping * np.eye(len(gram))
-    step: FloatArray = np.linalg.lstsq(matrix, along / scale, rcond=1e-10)[0] / scale
-    return step
+class Slopes:
+    """Steps along a tangent (m, p), less what an orthonormal basis (m, q) takes of it."""
 
+    def __init__(self, tangent: FloatArray, basis: FloatArray):
+        self.tangent = tangent
+        gram = tangent.T @ tangent
+        self._taken = basis.T @ tangent
+        self._scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
+        self._gram = gram - self._taken.T @ self._taken
 
-def bounded_step(
-    terms: Sequence[Term], jac: FloatArray, residual: FloatArray, damping: float
-) -> FloatArray:
-    """A damped step; coordinates that would leave their bounds stop there, the rest goes on."""
-    room = [
-        (term.candidate.coordinates[i].low - term.at[i],
-         term.candidate.coordinates[i].high - term.at[i])
-        for term in terms
-        for i in term.candidate.moved
-    ]  # fmt: skip
-    low, high = np.array(room).T
-    gram, along = jac.T @ jac, jac.T @ residual
-    free = np.ones(jac.shape[1], dtype=bool)
-    step = np.zeros(jac.shape[1])
-    for _ in range(3):
-        held = along[free] - gram[np.ix_(free, ~free)] @ step[~free]
-        step[free] = _damped(gram[np.ix_(free, free)], held, damping)
-        own = step[: len(low)]
-        out = free[: len(low)] & ((own < low) | (own > high))
-        if not out.any():
-            break
-        own[out] = np.clip(own[out], low[out], high[out])
-        free[: len(low)] &= ~out
-    return step[: len(low)]
+    def bounded_step(
+        self, terms: Sequence[Term], residual: FloatArray, taken: FloatArray, damping: float
+    ) -> FloatArray:
+        """A damped step; coordinates that would leave their bounds stop there, the rest goes on.
+
+        taken: what the basis has of the residual, (q,).
+        """
+        room = [
+            (term.candidate.coordinates[i].low - term.at[i],
+             term.candidate.coordinates[i].high - term.at[i])
+            for term in terms
+            for i in term.candidate.moved
+        ]  # fmt: skip
+        low, high = np.array(room).T
+        along = self.tangent.T @ residual - self._taken.T @ taken
+        free = np.ones(len(along), dtype=bool)
+        step = np.zeros(len(along))
+        for _ in range(3):
+            held = along[free] - self._gram[np.ix_(free, ~free)] @ step[~free]
+            step[free] = self._damped(free, held, damping)
+            out = free & ((step < low) | (step > high))
+            if not out.any():
+                break
+            step[out] = np.clip(step[out], low[out], high[out])
+            free &= ~out
+        return step
+
+    def promised(self, step: FloatArray, residual: FloatArray, taken: FloatArray) -> float:
+        """Chi-square that a step would gain if the tangent held all the way."""
+        along = self.tangent.T @ residual - self._taken.T @ taken
+        return float(2.0 * along @ step - step @ self._gram @ step)
+
+    def _damped(self, free: BoolArray, along: FloatArray, damping: float) -> FloatArray:
+        """A damped step of the free coordinates from the normal equations."""
+        scale = self._scale[free]
+        matrix = self._gram[np.ix_(free, free)] / np.outer(scale, scale)
+        matrix += damping * np.eye(len(scale))
+        step: FloatArray = np.linalg.lstsq(matrix, along / scale, rcond=1e-10)[0] / scale
+        return step
 
 
 def moved_by(terms: Sequence[Term], move: FloatArray) -> list[Term]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -22,8 +23,6 @@ from diagnosis.score import Calibration, Scores, calibrate
 from diagnosis.solution import Solution
 
 ALPHA = 0.003
-KEPT = 2
-"""Solutions whose scores by the fine shapes are remembered."""
 
 Progress = Callable[[str], None]
 
@@ -40,11 +39,16 @@ class Detection:
     calibration: Calibration = field(init=False)
     empty: Solution = field(init=False)
     scores_of_empty: Scores = field(init=False)
-    _fine: dict[Solution, list[tuple[FreeShape, float, float]]] = field(default_factory=dict)
+    # A solution is large: what is known of it must not keep it.
+    _fine: WeakKeyDictionary[Solution, list[tuple[FreeShape, float, float]]] = field(
+        default_factory=WeakKeyDictionary
+    )
+    _scored: WeakKeyDictionary[Solution, Scores] = field(default_factory=WeakKeyDictionary)
+    _jumped: WeakKeyDictionary[Solution, list[Jump]] = field(default_factory=WeakKeyDictionary)
 
     def __post_init__(self) -> None:
         self.empty = self.fitter.solve(())
-        self.calibration = self.known or calibrate(self.prepared.scorer, self.empty.tangent)
+        self.calibration = self.known or calibrate(self.prepared.scorer, self.empty.basis)
         self.scores_of_empty = self.scores(self.empty)
 
     @property
@@ -54,7 +58,10 @@ class Detection:
 
     def scores(self, solution: Solution) -> Scores:
         """Scores of the whole bank against a solution."""
-        return self.prepared.scorer.against(solution.free_tangent, solution.residual)
+        if solution not in self._scored:
+            scores = self.prepared.scorer.against(solution.free_basis, solution.residual)
+            self._scored[solution] = scores
+        return self._scored[solution]
 
     @property
     def event_tests(self) -> float:
@@ -79,13 +86,15 @@ class Detection:
         return self.p(float(min([self.scores_of_empty.log_p.min(), *scan, *fine])))
 
     def _jumps(self, solution: Solution) -> list[Jump]:
-        return jumps(self.fitter, solution, self.rad_per_step) if self.rad_per_step else []
+        if not self.rad_per_step:
+            return []
+        if solution not in self._jumped:
+            self._jumped[solution] = jumps(self.fitter, solution, self.rad_per_step)
+        return self._jumped[solution]
 
     def fine_scores(self, solution: Solution) -> list[tuple[FreeShape, float, float]]:
         """Finely resolved free shapes and rhythms with their gain and log p, best first."""
         if solution not in self._fine:
-            while len(self._fine) >= KEPT:  # a solution is large
-                del self._fine[next(iter(self._fine))]
             self._fine[solution] = self._score_fine(solution)
         return self._fine[solution]
 
@@ -110,6 +119,11 @@ class Detection:
                 best[entry.key] = trial
         found = [*best.values(), *self._jump_trials(solution, taken)]
         return sorted(found, key=lambda t: t.price - t.gain)
+
+    def misses(self, solution: Solution) -> bool:
+        """Whether some named candidate shows in what a solution leaves."""
+        trials = self.trials(solution)
+        return bool(trials) and self.p(min(trial.log_p for trial in trials)) <= ALPHA
 
     def _jump_trials(self, solution: Solution, taken: set[tuple[str, ...]]) -> list[Trial]:
         return [

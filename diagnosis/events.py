@@ -58,9 +58,10 @@ def jumps(
         if not column.any():
             continue
         along = np.cumsum(column * residual)
-        shared = np.cumsum(column[:, None] * basis, axis=0)
+        shared = column[:, None] * basis
+        np.cumsum(shared, axis=0, out=shared)
         power = np.cumsum(column**2)
-        left = power - np.sum(shared**2, axis=1)
+        left = power - np.einsum("ij,ij->i", shared, shared)
         usable = inside & (left > 0.02 * power[-1])
         gain = np.where(usable, along**2 / np.maximum(left, 1e-30), 0.0)
         best = int(np.argmax(gain))

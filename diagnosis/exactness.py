@@ -8,12 +8,15 @@ says where the truth is, so it has room for such small errors everywhere, whethe
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
 from diagnosis.candidate import Term
 from diagnosis.fit import Fitter
+from diagnosis.nuisance import Nuisance
 from diagnosis.readings import FloatArray
+from diagnosis.side_by_side import side_by_side
 from diagnosis.solution import Solution
 
 EXACT = 1.0 / 60.0
@@ -32,18 +35,21 @@ def small_errors(fitter: Fitter, around: Sequence[Term]) -> FloatArray:
     model = fitter.model
     fitted = {n.term.candidate.key for n in fitter.nuisances}
     as_it_is = model.predict(around)
-    columns = [np.zeros(len(fitter.vector(as_it_is)))]
-    for nuisance in model.tolerances:
-        candidate = nuisance.term.candidate
-        if candidate.key in fitted:
-            continue
-        for i, spread in zip(candidate.moved, nuisance.spread, strict=True):
-            at = nuisance.term.at.copy()
-            at[i] += candidate.coordinates[i].step
-            moved = model.predict([*around, nuisance.term.moved_to(at)]) - as_it_is
-            share = EXACT * spread / candidate.coordinates[i].step
-            columns.append(share * fitter.vector(moved))
-    return np.stack(columns, axis=1)
+
+    def column(nuisance: Nuisance, i: int, spread: float) -> FloatArray:
+        at, step = nuisance.term.at.copy(), nuisance.term.candidate.coordinates[i].step
+        at[i] += step
+        moved = model.predict([*around, nuisance.term.moved_to(at)]) - as_it_is
+        return EXACT * spread / step * fitter.vector(moved)
+
+    tasks = [
+        partial(column, nuisance, i, spread)
+        for nuisance in model.tolerances
+        if nuisance.term.candidate.key not in fitted
+        for i, spread in zip(nuisance.term.candidate.moved, nuisance.spread, strict=True)
+    ]
+    nothing = np.zeros(len(fitter.vector(as_it_is)))
+    return np.stack([nothing, *side_by_side(tasks)], axis=1)
 
 
 def pull(fitter: Fitter, solution: Solution, bread: FloatArray) -> FloatArray:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
+from diagnosis.candidate import Term
 from diagnosis.challenge import challenge, free_rivals
 from diagnosis.detect import ALPHA, Progress
 from diagnosis.elsewhere import blurred, clear_rows
@@ -50,29 +54,64 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     search = Search(prepared, rad_per_step, progress)
     first_p = search.first_p()
     search, solution = calmed(search, search.run())
-    nominal, solution = search.empty, search.with_group(search.finished(solution))
-    loose = False
-    if _looks_loose(search, solution):
-        progress("comparing with a machine that is a little off everywhere")
-        other = _with_tolerances(search)
-        if _gives_way(search, solution, other):
-            rival = _promoted(other, other.finished(other.run()))
-            if rival.terms and _looser(search, solution, other, rival):
-                search, solution, loose = other, rival, True
     search.prepared.bank.forget_raw()
+    nominal = search.empty
+    solution, beside = _reviewed(search, solution)
+    loose = None if beside is None else _loose(search, solution, beside)
+    search, solution = loose or (search, solution)
     challenged = in_parts(search, _challenged(search, solution))
     progress("what else it could be")
     settled, stands = settle(search, challenged)
-    return Explained(search, settled, first_p, loose, nominal, stands)
+    return Explained(search, settled, first_p, loose is not None, nominal, stands)
 
 
-def _gives_way(search: Search, solution: Solution, other: Search) -> bool:
-    """Whether small errors everywhere may be the better story: some effect is not needed beside
-    them, or with all of them it is better already.
+def _loose(
+    search: Search, solution: Solution, beside: tuple[Term, ...]
+) -> tuple[Search, Solution] | None:
+    """Small errors everywhere with what else these need, where they are the better story.
+
+    When they need nothing the search begins without effects: some of these only do what they do.
     """
+    search.progress("comparing with a machine that is a little off everywhere")
+    other = _with_tolerances(search)
+    begun = beside if other.misses(other.empty) else ()
+    rival = _promoted(other, other.finished(other.resumed(begun, other.empty.nuisances)))
+    better = bool(rival.terms) and _looser(search, solution, other, rival)
+    return (other, rival) if better else None
+
+
+def _reviewed(search: Search, solution: Solution) -> tuple[Solution, tuple[Term, ...] | None]:
+    """A solution or what is better as two causes for one or as a group; and what of it is needed
+    beside small errors everywhere, where these may be better still.
+
+    Most solutions stay as they are: all is asked at the same time.
+    """
+    doubted = search.doubted(solution)
+    tasks: list[Callable[[], Any]] = [
+        partial(_gives_way, search, solution),
+        partial(search.group_instead, solution),
+        *doubted,
+    ]
+    gives_way, group, *pairs = search.fitter.side_by_side(tasks)
+    finished = search.best_pair(solution, pairs)
+    if finished is not solution:
+        group = search.group_instead(finished)
+    chosen = finished if group is None else group
+    return chosen, gives_way if chosen is solution else _gives_way(search, chosen)
+
+
+def _gives_way(search: Search, solution: Solution) -> tuple[Term, ...] | None:
+    """What is needed beside small errors everywhere and is none, if these may be the better story:
+    some effect is not needed, or with all of them it is better already.
+    """
+    if not _looks_loose(search, solution):
+        return None
+    other = _with_tolerances(search)
     beside = other.fitter.solve(solution.terms, solution.frees)
     needed = other.drop(beside)
-    return len(needed.terms) < len(solution.terms) or _looser(search, solution, other, needed)
+    if len(needed.terms) == len(solution.terms) and not _looser(search, solution, other, needed):
+        return None
+    return tuple(term for term in needed.terms if not usual(search.prepared.model, term))
 
 
 def _looser(search: Search, solution: Solution, other: Search, rival: Solution) -> bool:
@@ -120,7 +159,7 @@ def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
         search.progress("noise of the readings, once more")
         again = once_more(prepared, solution.predicted)
         search = Search(again, search.rad_per_step, search.progress, search.calibration)
-        solution = search.resumed(solution)
+        solution = search.resumed(solution.terms, solution.nuisances)
     return search, solution
 
 

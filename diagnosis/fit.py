@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
 
 import numpy as np
 
 from diagnosis.candidate import Term
-from diagnosis.damped_step import bounded_step, moved_by
-from diagnosis.event_times import aligned, seen_s, shown_later
+from diagnosis.damped_step import Slopes, moved_by
+from diagnosis.event_moments import better_moment
+from diagnosis.event_times import aligned
 from diagnosis.free_shapes import FreeShape
 from diagnosis.model import Model
 from diagnosis.noise import Whitener
 from diagnosis.nuisance import Nuisance, given_back
 from diagnosis.orthonormal import orthonormal
+from diagnosis.point import Point
 from diagnosis.readings import FloatArray
 from diagnosis.side_by_side import side_by_side
 from diagnosis.solution import Solution
@@ -27,29 +28,14 @@ CLOSE_ENOUGH = 0.02
 """A step that lowers the cost by less than this ends the fit."""
 NEAR = 2.0
 """After one that lowers it by less than this the tangent may stay as it is."""
-KEPT_FREES = 2
-"""Sets of free shapes whose columns are remembered."""
+STRAIGHT = 0.1
+"""Or after one that lowers it by what the tangent promised but for this share."""
+MANY_COLUMNS = 12
+"""From so many on derivatives are worked out side by side: a fork costs as much as four."""
 RETIMED = 3
 """Fits of so many steps also move the moments of events."""
-MOMENTS = (1, 2, 4, 8, 16, 32, 64)
-"""Readings by which the moment of an event is moved either way, to see whether that fits better."""
 
 Made = TypeVar("Made")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Point:
-    """Where a fit is: terms, what they predict, and what free shapes leave of the rest."""
-
-    nuisances: tuple[Term, ...]
-    terms: tuple[Term, ...]
-    predicted: FloatArray
-    residual: FloatArray
-    cost: float
-
-    @property
-    def everything(self) -> list[Term]:
-        return [*self.nuisances, *self.terms]
 
 
 class Fitter:
@@ -95,11 +81,16 @@ class Fitter:
         everything = [*nuisances, *terms]
         columns: list[FloatArray] = [] if known is None else list(known.T)
         places = [(k, i) for k, term in enumerate(everything) for i in term.candidate.moved]
+        fresh = [place for place in places[len(columns) :] if place not in self._kept]
+        tasks = [partial(self._column, everything, number, i, predicted) for number, i in fresh]
+        many = len(tasks) >= MANY_COLUMNS
+        worked = self.side_by_side(tasks) if many else [task() for task in tasks]
+        new = dict(zip(fresh, worked, strict=True))
         for number, i in places[len(columns) :]:
             if (number, i) in self._kept:
                 columns.append(self._kept[number, i])
                 continue
-            column = self.vector(self._slope(everything, number, i, predicted))
+            column = new[number, i]
             if number < len(nuisances):
                 column[self.rows + len(columns)] = 1.0 / self.spread[len(columns)]
             columns.append(column)
@@ -108,6 +99,12 @@ class Fitter:
                 self._kept[number, i] = column
         rows = self.rows + len(self._centre)
         return np.stack(columns).T if columns else np.zeros((rows, 0))
+
+    def _column(
+        self, terms: Sequence[Term], number: int, i: int, predicted: FloatArray
+    ) -> FloatArray:
+        """The same derivative as `_slope`, whitened, (m,)."""
+        return self.vector(self._slope(terms, number, i, predicted))
 
     def _slope(
         self, terms: Sequence[Term], number: int, i: int, predicted: FloatArray
@@ -131,10 +128,11 @@ class Fitter:
         return np.concatenate(blocks, axis=1) if blocks else np.zeros((rows, 0))
 
     def _linear(self, frees: tuple[FreeShape, ...]) -> tuple[FloatArray, FloatArray]:
-        """Whitened columns of free shapes, (m, q), and an orthonormal basis of them."""
+        """Whitened columns of free shapes, (m, q), and an orthonormal basis of them; the last set
+        is remembered.
+        """
         if frees not in self._known_frees:
-            while len(self._known_frees) >= KEPT_FREES:
-                del self._known_frees[next(iter(self._known_frees))]
+            self._known_frees = {key: kept for key, kept in self._known_frees.items() if not key}
             linear = self.free_tangent(frees)
             self._known_frees[frees] = linear, orthonormal(linear)
         return self._known_frees[frees]
@@ -155,88 +153,61 @@ class Fitter:
         nuisances, terms = given_back(self.model.nuisances, nuisances, tuple(terms))
         linear, basis = self._linear(tuple(frees))
         start = self._point(nuisances, aligned(terms), basis)
-        found = self._descended(start, linear, basis, steps, known)
+        found = self._descended(start, basis, steps, known)
         retimed = self._retimed(found, basis) if steps >= RETIMED else None
         if retimed is not None:
             return self.solve(retimed, frees, found.nuisances, steps)
         return self._finish(found, tuple(frees), linear)
 
-    def _point(self, nuisances: Sequence[Term], terms: Sequence[Term], basis: FloatArray) -> _Point:
+    def _point(self, nuisances: Sequence[Term], terms: Sequence[Term], basis: FloatArray) -> Point:
         predicted = self.model.predict([*nuisances, *terms])
         residual = self._residual(predicted, nuisances)
-        cost = _cost(residual, basis)
-        return _Point(tuple(nuisances), tuple(terms), predicted, residual, cost)
+        taken = basis.T @ residual
+        cost = float(residual @ residual - taken @ taken)
+        return Point(tuple(nuisances), tuple(terms), predicted, residual, taken, cost)
 
     def _descended(
-        self,
-        at: _Point,
-        linear: FloatArray,
-        basis: FloatArray,
-        steps: int,
-        known: FloatArray | None,
-    ) -> _Point:
-        damping, tangent, fresh = 1e-6, None, True
+        self, at: Point, basis: FloatArray, steps: int, known: FloatArray | None
+    ) -> Point:
+        if not any(term.candidate.moved for term in at.everything):
+            return at
+        damping, slopes, fresh = 1e-6, None, True
         for _ in range(steps):
-            if tangent is None:
-                tangent, fresh = self.tangent(at.terms, at.nuisances, at.predicted, known), True
-            if tangent.shape[1] == 0:
-                break
-            jac = np.concatenate([tangent, linear], axis=1)
-            moved = moved_by(at.everything, bounded_step(at.everything, jac, at.residual, damping))
+            if slopes is None:
+                tangent = self.tangent(at.terms, at.nuisances, at.predicted, known)
+                slopes, fresh = Slopes(tangent, basis), True
+            step = slopes.bounded_step(at.everything, at.residual, at.taken, damping)
+            moved = moved_by(at.everything, step)
             count = len(at.nuisances)
             trial = self._point(moved[:count], aligned(moved[count:]), basis)
             gain = at.cost - trial.cost
             if gain > 0.0:
-                at, damping, fresh = trial, max(damping / 10, 1e-9), False
+                before, at = at, trial
+                damping, fresh = max(damping / 10, 1e-9), False
                 if gain < CLOSE_ENOUGH:
                     break
-                tangent = tangent if gain < NEAR else None
+                promised = slopes.promised(step, before.residual, before.taken)
+                straight = abs(gain - promised) < STRAIGHT * promised
+                slopes = slopes if straight or gain < NEAR else None
             elif not fresh:
-                tangent = None
+                slopes = None
             else:
                 damping = max(damping, 1e-4) * 30
                 if damping > 1e3:
                     break
         return at
 
-    def _retimed(self, at: _Point, basis: FloatArray) -> tuple[Term, ...] | None:
+    def _retimed(self, at: Point, basis: FloatArray) -> tuple[Term, ...] | None:
         """The terms with one event a few readings earlier or later, where that fits better."""
         best, least = None, at.cost - CLOSE_ENOUGH
-        for number, term in enumerate(at.terms):
-            moment = self._better_moment(at, number, basis, least)
-            other = shown_later(term, moment * self.model.readings.period_s)
-            if other is None or not moment:
-                continue
-            moved = _with(at.terms, number, other)
-            cost = self._point(at.nuisances, moved, basis).cost
+        for number in range(len(at.terms)):
+            moved = better_moment(self.model, self.vector, at, number, basis, least)
+            cost = least if moved is None else self._point(at.nuisances, moved, basis).cost
             if cost < least:
                 best, least = moved, cost
         return best
 
-    def _better_moment(self, at: _Point, number: int, basis: FloatArray, least: float) -> int:
-        """By how many readings an event should be moved for a cost below `least`; else 0.
-
-        What is predicted changes between the two moments only.
-        """
-        shown_s, period_s = seen_s(at.terms[number]), self.model.readings.period_s
-        if shown_s is None:
-            return 0
-        best, t_s = 0, self.model.readings.t_s
-        for way in (-1, 1):
-            farthest = shown_later(at.terms[number], way * MOMENTS[-1] * period_s)
-            assert farthest is not None
-            moved = [*at.nuisances, *_with(at.terms, number, farthest)]
-            change = self.model.predict(moved) - at.predicted
-            for moment in (way * readings for readings in MOMENTS):
-                first_s, last_s = sorted((shown_s, shown_s + moment * period_s))
-                between = (t_s >= first_s) & (t_s < last_s)
-                whitened = self.vector(np.where(between[:, None], change, 0.0))
-                cost = _cost(at.residual - whitened, basis)
-                if cost < least:
-                    best, least = moment, cost
-        return best
-
-    def _finish(self, at: _Point, frees: tuple[FreeShape, ...], linear: FloatArray) -> Solution:
+    def _finish(self, at: Point, frees: tuple[FreeShape, ...], linear: FloatArray) -> Solution:
         slopes = partial(self._slopes, at, frees)
         coefficients, residual, predicted = np.zeros(linear.shape[1]), at.residual, at.predicted
         if linear.shape[1]:
@@ -252,7 +223,7 @@ class Fitter:
             at.terms, at.nuisances, frees, coefficients, cost, residual, predicted, slopes
         )
 
-    def _slopes(self, at: _Point, frees: tuple[FreeShape, ...]) -> FloatArray:
+    def _slopes(self, at: Point, frees: tuple[FreeShape, ...]) -> FloatArray:
         own = self.tangent(at.terms, at.nuisances, at.predicted)
         return np.concatenate([own, self._linear(frees)[0]], axis=1)
 
@@ -269,16 +240,6 @@ class Fitter:
         candidates = [*model.candidates, *model.groups, *(term.candidate for term in terms)]
         kinds = [*VOCABULARY.values(), *(one.kind for one in candidates)]
         return side_by_side(tasks, [self, *terms, *candidates, *kinds, *shapes])
-
-
-def _cost(residual: FloatArray, basis: FloatArray) -> float:
-    """Chi-square of a residual (m,) less what an orthonormal basis (m, q) takes of it."""
-    along = basis.T @ residual
-    return float(residual @ residual - along @ along)
-
-
-def _with(terms: tuple[Term, ...], number: int, other: Term) -> tuple[Term, ...]:
-    return aligned((*terms[:number], other, *terms[number + 1 :]))
 
 
 def _moved_values(terms: Sequence[Term]) -> FloatArray:

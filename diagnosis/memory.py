@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -17,6 +18,7 @@ from diagnosis.chance import log_sf
 from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape, knots_for, spline_basis, two_way
 from diagnosis.readings import FloatArray
+from diagnosis.side_by_side import side_by_side
 from diagnosis.solution import Solution
 
 PAST_S = (0.06, 0.3, 1.5)
@@ -61,11 +63,15 @@ def tied_drivers(
     if free.kind == "rhythm":
         return []
     limit = 2.0 * _explained(fitter, bare, free)[1] + TIED
+    rivals = [
+        shape
+        for shape in shapes
+        if (shape.port, shape.kind) == (free.port, free.kind) and shape.driver != free.driver
+    ]
+    tasks = [partial(_explained, fitter, bare, shape) for shape in rivals]
     found: dict[str, float] = {}
-    for shape in shapes:
-        if (shape.port, shape.kind) == (free.port, free.kind) and shape.driver != free.driver:
-            chance = 2.0 * _explained(fitter, bare, shape)[1]
-            found[shape.driver] = min(chance, found.get(shape.driver, 0.0))
+    for shape, (_, log_p) in zip(rivals, side_by_side(tasks), strict=True):
+        found[shape.driver] = min(2.0 * log_p, found.get(shape.driver, 0.0))
     return sorted((name for name, x in found.items() if x < limit), key=lambda name: found[name])
 
 

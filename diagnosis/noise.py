@@ -129,7 +129,8 @@ def estimate(readings: Readings, valid: Any, residual: FloatArray) -> Whitener:
             channels.append(ChannelNoise(rows[:0], np.zeros(ORDER), 1.0, 1.0))
             continue
         spread = MAD_TO_SIGMA * float(np.median(np.abs(table[:, 0] - np.median(table[:, 0]))))
-        spread = max(spread, _rounding(readings.values[:, column]), 1e-12)
+        rounding = readings.rounding[column]
+        spread = max(spread, rounding, 1e-12)
         table = np.clip(table, -4 * spread, 4 * spread)
         gram = table.T @ table / len(table)
         normal = gram[1:, 1:] + 1e-9 * gram[0, 0] * np.eye(ORDER)
@@ -137,7 +138,7 @@ def estimate(readings: Readings, valid: Any, residual: FloatArray) -> Whitener:
         phi = stationary(phi)
         innovation = table[:, 0] - table[:, 1:] @ phi
         core = np.abs(innovation) < 4 * MAD_TO_SIGMA * np.median(np.abs(innovation)) + 1e-15
-        sigma = max(float(np.std(innovation[core])), 0.3 * _rounding(readings.values[:, column]))
+        sigma = max(float(np.std(innovation[core])), 0.3 * rounding)
         channels.append(ChannelNoise(rows, phi, max(sigma, 1e-12), spread))
     size = sum(len(noise.rows) for noise in channels)
     return Whitener(tuple(channels), np.ones(size)).weighed(residual)
@@ -148,11 +149,3 @@ def stationary(phi: FloatArray) -> FloatArray:
     while len(phi) and np.abs(np.roots(np.concatenate([[1.0], -phi]))).max() > 0.98:
         phi = phi * 0.97
     return phi
-
-
-def _rounding(values: FloatArray) -> float:
-    """Standard deviation of rounding to the channel's smallest step."""
-    known = values[np.isfinite(values)]
-    steps = np.diff(np.unique(np.round(known, 9)))
-    steps = steps[steps > 1e-8]
-    return float(steps.min()) / np.sqrt(12.0) if len(steps) else 0.0

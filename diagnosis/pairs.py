@@ -29,14 +29,14 @@ class Pair:
 
 def best_pairs(
     scorer: Scorer,
-    tangent: FloatArray,
+    basis: FloatArray,
     residual: FloatArray,
     entries: list[int],
     price: Callable[[Candidate], float],
     most: int,
 ) -> list[Pair]:
-    """The best pairs of bank entries against a solution's tangent (m, p) and residual (m,)."""
-    shared, along = scorer.project(tangent, residual)
+    """The best pairs of bank entries against a solution's basis (m, p) and residual (m,)."""
+    shared, along = scorer.project(basis, residual)
     information = scorer.gram - shared @ shared.T
     of = scorer.bank.entries
     prices = {number: price(candidate_of(of[number])) for number in entries}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ FEWEST_SAMPLES = 50
 LONGEST_STALE_BY_CHANCE = 8
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Readings:
     """Values (n, channels) of the named channels; NaN or invalid where nothing was seen.
 
@@ -41,7 +42,12 @@ class Readings:
     values: FloatArray
     valid: BoolArray
 
-    @property
+    @cached_property
+    def rounding(self) -> list[float]:
+        """Standard deviation of rounding to its smallest step, for each channel."""
+        return [_rounding(self.values[:, column]) for column in range(len(self.names))]
+
+    @cached_property
     def period_s(self) -> float:
         """Usual time between samples [s]."""
         return float(np.median(np.diff(self.t_s)))
@@ -74,6 +80,13 @@ class Readings:
             (float(self.t_s[first]) - self.shift_s[n], self.end_s(n + 1))
             for n, first in enumerate(firsts)
         ]
+
+
+def _rounding(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    steps = np.diff(np.unique(np.round(known, 9)))
+    steps = steps[steps > 1e-8]
+    return float(steps.min()) / np.sqrt(12.0) if len(steps) else 0.0
 
 
 def starts_of(recording: FlatRecording) -> BoolArray:

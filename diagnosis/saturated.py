@@ -8,6 +8,8 @@ is seen on noise drawn from the estimate itself and treated in the same way.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
@@ -16,6 +18,7 @@ from diagnosis.bank import Bank
 from diagnosis.fit import Fitter
 from diagnosis.noise import Whitener, estimate, stationary
 from diagnosis.readings import BoolArray, FloatArray
+from diagnosis.side_by_side import side_by_side
 
 RIDGE = 1e-5
 DRAWS = 8
@@ -24,6 +27,14 @@ LONGEST = 0.9
 is rather a mismatch that no column follows.
 """
 SEED = 20261121
+
+
+class _Sized(NamedTuple):
+    """What is compared of a channel's noise; see `ChannelNoise`."""
+
+    phi: FloatArray
+    sigma: float
+    spread: float
 
 
 class Saturated:
@@ -58,8 +69,14 @@ def given_back(fit: Saturated, whiten: Whitener, valid: BoolArray) -> tuple[Whit
     rng = np.random.default_rng(SEED)
     drawn = np.stack([whiten.drawn(rng, len(readings.t_s)) for _ in range(DRAWS)], axis=2)
     left = drawn - fit(drawn)
-    before = [estimate(readings, valid, drawn[:, :, k]).channels for k in range(DRAWS)]
-    after = [estimate(readings, valid, left[:, :, k]).channels for k in range(DRAWS)]
+
+    def sized(residual: FloatArray) -> list[_Sized]:
+        noise = estimate(readings, valid, residual).channels
+        return [_Sized(one.phi, one.sigma, one.spread) for one in noise]
+
+    each = [*np.moveaxis(drawn, 2, 0), *np.moveaxis(left, 2, 0)]
+    sizes = side_by_side([partial(sized, residual) for residual in each])
+    before, after = sizes[:DRAWS], sizes[DRAWS:]
     channels, larger = [], []
     for number, noise in enumerate(whiten.channels):
         pairs = [(b[number], a[number]) for b, a in zip(before, after, strict=True)]

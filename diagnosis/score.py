@@ -10,7 +10,6 @@ from scipy.special import chdtrc
 
 from diagnosis.bank import Bank
 from diagnosis.chance import log_sfs
-from diagnosis.orthonormal import orthonormal
 from diagnosis.readings import BoolArray, FloatArray, IntArray
 
 DRAWS = 1000
@@ -41,19 +40,19 @@ class Scorer:
         """How many times more a score may be by what no robot file promises (`exactness.py`)."""
         self.gram = bank.gram()
 
-    def project(self, tangent: FloatArray, residual: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """What columns share with the tangent's basis, (c, p), and with what it leaves, (c,)."""
+    def project(self, basis: FloatArray, residual: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """What columns share with a basis, (c, p), and with what it leaves of a residual, (c,)."""
         white = self.bank.white
-        rows = len(white)
-        basis = orthonormal(tangent)
-        shared = np.asarray(white.T @ basis[:rows].astype(np.float32), dtype=np.float64)
         left = residual - basis @ (basis.T @ residual)
-        along = np.asarray(white.T @ left[:rows].astype(np.float32), dtype=np.float64)
-        return shared, along
+        both = np.column_stack([basis, left])[: len(white)].astype(np.float32)
+        products = np.asarray(white.T @ both, dtype=np.float64)
+        return products[:, :-1], products[:, -1]
 
-    def against(self, tangent: FloatArray, residual: FloatArray) -> Scores:
-        """Scores given a whitened residual (m,) and the tangent (m, p) of what is refitted."""
-        shared, along = self.project(tangent, residual)
+    def against(self, basis: FloatArray, residual: FloatArray) -> Scores:
+        """Scores given a whitened residual (m,) and an orthonormal basis (m, p) of the tangent of
+        what is refitted.
+        """
+        shared, along = self.project(basis, residual)
         count = len(self.bank.entries)
         gains, ranks = np.zeros(count), np.zeros(count, dtype=np.intp)
         steps: list[FloatArray] = [np.zeros(0)] * count
@@ -145,10 +144,13 @@ class Calibration:
         return float(-np.expm1(self.tests * np.log1p(-min(smallest, 1.0 - 1e-12))))
 
 
-def calibrate(scorer: Scorer, tangent: FloatArray) -> Calibration:
-    """Draw scores of pure noise with the bank's own covariance and look at the smallest p."""
-    basis = orthonormal(tangent)[: len(scorer.bank.white)].astype(np.float32)
-    shared = np.asarray(scorer.bank.white.T @ basis, dtype=np.float64)
+def calibrate(scorer: Scorer, basis: FloatArray) -> Calibration:
+    """Draw scores of pure noise with the bank's own covariance and look at the smallest p.
+
+    basis: orthonormal, of the tangent of what is always fitted, (m, p).
+    """
+    white = scorer.bank.white
+    shared = np.asarray(white.T @ basis[: len(white)].astype(np.float32), dtype=np.float64)
     covariance = scorer.gram - shared @ shared.T
     scale = np.sqrt(np.maximum(np.diag(scorer.gram), 1e-30))
     unit = covariance / np.outer(scale, scale)

@@ -92,6 +92,7 @@ class _LeftOut:
 
 def _standing(search: Search, solution: Solution, each: Sequence[Sequence[int]]) -> list[Standing]:
     """Leave some terms out, refit, and let every other candidate take their place; for each."""
+    search.without(solution)
     cuts = search.fitter.side_by_side(
         [partial(_left_out, search, solution, numbers) for numbers in each]
     )
@@ -110,8 +111,11 @@ def _standing(search: Search, solution: Solution, each: Sequence[Sequence[int]])
 
 
 def _left_out(search: Search, solution: Solution, numbers: Sequence[int]) -> _LeftOut:
-    rest = tuple(term for i, term in enumerate(solution.terms) if i not in numbers)
-    bare = search.fitter.solve(rest, solution.frees, solution.nuisances, steps=4)
+    if len(numbers) == 1:
+        bare = search.without(solution)[numbers[0]].fit
+    else:
+        rest = tuple(term for i, term in enumerate(solution.terms) if i not in numbers)
+        bare = search.fitter.solve(rest, solution.frees, solution.nuisances)
     gain = max(bare.cost - solution.cost, 0.0)
     own = [solution.terms[i].candidate for i in numbers]
     return _LeftOut(own, bare, gain, _starts(search, solution, bare, numbers, gain))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -39,6 +39,10 @@ class Solution:
         """What is sent between processes: not what follows from the tangent."""
         return {name: value for name, value in self.__dict__.items() if name != "basis"}
 
+    def without_tangent(self) -> Solution:
+        """The same, to be kept: the tangent is large, and is worked out again when it is needed."""
+        return replace(self)
+
     @cached_property
     def basis(self) -> FloatArray:
         """Orthonormal basis of the tangent, (m, rank)."""
@@ -52,9 +56,17 @@ class Solution:
             for term in (*self.nuisances, *self.terms)
             for i in term.candidate.moved
         ]
+        if not any(stuck):
+            return self.tangent
         keep = np.ones(self.tangent.shape[1], dtype=bool)
         keep[: len(stuck)] = ~np.array(stuck, dtype=bool)
         return self.tangent[:, keep]
+
+    @property
+    def free_basis(self) -> FloatArray:
+        """Orthonormal basis of that, (m, rank)."""
+        free = self.free_tangent
+        return self.basis if free is self.tangent else orthonormal(free)
 
     def columns_of(self, number: int) -> slice:
         """Columns of the tangent that belong to term `number`."""

@@ -34,20 +34,27 @@ def test_longer_arms_are_another_robot(delta: DeltaRobot, record) -> None:
         check_belongs(other, recording)
 
 
-def test_what_broke_on_the_way_is_said_with_its_moment(delta: DeltaRobot, record) -> None:
-    """From 6 s on the readings are those of no machine of the file: a rod came off."""
+@pytest.mark.parametrize(("broke_s", "told"), [(6.0, r"[56]\.\d"), (26.0, r"2[567]\.\d")])
+def test_what_broke_on_the_way_is_said_with_its_moment(
+    delta: DeltaRobot, record, broke_s: float, told: str
+) -> None:
+    """From then on the readings are those of no machine of the file: a rod came off."""
     whole, apart = record(seconds=40.0), record(seconds=40.0, seed=2)
-    late = whole.t_s > 6.0
+    late = whole.t_s > broke_s
     columns = {
         name: np.where(late, apart.columns[name], values) if name.startswith("range") else values
         for name, values in whole.columns.items()
     }
-    with pytest.raises(RecordingError, match=r"up to [56]\.\d s recording and robot file agree"):
+    with pytest.raises(RecordingError, match=rf"up to {told} s recording and robot file agree"):
         check_belongs(delta, FlatRecording(whole.t_s, columns, {}, "broken"))
 
 
-def test_a_great_loss_of_steps_is_no_breakage(delta: DeltaRobot, record) -> None:
+@pytest.mark.parametrize("lost_s", [4.0, 26.0])
+@pytest.mark.parametrize("steps", [-600.0, 600.0])
+def test_a_great_loss_of_steps_is_no_breakage(
+    delta: DeltaRobot, record, steps: float, lost_s: float
+) -> None:
     entry = EffectEntry(
-        effect="lost_steps", component="motor2", parameters={"steps": -600.0, "time": 4.0}
+        effect="lost_steps", component="motor2", parameters={"steps": steps, "time": lost_s}
     )
     check_belongs(delta, record(entry, seconds=40.0))

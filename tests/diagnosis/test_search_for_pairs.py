@@ -32,7 +32,7 @@ def test_the_best_pair_is_the_truth_and_the_search_takes_it(
     search = Search(prepare(model, model.readings.valid.copy()), 0.0)
     empty, scorer = search.empty, search.prepared.scorer
     entries = leading(scorer, search.scores(empty), set())
-    first, *others = best_pairs(scorer, empty.free_tangent, empty.residual, entries, price, 3)
+    first, *others = best_pairs(scorer, empty.free_basis, empty.residual, entries, price, 3)
     assert {start.candidate.key for start in first.starts} == TRUTH
     assert [pair.value for pair in others] == sorted((p.value for p in others), reverse=True)
     assert first.value >= others[0].value
@@ -84,5 +84,5 @@ def test_one_that_stands_for_two_beside_a_third_gives_way(
     starts = {trial.start.candidate.key: trial.start for trial in search.trials(search.empty)}
     names = [("frame_tilt", "frame"), ("sensor_scale", "range_x")]
     wrong = search.fitter.solve([starts[name] for name in names])
-    found = {term.candidate.key for term in search.split(wrong).terms}
+    found = {term.candidate.key for term in search.finished(wrong).terms}
     assert found == {("sensor_scale", "range_x"), *TRUTH}

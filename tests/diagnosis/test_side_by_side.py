@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 from functools import partial
@@ -35,21 +36,37 @@ def test_answers_come_in_the_order_of_the_tasks() -> None:
 
 
 def test_a_second_process_takes_its_share() -> None:
-    def who(_: int) -> int:
-        sum(range(200_000))
-        return os.getpid()
-
-    assert len(set(side_by_side([partial(who, k) for k in range(40)]))) == 2
+    assert len(set(side_by_side([partial(_busy, k) for k in range(40)]))) == 2
 
 
-def test_within_a_task_and_alone_nothing_is_forked() -> None:
-    def inner(_: int) -> bool:
-        own = os.getpid()
-        return {own} == set(side_by_side([os.getpid] * 8))
+def _busy(_: int) -> int:
+    sum(range(200_000))
+    return os.getpid()
 
-    assert all(side_by_side([partial(inner, k) for k in range(8)]))
+
+def test_a_task_has_its_own_done_side_by_side_when_the_others_have_ended() -> None:
+    def long() -> set[int]:
+        return set(side_by_side([partial(_busy, k) for k in range(60)]))
+
+    used, _ = side_by_side([long, set])
+    assert len(used) == 2
+
+
+def test_tasks_of_tasks_of_tasks_come_in_their_order() -> None:
+    def tree(depth: int, name: str) -> str:
+        if not depth:
+            return name
+        parts = side_by_side([partial(tree, depth - 1, f"{name}{k}") for k in range(4)])
+        return f"({' '.join(parts)})"
+
     with alone():
-        assert set(side_by_side([os.getpid] * 8)) == {os.getpid()}
+        expected = tree(3, "")
+    assert tree(3, "") == expected
+
+
+def test_alone_nothing_is_forked() -> None:
+    with alone():
+        assert set(side_by_side([partial(_busy, k) for k in range(8)])) == {os.getpid()}
 
 
 def test_known_objects_come_back_as_themselves() -> None:
@@ -92,6 +109,32 @@ def test_what_a_killed_helper_took_is_done_again() -> None:
         return k
 
     assert side_by_side([partial(task, k) for k in range(20)]) == list(range(20))
+
+
+def test_without_room_for_a_process_more_it_is_done_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_room() -> int:
+        raise OSError(errno.EAGAIN, "no room")
+
+    before = len(os.listdir("/proc/self/fd"))
+    monkeypatch.setattr(os, "fork", no_room)
+    assert set(side_by_side([partial(_busy, k) for k in range(8)])) == {os.getpid()}
+    assert len(os.listdir("/proc/self/fd")) == before
+
+
+def test_what_a_helper_took_that_was_killed_within_a_task_of_its_own_is_done_again() -> None:
+    parent = os.getpid()
+
+    def leaf(k: int) -> int:
+        sum(range(200_000))
+        if _in_a_helper(parent):
+            os.kill(os.getpid(), signal.SIGKILL)
+        return k
+
+    def branch(k: int) -> list[int]:
+        return side_by_side([partial(leaf, 10 * k + i) for i in range(6)])
+
+    made = side_by_side([partial(branch, k) for k in range(6)])
+    assert made == [[10 * k + i for i in range(6)] for k in range(6)]
 
 
 def test_progress_is_told_by_the_first_process_alone() -> None:

@@ -1,0 +1,102 @@
+"""Steps of a fit beside free shapes, and what a solution can do without."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from diagnosis.candidate import Candidate, Term
+from diagnosis.damped_step import Slopes
+from diagnosis.delta_candidates import lost_steps
+from diagnosis.delta_model import DeltaModel
+from diagnosis.event_moments import MOMENTS
+from diagnosis.event_times import shown_later
+from diagnosis.name import Search
+from diagnosis.orthonormal import orthonormal
+from diagnosis.prepare import prepare
+from diagnosis.solution import Solution
+from models.robot import DeltaRobot, EffectEntry
+from recording.flat import FlatRecording
+
+Record = Callable[..., FlatRecording]
+
+
+@pytest.fixture(scope="module")
+def search(delta: DeltaRobot, record: Record) -> Search:
+    scale = EffectEntry(effect="sensor_scale", component="range_x", parameters={"scale": 1.02})
+    lost = EffectEntry(
+        effect="lost_steps", component="motor2", parameters={"steps": -40.0, "time": 12.0}
+    )
+    model = DeltaModel(delta, [record(scale, lost, seconds=30.0)])
+    assert delta.drive is not None
+    return Search(prepare(model, model.readings.valid.copy()), delta.drive.rad_per_step)
+
+
+@pytest.fixture(scope="module")
+def found(search: Search) -> Solution:
+    solution = search.run()
+    keys = {term.candidate.key for term in solution.terms}
+    assert keys == {("sensor_scale", "range_x"), ("lost_steps", "motor2")}
+    return solution
+
+
+@given(st.integers(0, 2**31), st.integers(1, 5), st.integers(0, 4))
+def test_a_step_beside_free_shapes_is_that_of_both_together(seed: int, p: int, q: int) -> None:
+    rng = np.random.default_rng(seed)
+    tangent, linear = rng.standard_normal((60, p)), rng.standard_normal((60, q))
+    residual, basis = rng.standard_normal(60), orthonormal(linear)
+    both = np.linalg.lstsq(np.concatenate([tangent, linear], axis=1), residual, rcond=None)[0]
+    slopes, taken = Slopes(tangent, basis), basis.T @ residual
+    step = slopes.bounded_step(_free_terms(p), residual, taken, 0.0)
+    np.testing.assert_allclose(step, both[:p], rtol=1e-6, atol=1e-9)
+    left = residual - tangent @ step
+    gain = float(residual @ residual - taken @ taken - left @ left + np.sum((basis.T @ left) ** 2))
+    assert slopes.promised(step, residual, taken) == pytest.approx(gain, rel=1e-6)
+
+
+def _free_terms(count: int) -> list[Term]:
+    """Terms of one coordinate each, without bounds."""
+    one = lost_steps("motor1", 0.0)
+    coordinate = next(c for c in one.coordinates if c.how != "frozen")
+    free = Candidate(one.kind, "motor1", (coordinate,), (), {})
+    return [Term(free, np.zeros(1)) for _ in range(count)]
+
+
+def test_what_is_clearly_needed_is_needed(search: Search, found: Solution) -> None:
+    for number, term in enumerate(found.terms):
+        begun = search._begun_without(found, number)
+        assert search._clearly_needed(found, number, begun)
+        rest = search.fitter.solve(begun.terms, (), begun.nuisances)
+        assert search._earns(rest, found, term.candidate)
+
+
+def test_what_does_nothing_is_dropped(search: Search, found: Solution) -> None:
+    candidates = search.prepared.model.candidates
+    idle = next(c for c in candidates if c.key == ("home_offset", "motor3"))
+    more = search.fitter.solve((*found.terms, Term(idle, np.zeros(len(idle.coordinates)))))
+    assert not search._clearly_needed(more, 2, search._begun_without(more, 2))
+    kept = {term.candidate.key for term in search.drop(more).terms}
+    assert kept == {term.candidate.key for term in found.terms}
+
+
+def test_the_rest_is_remembered_without_what_makes_it_large(
+    search: Search, found: Solution
+) -> None:
+    first = search.without(found)
+    assert search.without(found) is first
+    assert all("tangent" not in vars(one.fit) for one in first)
+
+
+def test_a_moment_that_fits_better_is_found_from_far_off(search: Search, found: Solution) -> None:
+    number = next(k for k, term in enumerate(found.terms) if term.candidate.kind.event)
+    far = shown_later(
+        found.terms[number], MOMENTS[-1] * 0.9 * search.fitter.model.readings.period_s
+    )
+    assert far is not None
+    terms = (*found.terms[:number], far, *found.terms[number + 1 :])
+    again = search.fitter.solve(terms, (), found.nuisances)
+    assert again.cost == pytest.approx(found.cost, abs=1.0)
