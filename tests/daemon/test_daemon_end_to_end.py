@@ -257,7 +257,11 @@ def _readable_up_to(recording: Path, end_ns: int, bench: BenchMemory) -> Run:
     sent_ns = run.edges.t_ns[np.any(run.edges.steps, axis=1)]
     stepped_ns = np.array(bench.step_times())[: len(sent_ns)]
     assert end_ns - stepped_ns[-1] < 1_000_000_000
-    assert np.ptp(stepped_ns - sent_ns) < 1_000_000
+    # A write that the machine holds up in its middle has its edge before, its note after.
+    apart_ns = stepped_ns - sent_ns
+    off_ns = np.sort(np.abs(apart_ns - np.median(apart_ns)))
+    assert off_ns[-5] < 1_000_000
+    assert off_ns[-1] < HEARTBEAT_S * 1e9
     return run
 
 
