@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import least_squares
 
-from diagnosis.broken import broke, refuse_broken
+from diagnosis.broken import refuse_broken, refuse_once_near
 from diagnosis.delta_model import ANGLES, POSITIONS, DeltaModel
 from diagnosis.readings import MAD_TO_SIGMA, BoolArray, FloatArray, IntArray
 from diagnosis.sanity import check_input
@@ -27,10 +27,6 @@ NEAR_SHARE = 0.2
 """A machine that agrees with the file in this share of the time is the file's."""
 OFF = 0.05
 """No build of one machine errs by more of a length or of the gear than this."""
-STILL = 0.3
-"""A machine agrees with the file where it is nearer than this share of what it is off later."""
-LEAST_BEFORE = 40
-"""Readings that must agree before something broke."""
 MOST_SAMPLES = 500
 TRUSTED = 0.4
 """Share of the samples that the fit of another machine goes by."""
@@ -69,7 +65,7 @@ def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
     far = f"{recording.source}: recording and robot file do not belong together: "
     apart = f"{before:.3g} {readings.units[0]} apart in a motion of {span:.3g} {readings.units[0]}"
     if after > FAR * span or np.abs(size).max() > OFF:
-        _refuse_broken(model, recording.source, nominal)
+        refuse_once_near(model, recording.source, nominal)
     if after > FAR * span and _near(left, scatter) < NEAR_SHARE:
         raise RecordingError(
             f"{far}{apart}, and no lengths, homes, gear or sensor offsets bring them together "
@@ -78,23 +74,6 @@ def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
     if np.abs(size).max() > OFF:
         fits = _would_fit(model, size)
         raise RecordingError(f"{far}{apart}; {fits}; is this another robot's file?")
-
-
-def _refuse_broken(model: DeltaModel, source: str, left: FloatArray) -> None:
-    """Refuse a machine that was the file's until something broke. Raises RecordingError."""
-    readings = model.readings
-    read = np.isfinite(left).any(axis=1)
-    apart = np.nanmax(np.abs(left[read]), axis=1)
-    t_s = readings.t_s[read]
-    after = float(np.median(apart[len(apart) // 2 :]))
-    near = apart < STILL * after
-    before = np.cumsum(near)[:-1]
-    count = np.arange(1, len(near))
-    agreed = before / count
-    later = (near.sum() - before) / (len(near) - count)
-    at = int(np.argmax(agreed - later))
-    if count[at] >= LEAST_BEFORE and agreed[at] > 1.0 - NEAR_SHARE and later[at] < NEAR_SHARE:
-        raise RecordingError(broke(model, source, float(t_s[at] - t_s[0]), after))
 
 
 def _scatter(left: FloatArray) -> FloatArray:

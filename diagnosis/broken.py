@@ -27,6 +27,10 @@ WORSE = 1.9
 """And by so many times more than before."""
 MOVES = 0.3
 """It still moves by this share: a platform that is pressed on a stop and rests is not broken."""
+STILL = 0.3
+"""A machine agrees with the file where it is nearer than this share of what it is off later."""
+STRAY = 0.2
+"""Share of the readings that may be far off before, or near after."""
 OFFSETS = 0.25
 """Steps that were lost, however many, leave less than this share once the joints are shifted."""
 
@@ -49,10 +53,29 @@ def refuse_broken(model: DeltaModel, source: str, left: FloatArray, span: float)
     if _shifted(model, rows[at:], left) < OFFSETS * after:
         return
     t_s, off = model.readings.t_s[rows], float(np.median(apart[at:]))
-    raise RecordingError(broke(model, source, float(t_s[at] - t_s[0]), off))
+    raise RecordingError(_broke(model, source, float(t_s[at] - t_s[0]), off))
 
 
-def broke(model: DeltaModel, source: str, when_s: float, off: float) -> str:
+def refuse_once_near(model: DeltaModel, source: str, left: FloatArray) -> None:
+    """Refuse a machine that was the file's for a time, where no other machine would fit.
+
+    The bars are lower than those of `refuse_broken`. Raises RecordingError, one line.
+    """
+    read = np.isfinite(left).any(axis=1)
+    apart = np.nanmax(np.abs(left[read]), axis=1)
+    after = float(np.median(apart[len(apart) // 2 :]))
+    near = apart < STILL * after
+    before = np.cumsum(near)[:-1]
+    count = np.arange(1, len(near))
+    agreed = before / count
+    later = (near.sum() - before) / (len(near) - count)
+    at = int(np.argmax(agreed - later))
+    if count[at] >= LEAST_BEFORE and agreed[at] > 1.0 - STRAY and later[at] < STRAY:
+        t_s = model.readings.t_s[read]
+        raise RecordingError(_broke(model, source, float(t_s[at] - t_s[0]), after))
+
+
+def _broke(model: DeltaModel, source: str, when_s: float, off: float) -> str:
     """What to tell about it."""
     return (
         f"{source}: up to {when_s:.1f} s recording and robot file agree, from there on they are "

@@ -22,10 +22,11 @@ class Slopes:
 
     def bounded_step(
         self, terms: Sequence[Term], residual: FloatArray, taken: FloatArray, damping: float
-    ) -> FloatArray:
+    ) -> tuple[FloatArray, float]:
         """A damped step; coordinates that would leave their bounds stop there, the rest goes on.
 
-        taken: what the basis has of the residual, (q,).
+        taken: what the basis has of the residual, (q,). Also returns the chi-square that the step
+        would gain if the tangent held all the way.
         """
         room = [
             (term.candidate.coordinates[i].low - term.at[i],
@@ -45,12 +46,7 @@ class Slopes:
                 break
             step[out] = np.clip(step[out], low[out], high[out])
             free &= ~out
-        return step
-
-    def promised(self, step: FloatArray, residual: FloatArray, taken: FloatArray) -> float:
-        """Chi-square that a step would gain if the tangent held all the way."""
-        along = self.tangent.T @ residual - self._taken.T @ taken
-        return float(2.0 * along @ step - step @ self._gram @ step)
+        return step, float(2.0 * along @ step - step @ self._gram @ step)
 
     def _damped(self, free: BoolArray, along: FloatArray, damping: float) -> FloatArray:
         """A damped step of the free coordinates from the normal equations."""

@@ -120,9 +120,8 @@ class Detection:
         found = [*best.values(), *self._jump_trials(solution, taken)]
         return sorted(found, key=lambda t: t.price - t.gain)
 
-    def misses(self, solution: Solution) -> bool:
-        """Whether some named candidate shows in what a solution leaves."""
-        trials = self.trials(solution)
+    def any_shows(self, trials: Sequence[Trial]) -> bool:
+        """Whether some named candidate does more than chance of what a solution leaves."""
         return bool(trials) and self.p(min(trial.log_p for trial in trials)) <= ALPHA
 
     def _jump_trials(self, solution: Solution, taken: set[tuple[str, ...]]) -> list[Trial]:

@@ -74,7 +74,7 @@ def _loose(
     """
     search.progress("comparing with a machine that is a little off everywhere")
     other = _with_tolerances(search)
-    begun = beside if other.misses(other.empty) else ()
+    begun = beside if other.any_shows(other.trials(other.empty)) else ()
     rival = _promoted(other, other.finished(other.resumed(begun, other.empty.nuisances)))
     better = bool(rival.terms) and _looser(search, solution, other, rival)
     return (other, rival) if better else None

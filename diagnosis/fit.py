@@ -176,17 +176,16 @@ class Fitter:
             if slopes is None:
                 tangent = self.tangent(at.terms, at.nuisances, at.predicted, known)
                 slopes, fresh = Slopes(tangent, basis), True
-            step = slopes.bounded_step(at.everything, at.residual, at.taken, damping)
+            step, promised = slopes.bounded_step(at.everything, at.residual, at.taken, damping)
             moved = moved_by(at.everything, step)
             count = len(at.nuisances)
             trial = self._point(moved[:count], aligned(moved[count:]), basis)
             gain = at.cost - trial.cost
             if gain > 0.0:
-                before, at = at, trial
+                at = trial
                 damping, fresh = max(damping / 10, 1e-9), False
                 if gain < CLOSE_ENOUGH:
                     break
-                promised = slopes.promised(step, before.residual, before.taken)
                 straight = abs(gain - promised) < STRAIGHT * promised
                 slopes = slopes if straight or gain < NEAR else None
             elif not fresh:

@@ -126,8 +126,7 @@ class LeavingOut(Detection):
     def _begun_without(self, solution: Solution, number: int) -> Solution:
         """The first step in which the others make up for a term."""
         rest = without(solution.terms, number)
-        known = solution.tangent[:, : solution.tangent.shape[1] - len(solution.coefficients)]
-        known = np.delete(known, solution.columns_of(number), axis=1)
+        known = np.delete(solution.named_tangent, solution.columns_of(number), axis=1)
         return self.fitter.solve(rest, solution.frees, solution.nuisances, 1, known)
 
     def _clearly_needed(self, solution: Solution, number: int, begun: Solution) -> bool:

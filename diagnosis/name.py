@@ -134,9 +134,9 @@ class Search(LeavingOut):
 
     def _add(self, solution: Solution, other: Solution | None = None) -> Solution | None:
         """With the best further effect; where another story is known, with few or one of that."""
-        if not self.misses(solution):
-            return None
         trials = self.trials(solution)
+        if not self.any_shows(trials):
+            return None
         strongest = trials[0].gain
         worthy = [t for t in trials[:TRIED] if t.gain > 0.4 * strongest]
         if other is not None:
@@ -153,8 +153,7 @@ class Search(LeavingOut):
         return self.fitter.side_by_side([partial(self._begun, *rival) for rival in rivals])
 
     def _begun(self, terms: tuple[Term, ...], beside: Solution) -> Tried:
-        known = beside.tangent[:, : beside.tangent.shape[1] - len(beside.coefficients)]
-        one = self.fitter.solve(terms, beside.frees, beside.nuisances, QUICK, known)
+        one = self.fitter.solve(terms, beside.frees, beside.nuisances, QUICK, beside.named_tangent)
         return Tried(one.terms, one.nuisances, one.frees, one.cost)
 
     def followed(self, tried: Sequence[Tried]) -> list[Solution]:

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from diagnosis.bank import Bank
 from diagnosis.fit import Fitter
-from diagnosis.noise import Whitener, estimate, stationary
+from diagnosis.noise import ChannelNoise, Whitener, estimate, stationary
 from diagnosis.readings import BoolArray, FloatArray
 from diagnosis.side_by_side import side_by_side
 
@@ -27,14 +26,6 @@ LONGEST = 0.9
 is rather a mismatch that no column follows.
 """
 SEED = 20261121
-
-
-class _Sized(NamedTuple):
-    """What is compared of a channel's noise; see `ChannelNoise`."""
-
-    phi: FloatArray
-    sigma: float
-    spread: float
 
 
 class Saturated:
@@ -70,9 +61,10 @@ def given_back(fit: Saturated, whiten: Whitener, valid: BoolArray) -> tuple[Whit
     drawn = np.stack([whiten.drawn(rng, len(readings.t_s)) for _ in range(DRAWS)], axis=2)
     left = drawn - fit(drawn)
 
-    def sized(residual: FloatArray) -> list[_Sized]:
+    def sized(residual: FloatArray) -> list[ChannelNoise]:
+        """Without the rows, which are large and the same in all."""
         noise = estimate(readings, valid, residual).channels
-        return [_Sized(one.phi, one.sigma, one.spread) for one in noise]
+        return [replace(one, rows=one.rows[:0]) for one in noise]
 
     each = [*np.moveaxis(drawn, 2, 0), *np.moveaxis(left, 2, 0)]
     sizes = side_by_side([partial(sized, residual) for residual in each])

@@ -49,6 +49,11 @@ class Solution:
         return orthonormal(self.tangent)
 
     @property
+    def named_tangent(self) -> FloatArray:
+        """The tangent without the columns of free shapes."""
+        return self.tangent[:, : self.tangent.shape[1] - len(self.coefficients)]
+
+    @property
     def free_tangent(self) -> FloatArray:
         """The tangent without coordinates at an end of their range, which cannot give way."""
         stuck = [
