@@ -26,8 +26,9 @@ def scores_of(
     small: whitened changes by what no robot file can promise, (m, k).
     """
     basis = solution.basis[: fitter.rows]
-    residual = solution.residual[: fitter.rows]
-    rest = residual - basis @ (basis.T @ residual)
+    # The rows of the priors count too: a shape that takes over lets the nuisances spring back.
+    residual = solution.residual
+    rest = (residual - solution.basis @ (solution.basis.T @ residual))[: fitter.rows]
     ports = fitter.model.ports()
     if small is not None:
         small = small - basis @ (basis.T @ small)

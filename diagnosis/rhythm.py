@@ -30,15 +30,14 @@ def rhythms(fitter: Fitter, solution: Solution) -> list[tuple[FreeShape, float, 
     """At each port the rhythm that explains most: shape, gain, and log p for all frequencies."""
     ports = fitter.model.ports()
     t_s = fitter.model.readings.t_s
-    basis = solution.basis[: fitter.rows]
-    residual = solution.residual[: fitter.rows]
+    basis, residual = solution.basis, solution.residual
     found = []
     for port, change in ports.items():
-        rate_hz, looks = _strongest(fitter, residual, change)
+        rate_hz, looks = _strongest(fitter, residual[: fitter.rows], change)
         if rate_hz is None:
             continue
         free = FreeShape(port, "time", waves(t_s, rate_hz), t_s[:0], "rhythm", rate_hz)
-        columns = fitter.whiten(free.columns(change))
+        columns = fitter.vector(free.columns(change))
         gain, rank = explained_by(columns - basis @ (basis.T @ columns), residual)
         found.append((free, gain, min(log_sf(gain, rank) + float(np.log(looks)), 0.0)))
     return sorted(found, key=lambda item: item[2])
