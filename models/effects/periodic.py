@@ -9,6 +9,7 @@ import numpy as np
 
 from models.effects.kind import Parameter, Values, scalar
 from models.robot import FloatArray
+from models.turned import cosine_and_sine
 
 PARAMETERS = (
     Parameter("amplitude", "rad", 0.0, 0.2, starts=(0.001,)),
@@ -21,9 +22,8 @@ def add_periodic(angles_rad: FloatArray, index: int, values: Values) -> None:
     """Add amplitude * sin(2 pi angle / period + phase) to column `index` of (n, 3), in place."""
     angle = angles_rad[:, index]
     turns = 2.0 * np.pi * angle / scalar(values, "period")
-    angles_rad[:, index] = angle + scalar(values, "amplitude") * np.sin(
-        turns + scalar(values, "phase")
-    )
+    _, sine = cosine_and_sine(turns + scalar(values, "phase"))
+    angles_rad[:, index] = angle + scalar(values, "amplitude") * sine
 
 
 def size_in_words(values: Mapping[str, Any]) -> str:

@@ -8,6 +8,7 @@ from models.effects.flow import Flow
 from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 from models.effects.recursion import linear
+from models.turned import cosine_and_sine
 
 FASTEST_DECAY = 0.999
 
@@ -22,8 +23,8 @@ def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     share = 1.0 + 1j * damping / np.sqrt(1.0 - damping**2)
     x, step = flow.position_m, flow.step_s
     before = np.vstack([memory.get("x", x[0])[None, :], x[:-1]])
-    turn = pole.imag * step
-    decay = np.exp(pole.real * step) * (np.cos(turn) + 1j * np.sin(turn))
+    cosine, sine = cosine_and_sine(pole.imag * step)
+    decay = np.exp(pole.real * step) * (cosine + 1j * sine)
     kept = np.where(step > 0.0, (decay - 1.0) / (pole * np.maximum(step, 1e-12)), 0.0)
     moved = np.where((step > 0.0)[:, None], x - before, 0.0)
     gain = np.where(step > 0.0, decay, 0.0)

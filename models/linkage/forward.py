@@ -17,6 +17,7 @@ from models.linkage.arms import Linkage
 from models.linkage.blocks import Block, Poses, Rows
 from models.linkage.status import PlatformPosition
 from models.robot import FloatArray
+from models.turned import cosine_and_sine
 
 
 def forward(linkage: Linkage, angles_rad: FloatArray) -> PlatformPosition:
@@ -68,5 +69,6 @@ def _solve(block: Block) -> None:
 def _elbows(rows: Rows, angles_rad: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Elbows less the platform's radius, as rows x, y, z [m] of shape (3, n)."""
     true_rad = angles_rad + rows.home_offset_rad
-    reach_m = rows.radius_m + rows.upper_arm_m * np.cos(true_rad)
-    return reach_m * rows.east, reach_m * rows.north, -rows.upper_arm_m * np.sin(true_rad)
+    cosine, sine = cosine_and_sine(true_rad)
+    reach_m = rows.radius_m + rows.upper_arm_m * cosine
+    return reach_m * rows.east, reach_m * rows.north, -rows.upper_arm_m * sine
