@@ -19,6 +19,7 @@ from diagnosis.experiment.ties import Explanation, Key, Tie
 from diagnosis.experiment.timeline import as_recording, duration_s
 from diagnosis.noise import ChannelNoise, Whitener, history
 from diagnosis.readings import FloatArray, Readings
+from diagnosis.solution import Solution
 from models.robot import ARMS
 
 CONTAINED = {"gear_backlash": "joint_friction"}
@@ -43,21 +44,29 @@ class Run:
         self.model = DeltaModel(recorded.robot, [blank])
         self._whiten = _noise(self.model.readings, readings, noise, period_s)
         self._columns: dict[tuple[Key, int], FloatArray] = {}
+        self._known: dict[Solution, tuple[FloatArray, bool]] = {}
 
     def seen(self, terms: Sequence[Term]) -> FloatArray:
         """Whitened readings (m,) with the terms at work."""
         return self._whiten(self.model.predict(_lasting(terms)))
 
-    def possible(self, terms: Sequence[Term]) -> bool:
-        """Whether the linkage stays together all along with the terms at work."""
-        predicted = self.model.predict(_lasting(terms))
-        metres = [i for i, unit in enumerate(self.model.readings.units) if unit == "m"]
-        # Where it cannot be assembled the model puts zeros.
-        return not metres or bool(predicted[:, metres].any(axis=1).all())
+    def of(self, explanation: Explanation) -> tuple[FloatArray, bool]:
+        """Whitened readings (m,) of an explanation as it was fitted, and whether the linkage
+        stays together all along with it.
+        """
+        if explanation.solution not in self._known:
+            predicted = self.model.predict(_lasting(explanation.everything))
+            metres = [i for i, unit in enumerate(self.model.readings.units) if unit == "m"]
+            # Where it cannot be assembled the model puts zeros.
+            whole = not metres or bool(predicted[:, metres].any(axis=1).all())
+            self._known[explanation.solution] = self._whiten(predicted), whole
+        return self._known[explanation.solution]
 
-    def tangent(self, terms: Sequence[Term], fresh: set[Key]) -> FloatArray:
-        """Whitened derivatives (m, p); those of terms outside `fresh` are worked out only once."""
-        here = self.seen(terms)
+    def tangent(self, terms: Sequence[Term], here: FloatArray, fresh: set[Key]) -> FloatArray:
+        """Whitened derivatives (m, p); those of terms outside `fresh` are worked out only once.
+
+        here: the readings as they are seen with the terms, (m,).
+        """
         columns = []
         for number, term in enumerate(terms):
             for i in term.candidate.moved:
@@ -109,21 +118,25 @@ def expected(
     own = {t.candidate.key for t in rival.solution.terms} - {
         t.candidate.key for t in truth.solution.terms
     }
-    target, weight = run.seen(truth.everything), float(np.sqrt(repeats))
+    target, weight = run.of(truth)[0], float(np.sqrt(repeats))
     at = best_at = rival.at
-    best = np.inf
-    for _ in range(steps + 1):
+    terms, here = rival.everything, run.of(rival)[0]
+    left = weight * (target - here)
+    best = float(left @ left)
+    for _ in range(steps):
+        if at is best_at:
+            jac = np.concatenate([weight * run.tangent(terms, here, own), rival.root])
+            held = rival.root @ (rival.at - at)
+            at = at + _least_squares(jac, np.concatenate([left, held]))
+        else:
+            at = 0.5 * (at + best_at)
         terms = rival.moved_to(at)
         at = np.array([t.at[i] for t in terms for i in t.candidate.moved])
-        left = weight * (target - run.seen(terms))
-        off = rival.root @ (at - rival.at)
-        cost = float(left @ left + off @ off)
-        if cost >= best:
-            at = 0.5 * (at + best_at)
-            continue
-        best, best_at = cost, at
-        jac = np.concatenate([weight * run.tangent(terms, own), rival.root])
-        at = at + _least_squares(jac, np.concatenate([left, -off]))
+        here = run.seen(terms)
+        rest, off = weight * (target - here), rival.root @ (at - rival.at)
+        cost = float(rest @ rest + off @ off)
+        if cost < best:
+            best, best_at, left = cost, at, rest
     return best
 
 
@@ -138,7 +151,7 @@ def both_ways(run: Run, tie: Tie, repeats: float = 1.0, steps: int = 1) -> tuple
 
     None where the platform would get lost if one of them is true.
     """
-    if not (run.possible(tie.first.everything) and run.possible(tie.second.everything)):
+    if not (run.of(tie.first)[1] and run.of(tie.second)[1]):
         return 0.0, 0.0
     return (
         0.0 if contains(tie.only_second, tie.only_first)
