@@ -10,8 +10,54 @@ from diagnosis.free_shapes import FreeShape
 from diagnosis.name import Search
 from diagnosis.prices import FREE_PRICE, free_price, price, price_of
 from diagnosis.solution import Solution
+from diagnosis.usual import effects_of_building
 
 MOST_RIVALS = 2
+MOST_FREES = 2
+SPARE = 0.1
+"""What any effect may still do beside a shape that explains it all, of what that does more."""
+
+
+def with_free_shapes(search: Search, solution: Solution) -> Solution:
+    """Free shapes beside or instead of the named effects, as long as one more earns its place.
+
+    What one shape leaves at its own port is its blur and earns no second one there.
+    """
+    for _ in range(MOST_FREES):
+        if not solution.terms and not solution.frees and search.first_p() > ALPHA:
+            return solution
+        taken = {free.port for free in solution.frees}
+        if taken and all(free.port in taken for free in free_rivals(search, solution)):
+            return solution
+        challenged = challenge(search, solution)
+        if len(challenged.frees) == len(solution.frees):
+            return challenged
+        if len({free.port for free in challenged.frees}) < len(challenged.frees):
+            return solution
+        solution = challenged
+    return solution
+
+
+def shape_promises(search: Search, solution: Solution, story: float) -> bool:
+    """Whether a free shape, instead of a solution or beside it, scores more than another story."""
+    return any(
+        one.cost - gain + free_price(free) < story
+        for one in (search.empty, solution)
+        for free, gain, _ in search.fine_scores(one)
+    )
+
+
+def explains_it_all(search: Search, shaped: Solution, story: float) -> bool:
+    """Whether free shapes do far more than another story, and leave next to nothing.
+
+    Alone, or beside what is named at the same places and no machine has by its building.
+    """
+    ports, small = {free.port for free in shaped.frees}, effects_of_building(search.prepared.model)
+    beside = [term.candidate for term in shaped.terms]
+    if not ports or any(one.component not in ports or one.effect in small for one in beside):
+        return False
+    left = max((trial.gain for trial in search.trials(shaped)), default=0.0)
+    return left < SPARE * (story - search.story(shaped))
 
 
 def challenge(search: Search, solution: Solution) -> Solution:
@@ -21,18 +67,21 @@ def challenge(search: Search, solution: Solution) -> Solution:
     named = solution.terms
     as_free = any(price_of(term) > price(term.candidate) for term in named)
     if len(named) > 1 or (named and starts) or as_free:
-        starts += [((), (free,)) for free in free_rivals(search, search.empty)]
+        # Far-off effects may hold each other up: what a shape does instead of all is asked, too.
+        alone = [*free_rivals(search, search.empty), *(beside if not solution.frees else ())]
+        starts += [((), (free,)) for free in dict.fromkeys(alone)]
     begun = search.fitter.side_by_side(
         [partial(search.fitter.solve, *start, solution.nuisances) for start in starts],
         [free for _, frees in starts for free in frees],
     )
     begun.sort(key=_least_story)
     best = solution
-    while (
-        begun
-    ):  # with a tangent worked out a rival is large: none is kept for longer than it takes
-        grown = _grown(search, begun.pop(0), solution, best)
-        best = best if grown is None else min(best, grown, key=search.story)
+    # The likeliest comes first: most of the others are then seen to stay behind.
+    for rivals in (begun[:1], begun[1:]):
+        grown = search.fitter.side_by_side(
+            [partial(_grown, search, rival, solution, best) for rival in rivals]
+        )
+        best = min([best, *(one for one in grown if one is not None)], key=search.story)
     return best
 
 

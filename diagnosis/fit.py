@@ -147,16 +147,16 @@ class Fitter:
     ) -> Solution:
         """Levenberg-Marquardt from the terms as they stand; free shapes are linear.
 
-        known: derivatives by the first coordinates (m, k) that need not be worked out again.
+        known: derivatives by the first coordinates (m, k) that need not be worked out again; in
+        a fit that is brought to its end only for the first step.
         """
         nuisances = tuple(n.term for n in self.nuisances) if nuisances is None else tuple(nuisances)
         nuisances, terms = given_back(self.model.nuisances, nuisances, tuple(terms))
         linear, basis = self._linear(tuple(frees))
         start = self._point(nuisances, aligned(terms), basis)
         found = self._descended(start, basis, steps, known)
-        retimed = self._retimed(found, basis) if steps >= RETIMED else None
-        if retimed is not None:
-            return self.solve(retimed, frees, found.nuisances, steps)
+        if steps >= RETIMED:
+            found = self._with_better_moments(found, basis, steps)
         return self._finish(found, tuple(frees), linear)
 
     def _point(self, nuisances: Sequence[Term], terms: Sequence[Term], basis: FloatArray) -> Point:
@@ -175,7 +175,8 @@ class Fitter:
         for _ in range(steps):
             if slopes is None:
                 tangent = self.tangent(at.terms, at.nuisances, at.predicted, known)
-                slopes, fresh = Slopes(tangent, basis), True
+                slopes, fresh = Slopes(tangent, basis), known is None
+                known = known if steps < RETIMED else None
             step, promised = slopes.bounded_step(at.everything, at.residual, at.taken, damping)
             moved = moved_by(at.everything, step)
             count = len(at.nuisances)
@@ -196,14 +197,22 @@ class Fitter:
                     break
         return at
 
-    def _retimed(self, at: Point, basis: FloatArray) -> tuple[Term, ...] | None:
-        """The terms with one event a few readings earlier or later, where that fits better."""
+    def _with_better_moments(self, at: Point, basis: FloatArray, steps: int) -> Point:
+        """Events where they fit better, and all else fitted anew where that is much better."""
+        while (better := self._retimed(at, basis)) is not None:
+            if at.cost - better.cost < NEAR:
+                return better
+            at = self._descended(better, basis, steps, None)
+        return at
+
+    def _retimed(self, at: Point, basis: FloatArray) -> Point | None:
+        """The same with one event a few readings earlier or later, where that fits better."""
         best, least = None, at.cost - CLOSE_ENOUGH
         for number in range(len(at.terms)):
             moved = better_moment(self.model, self.vector, at, number, basis, least)
-            cost = least if moved is None else self._point(at.nuisances, moved, basis).cost
-            if cost < least:
-                best, least = moved, cost
+            there = at if moved is None else self._point(at.nuisances, moved, basis)
+            if there.cost < least:
+                best, least = there, there.cost
         return best
 
     def _finish(self, at: Point, frees: tuple[FreeShape, ...], linear: FloatArray) -> Solution:
@@ -224,7 +233,8 @@ class Fitter:
 
     def _slopes(self, at: Point, frees: tuple[FreeShape, ...]) -> FloatArray:
         own = self.tangent(at.terms, at.nuisances, at.predicted)
-        return np.concatenate([own, self._linear(frees)[0]], axis=1)
+        # One column after another, as whoever leaves some of them out copies them.
+        return np.concatenate([own.T, self._linear(frees)[0].T]).T
 
     def side_by_side(
         self, tasks: Sequence[Callable[[], Made]], frees: Sequence[FreeShape] = ()

@@ -8,20 +8,16 @@ from functools import partial
 from typing import Any
 
 from diagnosis.candidate import Term
-from diagnosis.free_shapes import FreeShape
 from diagnosis.leave_out import LeavingOut, first_of
 from diagnosis.pairs import best_pairs, leading
 from diagnosis.prices import free_price, price
 from diagnosis.solution import Solution
+from diagnosis.trying import HOPE, promising
 
 CHOICE = 12.0
 """Chi-square that choosing one of a hundred candidates is worth."""
 TRIED = 6
 TRIED_OF_RIVALS = 2
-QUICK = 2
-"""Steps of a first try."""
-HOPEFUL, HOPE = 0.7, 40.0
-"""Share of the best first try's gain, and chi-square behind it, with which a fit is followed."""
 OPTIMISM = 1.5
 """How much more than its linearised gain an effect may bring."""
 TRIED_PAIRS = 3
@@ -33,23 +29,13 @@ PILE = 3
 MOST_TURNS = 8
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Tried:
-    """What is kept of a fit that was only begun."""
-
-    terms: tuple[Term, ...]
-    nuisances: tuple[Term, ...]
-    frees: tuple[FreeShape, ...]
-    cost: float
-
-
 @dataclass(slots=True, eq=False)
 class Search(LeavingOut):
     """The search for the set of effects that explains a recording."""
 
     def run(self) -> Solution:
         """The best set of named effects, one after the other."""
-        return self._collected(self.empty)
+        return self.collected(self.empty)
 
     def finished(self, solution: Solution) -> Solution:
         """The same, less what only came before others did."""
@@ -57,9 +43,10 @@ class Search(LeavingOut):
 
     def resumed(self, terms: Sequence[Term], nuisances: Sequence[Term]) -> Solution:
         """The same, from a set that was found under other noise or beside others."""
-        return self._collected(self.drop(self.fitter.solve(terms, (), nuisances)))
+        return self.collected(self.drop(self.fitter.solve(terms, (), nuisances)))
 
-    def _collected(self, solution: Solution) -> Solution:
+    def collected(self, solution: Solution) -> Solution:
+        """The same, from a set of which everything is needed."""
         grown = self._onward(solution)
         for _ in range(MOST_TURNS):
             if grown is None:
@@ -90,7 +77,7 @@ class Search(LeavingOut):
         if several:
             self.remember(grown, [bare for bare, _ in looked])
         better = first_of([other for _, other in looked]) if pair is None else self.swapped(pair)
-        solution = self.drop(grown if better is None else better)
+        solution = self.drop(grown if better is None else better, before)
         return solution, ahead if solution is grown else self._onward(solution)
 
     def _pair_instead(self, before: Solution, grown: Solution) -> Solution | None:
@@ -112,16 +99,19 @@ class Search(LeavingOut):
     def best_pair(self, solution: Solution, found: Sequence[Solution]) -> Solution:
         """The best with two causes in place of one, where that is better."""
         best = min([solution, *found], key=self.worth)
-        return solution if best is solution else self.drop(best)
+        return solution if best is solution else self.drop(best, solution)
 
     def _with_pair(self, base: Solution, best: Solution, most: int) -> Solution:
         """The best so far, or a base with the two that do more together."""
         scorer, taken = self.prepared.scorer, {term.candidate.key for term in base.terms}
         entries = leading(scorer, self.scores(base), taken)
         pairs = best_pairs(scorer, base.free_basis, base.residual, entries, price, most)
+        known = {term.candidate.key for term in best.terms}
         for pair in pairs:
             if pair.value < self.worth(base) - self.worth(best) + LEAST_MORE:
                 break
+            if taken | {start.candidate.key for start in pair.starts} == known:
+                continue
             rival = self.fitter.solve((*base.terms, *pair.starts), base.frees, base.nuisances)
             best = min(best, rival, key=self.worth)
         return best
@@ -147,20 +137,6 @@ class Search(LeavingOut):
         tried = self.tried([((*solution.terms, t.start), solution) for t in worthy])
         best = min(self.followed(promising(solution, tried)), key=self.worth)
         return best if self._earns(solution, best, best.terms[-1].candidate) else None
-
-    def tried(self, rivals: Sequence[tuple[tuple[Term, ...], Solution]]) -> list[Tried]:
-        """Fits of terms that are only begun, with the rest from where another solution has it."""
-        return self.fitter.side_by_side([partial(self._begun, *rival) for rival in rivals])
-
-    def _begun(self, terms: tuple[Term, ...], beside: Solution) -> Tried:
-        one = self.fitter.solve(terms, beside.frees, beside.nuisances, QUICK, beside.named_tangent)
-        return Tried(one.terms, one.nuisances, one.frees, one.cost)
-
-    def followed(self, tried: Sequence[Tried]) -> list[Solution]:
-        """Fits that were begun, brought to their end."""
-        return self.fitter.side_by_side(
-            [partial(self.fitter.solve, one.terms, one.frees, one.nuisances) for one in tried]
-        )
 
     def group_instead(self, solution: Solution) -> Solution | None:
         """A whole group instead of several effects, where it is the better story."""
@@ -201,10 +177,3 @@ class Search(LeavingOut):
         The price of a free shape has it; a pile of effects in one driver must not get it free.
         """
         return self.worth(solution) + CHOICE * len(solution.terms)
-
-
-def promising(before: Solution, tried: Sequence[Tried]) -> list[Tried]:
-    """Fits that may yet become the best of those that were begun."""
-    most = max((before.cost - one.cost for one in tried), default=0.0)
-    least = min(HOPEFUL * most, most - HOPE)
-    return [one for one in tried if before.cost - one.cost >= least]

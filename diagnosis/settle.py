@@ -9,19 +9,17 @@ from functools import partial
 from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.groups import apart, whole_groups
-from diagnosis.name import Search, promising
+from diagnosis.leave_out import BETTER
+from diagnosis.name import Search
 from diagnosis.prices import Trial
 from diagnosis.result import Alternative
 from diagnosis.solution import Solution
+from diagnosis.trying import promising
 from diagnosis.twins import twins
 
 LIMIT = 11.0
 """Chi-square within which two explanations count as tied."""
 REFITTED = 6
-BETTER = 1.0
-"""What a rival must be worth more than the finding to take its place."""
-REACH, REACH_SHARE = 300.0, 0.05
-"""Chi-square, and share of what a term explains, that a rival may still catch up after a try."""
 MOST_TURNS = 2
 
 
@@ -100,7 +98,7 @@ def _standing(search: Search, solution: Solution, each: Sequence[Sequence[int]])
     tried = iter(search.tried(rivals))
     begun = [promising(cut.bare, [next(tried) for _ in cut.starts]) for cut in cuts]
     hopeful = [
-        [one for one in ones if one.cost - solution.cost < max(REACH, REACH_SHARE * cut.gain)]
+        [one for one in ones if one.within_reach(solution, cut.gain)]
         for cut, ones in zip(cuts, begun, strict=True)
     ]
     others = iter(search.followed([one for ones in hopeful for one in ones]))

@@ -12,6 +12,11 @@ WITHIN = 2.0
 """Usual spreads within which an error is no fault by itself."""
 
 
+def effects_of_building(model: Model) -> set[str]:
+    """The effects that every machine has a little of."""
+    return {nuisance.term.candidate.effect for nuisance in model.tolerances}
+
+
 def usual(model: Model, term: Term) -> bool:
     """Whether a wrong size of the machine is within what building leaves."""
     candidate = term.candidate

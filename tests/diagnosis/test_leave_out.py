@@ -100,3 +100,26 @@ def test_a_moment_that_fits_better_is_found_from_far_off(search: Search, found: 
     terms = (*found.terms[:number], far, *found.terms[number + 1 :])
     again = search.fitter.solve(terms, (), found.nuisances)
     assert again.cost == pytest.approx(found.cost, abs=1.0)
+
+
+def test_what_is_dropped_again_leads_back_to_where_it_began(
+    search: Search, found: Solution
+) -> None:
+    candidates = search.prepared.model.candidates
+    idle = next(c for c in candidates if c.key == ("home_offset", "motor3"))
+    more = search.fitter.solve((*found.terms, Term(idle, np.zeros(len(idle.coordinates)))))
+    assert search.drop(more, before=found) is found
+
+
+def test_what_is_surely_needed_is_not_asked_again(search: Search, found: Solution) -> None:
+    asked: list[int] = []
+
+    class Watched(Search):
+        def _spare(self, solution: Solution, number: int):  # type: ignore[no-untyped-def]
+            asked.append(number)
+            return super()._spare(solution, number)
+
+    watched = Watched(search.prepared, search.rad_per_step, known=search.calibration)
+    keys = [term.candidate.key for term in found.terms]
+    assert watched.drop(found, sure=frozenset(keys[:1])) is found
+    assert asked == [1]

@@ -60,10 +60,10 @@ def test_fine_shapes_score_as_dense_columns_would(delta: DeltaRobot, record: Rec
     prepared = prepare(model, model.readings.valid.copy())
     fitter: Fitter = prepared.fitter
     solution = fitter.solve(())
-    basis = orthonormal(solution.tangent)[: fitter.rows]
+    basis = orthonormal(solution.tangent)
     shapes = prepared.fine[:3] + prepared.fine[-2:]
     for free, gain, _ in scores_of(shapes, fitter, solution, prepared.small):
-        columns = fitter.whiten(free.columns(model.ports()[free.port]))
+        columns = fitter.vector(free.columns(model.ports()[free.port]))
         left = columns - basis @ (basis.T @ columns)
-        dense, _ = explained_by(left, solution.residual[: fitter.rows])
+        dense, _ = explained_by(left, solution.residual)
         assert gain == pytest.approx(dense, rel=1e-4)

@@ -1,0 +1,55 @@
+"""Free shapes where small errors everywhere are held by priors, and where they make these idle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from diagnosis.challenge import explains_it_all, shape_promises, with_free_shapes
+from diagnosis.delta_model import DeltaModel
+from diagnosis.loosely_built import LooselyBuilt
+from diagnosis.name import Search
+from diagnosis.prepare import prepare
+from models.robot import DeltaRobot
+from recording.flat import FlatRecording
+
+Record = Callable[..., FlatRecording]
+SIZE_M = 0.03
+
+
+@pytest.fixture(scope="module")
+def loosely(delta: DeltaRobot, record: Record) -> LooselyBuilt:
+    """A sensor that is wrong by a wave of its own reading."""
+    recording = record(seconds=60.0)
+    seen = recording.columns["range_y"]
+    turns = (seen - seen.min()) / np.ptp(seen)
+    recording.columns["range_y"] = seen + SIZE_M * np.sin(2.5 * np.pi * turns) ** 3
+    model = DeltaModel(delta, [recording])
+    assert delta.drive is not None
+    prepared = prepare(model, model.readings.valid.copy())
+    return LooselyBuilt(Search(prepared, delta.drive.rad_per_step))
+
+
+def test_a_shape_that_takes_over_lets_small_errors_spring_back(loosely: LooselyBuilt) -> None:
+    other = loosely.other
+    free, gain, _ = max(other.fine_scores(other.empty), key=lambda one: one[1])
+    found = other.fitter.solve((), (free,), other.empty.nuisances)
+    held = other.fitter.rows
+    assert np.sum(other.empty.residual[held:] ** 2) > 2.0 * np.sum(found.residual[held:] ** 2)
+    assert other.empty.cost - found.cost == pytest.approx(gain, rel=0.05)
+
+
+def test_a_shape_that_explains_it_all_needs_no_loosely_built_machine(
+    loosely: LooselyBuilt,
+) -> None:
+    search = loosely.search
+    solution = search.run()
+    told = search.story(solution)
+    assert shape_promises(search, solution, told)
+    shaped = with_free_shapes(search, solution)
+    assert [free.port for free in shaped.frees] == ["range_y"]
+    assert explains_it_all(search, shaped, told)
+    assert not explains_it_all(search, shaped, search.story(shaped))
+    assert not explains_it_all(search, solution, np.inf), "no shape explains anything here"
