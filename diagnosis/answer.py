@@ -15,7 +15,7 @@ from diagnosis.explain import Explained
 from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape
 from diagnosis.memory import has_memory, tied_drivers
-from diagnosis.readings import FloatArray, Readings
+from diagnosis.readings import FloatArray, IntArray, Readings
 from diagnosis.result import (
     Channel,
     Evidence,
@@ -133,7 +133,7 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
     drivers = [free.driver, *tied_drivers(outcome.fitter, bare, free, search.prepared.shapes)]
     first = sum(f.size for f in solution.frees[:number])
     values = free.basis @ solution.coefficients[first : first + free.size]
-    size = float(np.std(values))
+    size = float(np.std(values[_decided(outcome.fitter, free)]))
     unit = "rad" if free.port.startswith("motor") else "m"
     half = 1.96 * size / max(np.sqrt(gain), 1.0)
     change = model.ports()[free.port] * values[:, None]
@@ -156,6 +156,13 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
         depends_on=list(dict.fromkeys(name for driver in drivers for name in driver.split(", "))),
         has_memory=has_memory(outcome.fitter, solution, free, gain),
     )
+
+
+def _decided(fitter: Fitter, free: FreeShape) -> IntArray:
+    """Rows in which a valid reading tells the value of a free shape; elsewhere nothing holds it."""
+    rows = fitter.whiten.rows
+    moved = fitter.model.ports()[free.port][rows, fitter.whiten.channel] != 0.0
+    return np.unique(rows[moved])
 
 
 def _either(drivers: list[str]) -> str:

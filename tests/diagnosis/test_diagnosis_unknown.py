@@ -45,6 +45,19 @@ def test_a_sway_follows_time(delta: DeltaRobot, record: Record) -> None:
     assert size == pytest.approx(SIZE_M / np.sqrt(2.0), rel=0.1)
 
 
+def test_the_size_is_of_where_something_was_read(delta: DeltaRobot, record: Record) -> None:
+    """A sensor that gives nothing in the outer half of its way, and errs there no one knows how."""
+    recording = record()
+    seen = recording.columns["range_y"]
+    turns = (seen - seen.min()) / np.ptp(seen)
+    error = 0.01 * np.sin(2.5 * np.pi * turns) ** 3
+    recording.columns["range_y"] = np.where(turns < 0.5, seen + error, np.nan)
+    (finding,) = _answer(delta, recording)
+    assert (finding.effect, finding.component) == ("unknown", "range_y")
+    size = finding.parameters["size_rms"].value
+    assert size == pytest.approx(np.std(error[turns < 0.5]), rel=0.1)
+
+
 def test_play_that_differs_from_place_to_place(delta: DeltaRobot, record: Record) -> None:
     whole = record(seconds=60.0)
     assert delta.drive is not None
