@@ -162,7 +162,8 @@ def _decided(fitter: Fitter, free: FreeShape) -> IntArray:
     """Rows in which a valid reading tells the value of a free shape; elsewhere nothing holds it."""
     rows = fitter.whiten.rows
     moved = fitter.model.ports()[free.port][rows, fitter.whiten.channel] != 0.0
-    return np.unique(rows[moved])
+    decided: IntArray = np.unique(rows[moved])
+    return decided
 
 
 def _either(drivers: list[str]) -> str:
