@@ -79,7 +79,8 @@ def challenge(search: Search, solution: Solution) -> Solution:
     # The likeliest comes first: most of the others are then seen to stay behind.
     for rivals in (begun[:1], begun[1:]):
         grown = search.fitter.side_by_side(
-            [partial(_grown, search, rival, solution, best) for rival in rivals]
+            [partial(_grown, search, rival, solution, best) for rival in rivals],
+            [free for rival in rivals for free in rival.frees],
         )
         best = min([best, *(one for one in grown if one is not None)], key=search.story)
     return best
