@@ -78,6 +78,8 @@ class Search(LeavingOut):
             self.remember(grown, [bare for bare, _ in looked])
         better = first_of([other for _, other in looked]) if pair is None else self.swapped(pair)
         solution = self.drop(grown if better is None else better, before)
+        if solution is before:  # it would only grow the same way again
+            return before, None
         return solution, ahead if solution is grown else self._onward(solution)
 
     def _pair_instead(self, before: Solution, grown: Solution) -> Solution | None:
