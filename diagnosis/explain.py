@@ -10,7 +10,6 @@ from typing import Any
 from diagnosis.challenge import explains_it_all, shape_promises, with_free_shapes
 from diagnosis.detect import Progress
 from diagnosis.fit import Fitter
-from diagnosis.leave_out import same_terms
 from diagnosis.loosely_built import LooselyBuilt, Needed
 from diagnosis.name import Search
 from diagnosis.noise import Whitener, estimate
@@ -101,7 +100,7 @@ def _reviewed(loosely: LooselyBuilt, solution: Solution) -> tuple[Solution, Need
 
 def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
     """Search on where the noise had mismatch in it: what rings or sticks looks like noise with a
-    memory, and whitening by that takes it, and much beside it, away. Until it brings nothing new.
+    memory, and whitening by that takes it, and much beside it, away.
     """
     for _ in range(MOST_ROUNDS):
         prepared = search.prepared
@@ -112,9 +111,7 @@ def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
         search.progress("noise of the readings, once more")
         again = once_more(prepared, solution.predicted)
         search = Search(again, search.rad_per_step, search.progress, search.calibration)
-        before, solution = solution, search.resumed(solution.terms, solution.nuisances)
-        if same_terms(before, solution):
-            break
+        solution = search.resumed(solution.terms, solution.nuisances)
     return search, solution
 
 

@@ -133,7 +133,7 @@ class LeavingOut(Trying):
         """
         if len(solution.terms) + len(solution.frees) == 1:
             return solution
-        if before is not None and same_terms(solution, before):
+        if before is not None and _same_terms(solution, before):
             return solution if solution.cost < before.cost - BETTER else before
         if self._last is not None and self._last[0] is solution:
             found = [_Spared(None if one.needed else one.fit, one.clearly) for one in self._last[1]]
@@ -230,8 +230,7 @@ def _others(solution: Solution, number: int) -> FloatArray:
     return np.delete(solution.named_tangent, solution.columns_of(number), axis=1)
 
 
-def same_terms(one: Solution, other: Solution) -> bool:
-    """Whether two solutions have the same effects, and the same free shapes."""
+def _same_terms(one: Solution, other: Solution) -> bool:
     same = len(one.terms) == len(other.terms) and one.frees == other.frees
     return same and not _only_in(one, other)
 
