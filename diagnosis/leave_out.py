@@ -96,12 +96,17 @@ class LeavingOut(Trying):
         """A solution that was looked at without each of its terms."""
         self._last = solution, [replace(one, fit=one.fit.without_tangent()) for one in found]
 
-    def _left(self, solution: Solution, number: int, begun: Solution | None = None) -> Without:
-        begun = self._begun_without(solution, number) if begun is None else begun
+    def _left(self, solution: Solution, number: int) -> Without:
+        begun = self._begun_without(solution, number)
+        clearly = self._clearly_needed(solution, number, begun)
+        return self._refitted(solution, number, begun, clearly)
+
+    def _refitted(self, solution: Solution, number: int, begun: Solution, clearly: bool) -> Without:
+        """The rest without a term brought to its end; clearly: whether that was seen before."""
         known = _others(solution, number)
         fit = self.fitter.solve(begun.terms, begun.frees, begun.nuisances, known=known)
         new = solution.terms[number].candidate
-        clearly = self._clearly_needed(solution, number, begun) or self._clearly(fit, solution, new)
+        clearly = clearly or self._clearly(fit, solution, new)
         return Without(fit, clearly or self._earns(fit, solution, new), clearly)
 
     def _earns(self, without: Solution, found: Solution, new: Candidate) -> bool:
@@ -169,7 +174,7 @@ class LeavingOut(Trying):
         begun = self._begun_without(solution, number)
         if self._clearly_needed(solution, number, begun):
             return _Spared(None, True)
-        left = self._left(solution, number, begun)
+        left = self._refitted(solution, number, begun, False)
         return _Spared(None if left.needed else left.fit, left.clearly)
 
     def _begun_without(self, solution: Solution, number: int) -> Solution:

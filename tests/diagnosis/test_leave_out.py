@@ -74,10 +74,15 @@ def test_what_is_clearly_needed_is_needed(search: Search, found: Solution) -> No
         assert search._earns(rest, found, term.candidate)
 
 
-def test_what_does_nothing_is_dropped(search: Search, found: Solution) -> None:
+@pytest.fixture(scope="module")
+def more(search: Search, found: Solution) -> Solution:
+    """The same with an effect that does nothing."""
     candidates = search.prepared.model.candidates
     idle = next(c for c in candidates if c.key == ("home_offset", "motor3"))
-    more = search.fitter.solve((*found.terms, Term(idle, np.zeros(len(idle.coordinates)))))
+    return search.fitter.solve((*found.terms, Term(idle, np.zeros(len(idle.coordinates)))))
+
+
+def test_what_does_nothing_is_dropped(search: Search, found: Solution, more: Solution) -> None:
     assert not search._clearly_needed(more, 2, search._begun_without(more, 2))
     kept = {term.candidate.key for term in search.drop(more).terms}
     assert kept == {term.candidate.key for term in found.terms}
@@ -103,11 +108,8 @@ def test_a_moment_that_fits_better_is_found_from_far_off(search: Search, found: 
 
 
 def test_what_is_dropped_again_leads_back_to_where_it_began(
-    search: Search, found: Solution
+    search: Search, found: Solution, more: Solution
 ) -> None:
-    candidates = search.prepared.model.candidates
-    idle = next(c for c in candidates if c.key == ("home_offset", "motor3"))
-    more = search.fitter.solve((*found.terms, Term(idle, np.zeros(len(idle.coordinates)))))
     assert search.drop(more, before=found) is found
 
 
