@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from diagnosis.result import (
     Where,
 )
 from diagnosis.settle import Standing
+from diagnosis.side_by_side import side_by_side
 from diagnosis.sizes import covariance, parameters
 from diagnosis.solution import Solution
 from diagnosis.usual import usual
@@ -54,10 +56,11 @@ def findings(outcome: Outcome) -> list[Finding]:
     solution, model = outcome.solution, outcome.fitter.model
     cov = covariance(outcome.fitter, solution)
     total = max(outcome.explained.nominal.cost - outcome.explained.solution.cost, 1e-9)
-    found = [
-        _named(outcome, number, cov, stand, total) for number, stand in enumerate(outcome.stands)
+    tasks = [
+        *(partial(_free, outcome, number, total) for number in range(len(solution.frees))),
+        *(partial(_named, outcome, k, cov, stand, total) for k, stand in enumerate(outcome.stands)),
     ]
-    found += [_free(outcome, number, total) for number in range(len(solution.frees))]
+    found = side_by_side(tasks)
     found += [_stale(outcome, run) for run in outcome.stale]
     small = {t.candidate.key[:2] for t in solution.terms if usual(model, t)}
     return sorted(found, key=lambda f: ((f.effect, f.component) in small, -f.evidence.delta_chi2))

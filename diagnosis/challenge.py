@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 from diagnosis.blur import FREE
 from diagnosis.detect import ALPHA
 from diagnosis.free_shapes import FreeShape
 from diagnosis.name import Search
+from diagnosis.patience import Until
 from diagnosis.prices import FREE_PRICE, free_price, price, price_of
 from diagnosis.solution import Solution
 from diagnosis.usual import effects_of_building
@@ -24,6 +26,8 @@ def with_free_shapes(search: Search, solution: Solution) -> Solution:
     What one shape leaves at its own port is its blur and earns no second one there.
     """
     for _ in range(MOST_FREES):
+        if solution.frees and not search.patience.lasts(Until.SHAPED):
+            return solution
         if not solution.terms and not solution.frees and search.first_p() > ALPHA:
             return solution
         taken = {free.port for free in solution.frees}
@@ -75,15 +79,22 @@ def challenge(search: Search, solution: Solution) -> Solution:
         [free for _, frees in starts for free in frees],
     )
     begun.sort(key=_least_story)
-    best = solution
     # The likeliest comes first: most of the others are then seen to stay behind.
-    for rivals in (begun[:1], begun[1:]):
-        grown = search.fitter.side_by_side(
-            [partial(_grown, search, rival, solution, best) for rival in rivals],
-            [free for rival in rivals for free in rival.frees],
-        )
-        best = min([best, *(one for one in grown if one is not None)], key=search.story)
+    best = _best_grown(search, begun[:1], solution, solution)
+    if len(begun) > 1 and search.patience.lasts(Until.SHAPED):
+        best = _best_grown(search, begun[1:], solution, best)
     return best
+
+
+def _best_grown(
+    search: Search, rivals: Sequence[Solution], solution: Solution, best: Solution
+) -> Solution:
+    """The best so far, or a rival of a solution that is the better story."""
+    grown = search.fitter.side_by_side(
+        [partial(_grown, search, rival, solution, best) for rival in rivals],
+        [free for rival in rivals for free in rival.frees],
+    )
+    return min([best, *(one for one in grown if one is not None)], key=search.story)
 
 
 def _least_story(rival: Solution) -> float:

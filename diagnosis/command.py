@@ -16,6 +16,7 @@ from diagnosis.servo_robot import diagnose_servo_robot, is_servo_run
 from diagnosis.side_by_side import only_here
 from foundation.errors import RecordingError
 from foundation.one_thread import one_thread
+from foundation.rarely_collected import rarely_collected
 from foundation.strict_yaml import Document
 from models.robot import DeltaRobot, RobotModel, load_robot_model
 from recording.flat import FlatRecording
@@ -31,17 +32,19 @@ def diagnose(
     json_out: Path | None = None,
     progress: Progress = lambda _: None,
     read: Callable[[Path], FlatRecording] = read_flat,
+    thorough: bool = False,
 ) -> Diagnosis:
     """Diagnose recordings of one robot; writes the contract's JSON when asked.
 
-    `read` turns a file into columns, for tables of others (`diagnosis.columns`).
+    `read` turns a file into columns, for tables of others (`diagnosis.columns`). thorough: go on
+    beyond the limit of work (`diagnosis.patience`).
     Raises ConfigError, MissingFile or RecordingError, one line each.
     """
     belief = load_robot_model(robot)
     progress("reading")
     answer = diagnose_recordings(
         belief, [read(path) for path in recordings], [read(path) for path in holdout],
-        progress, MotionLimits.of(Document.read(robot).data),
+        progress, MotionLimits.of(Document.read(robot).data), thorough,
     )  # fmt: skip
     answer = answer.model_copy(
         update={"robot": belief.name, "recordings": [str(path) for path in recordings]}
@@ -52,12 +55,14 @@ def diagnose(
 
 
 @one_thread
+@rarely_collected
 def diagnose_recordings(
     belief: RobotModel,
     recordings: Sequence[FlatRecording],
     holdout: Sequence[FlatRecording] = (),
     progress: Progress = lambda _: None,
     motion_limits: MotionLimits | None = None,
+    thorough: bool = False,
 ) -> Diagnosis:
     """The same for recordings in memory. motion_limits: for the run that is proposed."""
     if not recordings:
@@ -66,7 +71,7 @@ def diagnose_recordings(
     if not isinstance(belief, DeltaRobot):
         return diagnose_axis(belief, recordings, holdout, progress)
     if is_servo_run(belief, [*recordings, *holdout]):
-        return diagnose_servo_robot(belief, recordings, holdout, progress, motion_limits)
+        return diagnose_servo_robot(belief, recordings, holdout, progress, motion_limits, thorough)
     try:
         model = DeltaModel(belief, recordings)
         held_out = [DeltaModel(belief, [recording]) for recording in holdout]
@@ -74,7 +79,7 @@ def diagnose_recordings(
         for recording in (*recordings, *holdout):
             check_belongs(belief, recording)
         rad_per_step = belief.drive.rad_per_step if belief.drive else 0.0
-        return diagnose_model(model, rad_per_step, held_out, progress, motion_limits)
+        return diagnose_model(model, rad_per_step, held_out, progress, motion_limits, thorough)
     except RecordingError as error:
         raise _with_source(error, [*recordings, *holdout]) from None
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -12,13 +14,12 @@ from diagnosis.bank import Entry
 from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.events import Jump, jumps
-from diagnosis.fine_scores import scores_of
+from diagnosis.fine_scores import Score, scores_of
 from diagnosis.fit import Fitter
-from diagnosis.free_shapes import FreeShape
 from diagnosis.pairs import start_of
+from diagnosis.patience import Patience
 from diagnosis.prepare import Prepared
 from diagnosis.prices import Trial, price
-from diagnosis.rhythm import rhythms
 from diagnosis.score import Calibration, Scores, calibrate
 from diagnosis.solution import Solution
 
@@ -40,16 +41,30 @@ class Detection:
     empty: Solution = field(init=False)
     scores_of_empty: Scores = field(init=False)
     # A solution is large: what is known of it must not keep it.
-    _fine: WeakKeyDictionary[Solution, list[tuple[FreeShape, float, float]]] = field(
-        default_factory=WeakKeyDictionary
-    )
+    _fine: WeakKeyDictionary[Solution, list[Score]] = field(default_factory=WeakKeyDictionary)
     _scored: WeakKeyDictionary[Solution, Scores] = field(default_factory=WeakKeyDictionary)
     _jumped: WeakKeyDictionary[Solution, list[Jump]] = field(default_factory=WeakKeyDictionary)
 
     def __post_init__(self) -> None:
         self.empty = self.fitter.solve(())
-        self.calibration = self.known or calibrate(self.prepared.scorer, self.empty.basis)
+        self.calibration = self.known or self._calibrated()
         self.scores_of_empty = self.scores(self.empty)
+
+    def _calibrated(self) -> Calibration:
+        """Of the bank, while the fine shapes are scored that are asked for first."""
+        tasks: list[Callable[[], Any]] = [
+            partial(calibrate, self.prepared.scorer, self.empty.basis),
+            partial(self._score_fine, self.empty),
+        ]
+        calibration, fine = self.fitter.side_by_side(tasks, self.prepared.fine)
+        self._fine[self.empty] = fine
+        assert isinstance(calibration, Calibration)
+        return calibration
+
+    @property
+    def patience(self) -> Patience:
+        """How much more the search may be."""
+        return self.fitter.patience
 
     @property
     def fitter(self) -> Fitter:
@@ -92,15 +107,15 @@ class Detection:
             self._jumped[solution] = jumps(self.fitter, solution, self.rad_per_step)
         return self._jumped[solution]
 
-    def fine_scores(self, solution: Solution) -> list[tuple[FreeShape, float, float]]:
+    def fine_scores(self, solution: Solution) -> list[Score]:
         """Finely resolved free shapes and rhythms with their gain and log p, best first."""
         if solution not in self._fine:
             self._fine[solution] = self._score_fine(solution)
         return self._fine[solution]
 
-    def _score_fine(self, solution: Solution) -> list[tuple[FreeShape, float, float]]:
-        fine = scores_of(self.prepared.fine, self.fitter, solution, self.prepared.small)
-        return sorted([*fine, *rhythms(self.fitter, solution)], key=lambda item: item[2])
+    def _score_fine(self, solution: Solution) -> list[Score]:
+        found = scores_of(self.prepared.fine, self.fitter, solution, self.prepared.small)
+        return sorted(found, key=lambda item: item[2])
 
     def trials(
         self, solution: Solution, without: Sequence[tuple[str, ...]] = (), groups: bool = False

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -14,15 +16,21 @@ from diagnosis.explain import Explained, explain, final_fit
 from diagnosis.holdout import on_another_run, on_blocks, rms
 from diagnosis.limits import limits
 from diagnosis.model import Model
+from diagnosis.patience import Patience
 from diagnosis.prepare import prepare
 from diagnosis.readings import BoolArray, FloatArray
-from diagnosis.result import Diagnosis, Finding, Fit, Verdict
+from diagnosis.result import Diagnosis, Finding, Fit, Unexplained, Verdict
 from diagnosis.sanity import check_input
+from diagnosis.side_by_side import side_by_side
 from diagnosis.words import summary
 
 MISSING = 0.005
 REST_SHARE = 0.05
 """More than this share left unexplained is said to be only partly explained."""
+ENDED_EARLY = (
+    "The search ended at its limit of work, with the best it had: not everything was compared "
+    "(--thorough compares the rest, in up to four times the time)."
+)
 
 
 def diagnose_model(
@@ -31,20 +39,27 @@ def diagnose_model(
     held_out: Sequence[Model],
     progress: Progress,
     motion_limits: MotionLimits | None = None,
+    thorough: bool = False,
 ) -> Diagnosis:
-    """Detect, locate, name, settle, size, hold out. Raises RecordingError for bad input."""
+    """Detect, locate, name, settle, size, hold out. Raises RecordingError for bad input.
+
+    thorough: compare everything, however much work it is.
+    """
     check_input(model)
     progress("noise of the readings")
     runs = stale_runs(model.readings)
-    prepared = prepare(model, without_stale(model.readings.valid, model.readings, runs))
+    patience = Patience() if thorough else Patience.for_rows(len(model.readings.t_s))
+    prepared = prepare(model, without_stale(model.readings.valid, model.readings, runs), patience)
     progress("searching for what is missing")
     explained = explain(prepared, rad_per_step, progress)
     fitter, solution = final_fit(explained, prepared.valid)
     outcome = Outcome(explained, fitter, solution, runs)
-    found = findings(outcome)
-    fit = _fit(outcome, prepared.valid, explained.search.prepared.floor, held_out)
-    share = _left(fit)
-    rest, rest_p = unexplained(outcome, share)
+    tasks: list[Callable[[], Any]] = [
+        partial(findings, outcome),
+        partial(_fit_and_rest, outcome, prepared.valid, held_out),
+    ]
+    found, (fit, rest, rest_p) = side_by_side(tasks)
+    share = rest.share_of_mismatch
     hidden, smallest = limits(explained.search)
     progress("what run would tell more")
     searched = explained.search
@@ -58,10 +73,15 @@ def diagnose_model(
         findings=found,
         unexplained=rest,
         loosely_built=explained.loosely_built,
+        ended_early=patience.ended,
         next_experiment=plan.experiment,
         not_testable=hidden,
         smallest_detectable=smallest,
-        says=[*summary(found, fit, rest, p, explained.loosely_built), *plan.says],
+        says=[
+            *summary(found, fit, rest, p, explained.loosely_built),
+            *([ENDED_EARLY] if patience.ended else []),
+            *plan.says,
+        ],
         picture=picture(outcome, model.drivers()),
     )
 
@@ -75,6 +95,14 @@ def _columns(model: Model) -> tuple[list[int], str]:
     units = model.readings.units
     metres = [i for i, unit in enumerate(units) if unit == "m"]
     return (metres, "m") if metres else (list(range(len(units))), units[0])
+
+
+def _fit_and_rest(
+    outcome: Outcome, valid: BoolArray, held_out: Sequence[Model]
+) -> tuple[Fit, Unexplained, float]:
+    """How well it fits, here and on held-out data; what is left, and its p."""
+    fit = _fit(outcome, valid, outcome.explained.search.prepared.floor, held_out)
+    return fit, *unexplained(outcome, _left(fit))
 
 
 def _fit(outcome: Outcome, valid: BoolArray, floor: FloatArray, held_out: Sequence[Model]) -> Fit:

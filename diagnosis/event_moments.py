@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from diagnosis.candidate import Term
 from diagnosis.event_times import aligned, seen_s, shown_later
-from diagnosis.model import Model
 from diagnosis.point import Point
-from diagnosis.readings import FloatArray
+from diagnosis.readings import FloatArray, Readings
 
 MOMENTS = (1, 2, 4, 8, 16, 32, 64, 128, 256)
 """Readings by which the moment of an event is moved either way, to see whether that fits better."""
 
 
 def better_moment(
-    model: Model,
+    readings: Readings,
+    predict: Callable[[Sequence[Term]], FloatArray],
     whitened: Callable[[FloatArray], FloatArray],
     at: Point,
     number: int,
@@ -30,14 +30,14 @@ def better_moment(
     (m, q). least: chi-square that it must come below. What is predicted changes between the two
     moments only, so that one prediction, at the farthest, tells of all on its way.
     """
-    term, period_s = at.terms[number], model.readings.period_s
+    term, period_s = at.terms[number], readings.period_s
     shown_s = seen_s(term)
     if shown_s is None:
         return None
-    best, t_s = None, model.readings.t_s
+    best, t_s = None, readings.t_s
     for way in (-1, 1):
         farthest = _moved(at.terms, number, way * MOMENTS[-1] * period_s)
-        change = model.predict([*at.nuisances, *farthest]) - at.predicted
+        change = predict([*at.nuisances, *farthest]) - at.predicted
         for moment in (way * readings for readings in MOMENTS):
             first_s, last_s = sorted((shown_s, shown_s + moment * period_s))
             between = (t_s >= first_s) & (t_s < last_s)

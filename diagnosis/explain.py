@@ -13,6 +13,7 @@ from diagnosis.fit import Fitter
 from diagnosis.loosely_built import LooselyBuilt, Needed
 from diagnosis.name import Search
 from diagnosis.noise import Whitener, estimate
+from diagnosis.patience import Until
 from diagnosis.prepare import Prepared, once_more
 from diagnosis.readings import BoolArray, FloatArray
 from diagnosis.settle import Standing, in_parts, settle
@@ -69,7 +70,8 @@ def _told(
             if explains_it_all(search, shaped, needed.story):
                 return search, shaped
         search.progress("comparing with a machine that is a little off everywhere")
-        other = loosely.instead(solution, needed)
+        lasts = search.patience.lasts(Until.LOOSELY_BUILT)
+        other = loosely.instead(solution, needed) if lasts else None
         if other is not None:
             return loosely.other, with_free_shapes(loosely.other, other)
     return search, with_free_shapes(search, solution) if shaped is None else shaped
@@ -82,9 +84,13 @@ def _reviewed(loosely: LooselyBuilt, solution: Solution) -> tuple[Solution, Need
     Most solutions stay as they are: all is asked at the same time.
     """
     search = loosely.search
-    doubted = search.doubted(solution)
     if loosely.likely(solution):
+        if not search.patience.lasts(Until.REVIEWED):
+            return solution, None
         _ = loosely.other  # before the fork, for whoever asks for it afterwards
+    if len(solution.terms) > 1 and not search.patience.lasts(Until.DOUBTED):
+        return solution, loosely.needed(solution)
+    doubted = search.doubted(solution)
     tasks: list[Callable[[], Any]] = [
         partial(loosely.needed, solution),
         partial(search.group_instead, solution),
@@ -107,6 +113,8 @@ def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
         if not solution.terms or not _calmer(
             left_noise(search.fitter, solution, prepared.valid), search.fitter.whiten
         ):
+            break
+        if not search.patience.lasts(Until.CALMED):
             break
         search.progress("noise of the readings, once more")
         again = once_more(prepared, solution.predicted)

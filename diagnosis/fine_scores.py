@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array, vstack
@@ -13,15 +14,19 @@ from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape
 from diagnosis.noise import Whitener
 from diagnosis.readings import FloatArray
+from diagnosis.rhythm import rhythms
 from diagnosis.score import doubt, gain_alone
 from diagnosis.side_by_side import side_by_side
 from diagnosis.solution import Solution
 
+Score = tuple[FreeShape, float, float]
+"""A shape, the chi-square it would gain beside a solution, and log p of that."""
+
 
 def scores_of(
     shapes: Sequence[FreeShape], fitter: Fitter, solution: Solution, small: FloatArray | None
-) -> list[tuple[FreeShape, float, float]]:
-    """Each shape with the chi-square it would gain beside a solution, and log p of that.
+) -> list[Score]:
+    """Each shape's score, and those of the rhythms.
 
     small: whitened changes by what no robot file can promise, (m, k).
     """
@@ -43,8 +48,10 @@ def scores_of(
         doubted = 1.0 if small is None else doubt(left, columns.T @ small)
         return gain, log_sf(gain / doubted, rank)
 
-    scores = side_by_side([partial(score, free) for free in shapes])
-    return [(free, *own) for free, own in zip(shapes, scores, strict=True)]
+    tasks: list[Callable[[], Any]] = [partial(rhythms, fitter, solution)]
+    tasks += [partial(score, free) for free in shapes]
+    beats, *scores = side_by_side(tasks)
+    return [*((free, *own) for free, own in zip(shapes, scores, strict=True)), *beats]
 
 
 def _whitening(whiten: Whitener, change: FloatArray) -> csr_array:

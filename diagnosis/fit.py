@@ -17,6 +17,7 @@ from diagnosis.model import Model
 from diagnosis.noise import Whitener
 from diagnosis.nuisance import Nuisance, given_back
 from diagnosis.orthonormal import orthonormal
+from diagnosis.patience import PRODUCTS, Patience
 from diagnosis.point import Point
 from diagnosis.readings import FloatArray
 from diagnosis.side_by_side import side_by_side
@@ -41,8 +42,15 @@ Made = TypeVar("Made")
 class Fitter:
     """Fits terms to the readings of one model under one noise model."""
 
-    def __init__(self, model: Model, whitener: Whitener, nuisances: Sequence[Nuisance]):
+    def __init__(
+        self,
+        model: Model,
+        whitener: Whitener,
+        nuisances: Sequence[Nuisance],
+        patience: Patience | None = None,
+    ):
         self.model = model
+        self.patience = patience or Patience()
         self.whiten = whitener
         self.nuisances = tuple(nuisances)
         self.observed = np.nan_to_num(model.readings.values)
@@ -61,6 +69,11 @@ class Fitter:
         white = self.whiten(difference)
         room = np.zeros((len(self._centre), *white.shape[1:]))
         return np.concatenate([white, room])
+
+    def predict(self, terms: Sequence[Term]) -> FloatArray:
+        """Channels (n, channels) with the terms at work."""
+        self.patience.spend()
+        return self.model.predict(terms)
 
     def _residual(self, predicted: FloatArray, nuisances: Sequence[Term]) -> FloatArray:
         residual = self.vector(self.observed - predicted)
@@ -81,10 +94,14 @@ class Fitter:
         everything = [*nuisances, *terms]
         columns: list[FloatArray] = [] if known is None else list(known.T)
         places = [(k, i) for k, term in enumerate(everything) for i in term.candidate.moved]
+        # Small errors of the build are linear, whatever else is fitted beside them.
+        small = range(len(self.model.nuisances), len(nuisances))
         fresh = [place for place in places[len(columns) :] if place not in self._kept]
         tasks = [partial(self._column, everything, number, i, predicted) for number, i in fresh]
         many = len(tasks) >= MANY_COLUMNS
-        worked = self.side_by_side(tasks) if many else [task() for task in tasks]
+        with self.patience.not_counted():
+            worked = self.side_by_side(tasks) if many else [task() for task in tasks]
+        self.patience.spend(sum(number not in small for number, _ in places[len(columns) :]))
         new = dict(zip(fresh, worked, strict=True))
         for number, i in places[len(columns) :]:
             if (number, i) in self._kept:
@@ -94,8 +111,7 @@ class Fitter:
             if number < len(nuisances):
                 column[self.rows + len(columns)] = 1.0 / self.spread[len(columns)]
             columns.append(column)
-            # Small errors of the build are linear, whatever else is fitted beside them.
-            if len(self.model.nuisances) <= number < len(nuisances):
+            if number in small:
                 self._kept[number, i] = column
         rows = self.rows + len(self._centre)
         return np.stack(columns).T if columns else np.zeros((rows, 0))
@@ -117,7 +133,7 @@ class Fitter:
             step = -step
         at[i] += step
         moved = [*terms[:number], Term(term.candidate, at), *terms[number + 1 :]]
-        slope: FloatArray = (self.model.predict(moved) - predicted) / step
+        slope: FloatArray = (self.predict(moved) - predicted) / step
         return slope
 
     def free_tangent(self, frees: Sequence[FreeShape]) -> FloatArray:
@@ -160,7 +176,7 @@ class Fitter:
         return self._finish(found, tuple(frees), linear)
 
     def _point(self, nuisances: Sequence[Term], terms: Sequence[Term], basis: FloatArray) -> Point:
-        predicted = self.model.predict([*nuisances, *terms])
+        predicted = self.predict([*nuisances, *terms])
         residual = self._residual(predicted, nuisances)
         taken = basis.T @ residual
         cost = float(residual @ residual - taken @ taken)
@@ -175,6 +191,8 @@ class Fitter:
         for _ in range(steps):
             if slopes is None:
                 tangent = self.tangent(at.terms, at.nuisances, at.predicted, known)
+                columns = tangent.shape[1]
+                self.patience.spend(columns * (columns + basis.shape[1]) / PRODUCTS)
                 slopes, fresh = Slopes(tangent, basis), known is None
                 known = known if steps < RETIMED else None
             step, promised = slopes.bounded_step(at.everything, at.residual, at.taken, damping)
@@ -209,7 +227,9 @@ class Fitter:
         """The same with one event a few readings earlier or later, where that fits better."""
         best, least = None, at.cost - CLOSE_ENOUGH
         for number in range(len(at.terms)):
-            moved = better_moment(self.model, self.vector, at, number, basis, least)
+            moved = better_moment(
+                self.model.readings, self.predict, self.vector, at, number, basis, least
+            )
             there = at if moved is None else self._point(at.nuisances, moved, basis)
             if there.cost < least:
                 best, least = there, there.cost
@@ -232,7 +252,8 @@ class Fitter:
         )
 
     def _slopes(self, at: Point, frees: tuple[FreeShape, ...]) -> FloatArray:
-        own = self.tangent(at.terms, at.nuisances, at.predicted)
+        with self.patience.not_counted():
+            own = self.tangent(at.terms, at.nuisances, at.predicted)
         # One column after another, as whoever leaves some of them out copies them.
         return np.concatenate([own.T, self._linear(frees)[0].T]).T
 
@@ -248,7 +269,8 @@ class Fitter:
         terms = [n.term for n in (*self.nuisances, *model.nuisances, *model.tolerances)]
         candidates = [*model.candidates, *model.groups, *(term.candidate for term in terms)]
         kinds = [*VOCABULARY.values(), *(one.kind for one in candidates)]
-        return side_by_side(tasks, [self, *terms, *candidates, *kinds, *shapes])
+        known = [self, *terms, *candidates, *kinds, *shapes]
+        return self.patience.side_by_side(tasks, partial(side_by_side, known=known))
 
 
 def _moved_values(terms: Sequence[Term]) -> FloatArray:

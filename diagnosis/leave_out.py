@@ -75,7 +75,8 @@ class LeavingOut(Trying):
         """Cost with some of the terms alone."""
         key = tuple(term.candidate.key for term in terms)
         if key not in self._parts:
-            self._parts[key] = self.fitter.solve(terms, (), self.empty.nuisances, 2).cost
+            with self.patience.not_counted():
+                self._parts[key] = self.fitter.solve(terms, (), self.empty.nuisances, 2).cost
         return self._parts[key]
 
     def worth(self, solution: Solution) -> float:
@@ -87,7 +88,10 @@ class LeavingOut(Trying):
         """It without each of its terms in turn."""
         if self._last is None or self._last[0] is not solution:
             numbers = range(len(solution.terms))
-            found = self.fitter.side_by_side([partial(self._left, solution, k) for k in numbers])
+            with self.patience.not_counted():
+                found = self.fitter.side_by_side(
+                    [partial(self._left, solution, k) for k in numbers]
+                )
             self.remember(solution, found)
         assert self._last is not None
         return self._last[1]

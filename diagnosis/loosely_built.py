@@ -12,6 +12,7 @@ from diagnosis.detect import ALPHA
 from diagnosis.elsewhere import blurred, clear_rows
 from diagnosis.fit import Fitter
 from diagnosis.name import CHOICE, PILE, Search
+from diagnosis.patience import Until
 from diagnosis.solution import Solution
 from diagnosis.usual import effects_of_building, usual
 
@@ -39,7 +40,9 @@ class LooselyBuilt:
     def other(self) -> Search:
         """The search in which small errors are always fitted."""
         prepared, model = self.search.prepared, self.search.prepared.model
-        fitter = Fitter(model, prepared.fitter.whiten, [*model.nuisances, *model.tolerances])
+        few = prepared.fitter
+        many = [*model.nuisances, *model.tolerances]
+        fitter = Fitter(model, few.whiten, many, few.patience)
         loose = replace(prepared, fitter=fitter)
         return Search(loose, self.search.rad_per_step, self.search.progress,
                       self.search.calibration)  # fmt: skip
@@ -80,7 +83,9 @@ class LooselyBuilt:
             found = other.collected(other.fitter.solve(begun, (), needed.nuisances))
         else:
             found = other.resumed(begun, other.empty.nuisances)
-        rival = self._promoted(other.finished(found))
+        if other.patience.lasts(Until.DOUBTED):
+            found = other.finished(found)
+        rival = self._promoted(found)
         return rival if rival.terms and self._better(solution, rival) else None
 
     def _better(self, solution: Solution, rival: Solution) -> bool:

@@ -30,6 +30,9 @@ CERTAIN = np.log(1e-5)
 LEAST_SHARE = 0.05
 """What the past must explain of what the present does; less is a shape that is not quite right."""
 
+LEAST_SIZE = 1e-3
+"""What stands out of the other columns less than this share of a column's length tells nothing."""
+
 
 def has_memory(fitter: Fitter, solution: Solution, free: FreeShape, gain: float) -> bool | None:
     """Whether the past of a free shape's driver matters at its port.
@@ -85,7 +88,8 @@ def _explained(fitter: Fitter, solution: Solution, shape: FreeShape) -> tuple[fl
     more = fitter.free_tangent([shape])
     scale = np.maximum(np.linalg.norm(more, axis=0), 1e-30)
     more = (more - known @ (known.T @ more)) / scale
-    left, size, _ = np.linalg.svd(more, full_matrices=False)
-    left = left[:, size > 1e-3]
-    gain = float(np.sum((left.T @ solution.residual) ** 2))
-    return gain, log_sf(gain, left.shape[1])
+    power, turned = np.linalg.eigh(more.T @ more)
+    kept = power > LEAST_SIZE**2
+    along = turned[:, kept].T @ (more.T @ solution.residual)
+    gain = float(np.sum(along**2 / power[kept]))
+    return gain, log_sf(gain, int(kept.sum()))

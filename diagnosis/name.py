@@ -10,6 +10,7 @@ from typing import Any
 from diagnosis.candidate import Term
 from diagnosis.leave_out import LeavingOut, first_of
 from diagnosis.pairs import best_pairs, leading
+from diagnosis.patience import Until
 from diagnosis.prices import free_price, price
 from diagnosis.solution import Solution
 from diagnosis.trying import HOPE, promising
@@ -51,6 +52,8 @@ class Search(LeavingOut):
         for _ in range(MOST_TURNS):
             if grown is None:
                 break
+            if not self.patience.lasts(Until.GROWN):
+                return self.drop(grown, solution)
             solution, grown = self._taken_in(solution, grown)
         return solution
 

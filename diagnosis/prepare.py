@@ -17,6 +17,7 @@ from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FINE_PIECES, FreeShape, free_shapes, way_shapes
 from diagnosis.model import Model
 from diagnosis.noise import estimate
+from diagnosis.patience import NOISE, Patience
 from diagnosis.readings import BoolArray, FloatArray, IntArray, without_outliers
 from diagnosis.saturated import Saturated, given_back
 from diagnosis.score import BLOCK_S, Scorer, doubt
@@ -47,16 +48,22 @@ class Prepared:
         return [*(entry.free for entry in self.bank.entries if entry.free), *self.fine]
 
 
-def prepare(model: Model, valid: BoolArray) -> Prepared:
-    """Noise model, whitened bank and scorer around the nominal machine."""
+def prepare(model: Model, valid: BoolArray, patience: Patience | None = None) -> Prepared:
+    """Noise model, whitened bank and scorer around the nominal machine.
+
+    patience: how much the search that follows may be; without it, as much as there is to do.
+    """
     fine = [*free_shapes(model, FINE_PIECES), *way_shapes(model)]
     predicted = model.predict([n.term for n in model.nuisances])
-    return _prepared(model, valid, build(model), fine, predicted, ROUNDS)
+    patience = patience or Patience()
+    return _prepared(model, valid, build(model), fine, predicted, ROUNDS, patience)
 
 
 def once_more(before: Prepared, predicted: FloatArray) -> Prepared:
     """The same with noise and outliers by a better prediction, from a first round of naming."""
-    return _prepared(before.model, before.valid, before.bank, before.fine, predicted, 1)
+    patience = before.fitter.patience
+    patience.spend(NOISE)
+    return _prepared(before.model, before.valid, before.bank, before.fine, predicted, 1, patience)
 
 
 def _prepared(
@@ -66,6 +73,7 @@ def _prepared(
     fine: list[FreeShape],
     predicted: FloatArray,
     rounds: int,
+    patience: Patience,
 ) -> Prepared:
     readings = model.readings
     residual = np.nan_to_num(readings.values) - predicted
@@ -78,7 +86,7 @@ def _prepared(
         left = residual - fit(residual)
         whitener = estimate(readings, valid, left)
     whitener, larger = given_back(fit, whitener, valid)
-    fitter = Fitter(model, whitener, model.nuisances)
+    fitter = Fitter(model, whitener, model.nuisances, patience)
     bank.whiten(fitter)
     scorer = Scorer(bank)
     scorer.inflation = _inflation(bank, fitter, fitter.whiten(left))

@@ -164,6 +164,8 @@ class Diagnosis(_Record):
     unexplained: Unexplained
     loosely_built: bool = False
     """Small errors of the build everywhere were fitted beside the findings."""
+    ended_early: bool = False
+    """The search came to its limit of work before everything was compared."""
     next_experiment: NextExperiment | None = None
     not_testable: list[NotTestable] = Field(default_factory=list)
     smallest_detectable: list[SmallestDetectable] = Field(default_factory=list)

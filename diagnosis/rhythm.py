@@ -55,7 +55,7 @@ def _strongest(
     if power == 0.0:
         return None, 0
     length = int(at.max()) + 1
-    series = np.bincount(at, weights=pull * residual, minlength=length)
+    series = np.asarray(np.bincount(at, pull * residual, length), dtype=np.float64)
     size = int(2 ** np.ceil(np.log2(FINER * length)))
     lines = np.abs(np.fft.rfft(series, size)) ** 2
     first = int(np.ceil(FEWEST_TURNS * size / length))
@@ -64,7 +64,18 @@ def _strongest(
         return None, 0
     best = first + int(np.argmax(lines[first:last]))
     # Between the lines, where a quarter of one already leaves a rest.
-    turns = (best + np.linspace(-1.0, 1.0, 2 * BETWEEN + 1)) / size
-    waves_of = np.exp(-2j * np.pi * np.outer(turns, np.arange(length)))
-    nearest = float(turns[np.argmax(np.abs(waves_of @ series))])
+    turns: FloatArray = (best + np.linspace(-1.0, 1.0, 2 * BETWEEN + 1)) / size
+    nearest = float(turns[np.argmax(_strength(series, turns))])
     return nearest / readings.period_s, last - first
+
+
+def _strength(series: FloatArray, turns: FloatArray) -> FloatArray:
+    """Size of a series' part at frequencies (k,) that lie equally far apart, in turns a sample."""
+    samples = np.arange(len(series))
+    wave = np.exp(-2j * np.pi * turns[0] * samples)
+    further = np.exp(-2j * np.pi * (turns[1] - turns[0]) * samples)
+    strength = np.empty(len(turns))
+    for k in range(len(turns)):
+        strength[k] = np.abs(wave @ series)
+        wave *= further
+    return strength

@@ -46,6 +46,7 @@ def diagnose_servo_robot(
     holdout: Sequence[FlatRecording] = (),
     progress: Progress = lambda _: None,
     motion_limits: MotionLimits | None = None,
+    thorough: bool = False,
 ) -> Diagnosis:
     """Both parts, as far as the recordings allow. Raises RecordingError when neither is possible.
 
@@ -59,7 +60,7 @@ def diagnose_servo_robot(
     held_out = [DeltaModel(robot, [one]) for one in others] if len(others) == len(holdout) else []
     for recording in (*geometry, *others):
         check_belongs(robot, recording)
-    outside = diagnose_model(model, 0.0, held_out, progress, motion_limits)
+    outside = diagnose_model(model, 0.0, held_out, progress, motion_limits, thorough)
     try:
         torques = diagnose_servo(robot, recordings, holdout, progress)
     except RecordingError as error:

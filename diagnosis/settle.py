@@ -11,6 +11,7 @@ from diagnosis.chance import log_sf
 from diagnosis.groups import apart, whole_groups
 from diagnosis.leave_out import BETTER
 from diagnosis.name import Search
+from diagnosis.patience import Until
 from diagnosis.prices import Trial
 from diagnosis.result import Alternative
 from diagnosis.solution import Solution
@@ -44,6 +45,8 @@ def settle(search: Search, solution: Solution) -> tuple[Solution, list[Standing]
         rivals = [rival for stand in stands for rival in stand.rivals]
         best = min(rivals, key=search.worth, default=solution)
         if search.worth(best) > search.worth(solution) - BETTER:
+            return solution, stands
+        if not search.patience.lasts(Until.SETTLED):
             return solution, stands
         solution = in_parts(search, best)
     return solution, stands_of(search, solution)

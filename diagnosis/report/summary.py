@@ -117,7 +117,7 @@ def remarks(diagnosis: Diagnosis) -> list[str]:
 
 
 def _is_remark(line: str) -> bool:
-    return line.startswith(("Besides", "No safe run", "The proposed run"))
+    return line.startswith(("Besides", "The search ended", "No safe run", "The proposed run"))
 
 
 def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> list[str]:

@@ -22,6 +22,7 @@ def diagnose_recordings(
     columns: Path | None,
     set_columns: list[str],
     next_job: Path | None,
+    thorough: bool,
 ) -> None:
     """Diagnose, print what was found in plain sentences, and write what was asked for."""
     from diagnosis.columns import load_mapping, read_mapped
@@ -44,7 +45,8 @@ def diagnose_recordings(
         def show(text: str) -> None:
             progress.update(bar, description=text)
 
-        answer = diagnose(recordings, robot_file, holdout, None if quiet else json_file, show, read)
+        written = None if quiet else json_file
+        answer = diagnose(recordings, robot_file, holdout, written, show, read, thorough)
     if next_job is not None and answer.next_experiment is not None:
         write_job(answer.next_experiment, next_job, robot_file, CONFIG_FOLDER)
     if save_robot is not None:

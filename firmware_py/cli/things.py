@@ -41,6 +41,12 @@ def diagnose(
     set_columns: Annotated[
         list[str] | None, typer.Option("--set", help="One column of a mapping, as t=time_ms*0.001.")
     ] = None,
+    thorough: Annotated[
+        bool,
+        typer.Option(
+            "--thorough", help="Compare everything, where the answer says that it ended early."
+        ),
+    ] = False,
 ) -> None:
     """Compare recordings with the robot file: what is missing, where, how sure.
 
@@ -62,6 +68,7 @@ def diagnose(
         columns,
         set_columns or [],
         next_job,
+        thorough,
     )
 
 
