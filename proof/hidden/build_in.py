@@ -77,8 +77,7 @@ def heights_m(train: StepTrain) -> FloatArray:
     assembly = Assembly(model)
     start = int(model.joint("platform").qposadr[0])
     looks = np.linspace(0, len(train.counts) - 1, LOOKS).astype(int)
-    pose, heights = None, []
-    for counts in train.counts[looks]:
-        pose = assembly.at(counts * machine.robot.joints.rad_per_step, pose)
-        heights.append(pose[start + 2])
+    # Each from the drawing board: from one look to the next is too far to keep the platform below.
+    angles_rad = train.counts[looks] * machine.robot.joints.rad_per_step
+    heights = [assembly.at(one)[start + 2] for one in angles_rad]
     return cast(FloatArray, np.array(heights))

@@ -9,6 +9,7 @@ pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' 
 
 from proof.hidden.build_in import SINGLES, VOCABULARY, Planned, construct, heights_m
 from proof.motion.stepping import StepTrain, together
+from proof.motion.survey import survey
 from proof.recorded import Machine
 from proof.robot.as_built import AsBuilt, Body, Joints, three
 from proof.robot.assemble import Assembly
@@ -169,6 +170,14 @@ def test_above_the_table_a_robot_moves_as_without_one():
     apart_m = np.linalg.norm(above.position_m - plain.position_m, axis=1)
     assert np.median(apart_m) < 3e-5
     assert apart_m.max() < 2e-4  # for a moment, where it starts and stops
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_heights_of_a_survey_are_all_below_the_motors(seed):
+    """However far apart two looks are, no look finds the robot put together the other way up."""
+    heights = heights_m(survey(np.random.default_rng(seed), 240.0, 0.001))
+    assert heights.max() < 0.0
+    assert heights.min() == pytest.approx(-0.6, abs=0.02)
 
 
 def test_a_table_stops_the_platform():
