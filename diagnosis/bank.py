@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from mmap import mmap
@@ -52,30 +53,71 @@ class Entry:
 
 @dataclass(slots=True, eq=False)
 class Bank:
-    """Entries and their raw columns (k, channels, n); `white` follows the noise model."""
+    """Entries, and their columns under a noise model; the raw ones of free shapes, of which each
+    sample meets a few, are made where they are needed.
+    """
 
     entries: list[Entry] = field(default_factory=list)
-    raw: list[FloatArray] = field(default_factory=list)
+    secants: dict[int, FloatArray] = field(default_factory=dict)
+    """Raw columns (k, channels, n) of candidates, by the number of the entry."""
+    ports: Mapping[str, FloatArray] = field(default_factory=dict)
+    """How each port changes the channels, (n, channels)."""
     white: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
     silent: list[Candidate] = field(default_factory=list)
     """Candidates that change nothing in this recording."""
 
-    def add(self, raw: FloatArray, candidate: Candidate | None, shape: Shape | None,
-            free: FreeShape | None) -> None:  # fmt: skip
-        """Append a test with columns (k, channels, n)."""
+    def add(self, raw: FloatArray, candidate: Candidate, shape: Shape) -> None:
+        """Append a candidate at a shape, with columns (k, channels, n)."""
+        self.secants[len(self.entries)] = raw
+        self.entries.append(Entry(candidate, shape, None, self._next(len(raw))))
+
+    def add_free(self, free: FreeShape) -> None:
+        """Append a free shape."""
+        self.entries.append(Entry(None, None, free, self._next(free.size)))
+
+    def _next(self, count: int) -> slice:
         first = self.entries[-1].columns.stop if self.entries else 0
-        self.entries.append(Entry(candidate, shape, free, slice(first, first + len(raw))))
-        self.raw.append(raw)
+        return slice(first, first + count)
+
+    def raw(self, number: int) -> FloatArray:
+        """Columns of one entry, (k, channels, n)."""
+        free = self.entries[number].free
+        if free is None:
+            return self.secants[number]
+        return _laid_out(free.columns(self.ports[free.port]))
+
+    def explained(self, weights: FloatArray) -> FloatArray:
+        """What all entries change together, with weights (c,) or (c, d): (n, channels, ...)."""
+        shapes: dict[str, FloatArray] = {}
+        changed = np.zeros(())
+        for number, entry in enumerate(self.entries):
+            part = weights[entry.columns]
+            if entry.free is None:
+                own = np.tensordot(self.secants[number], part.astype(np.float32), axes=(0, 0))
+                changed = changed + own.swapaxes(0, 1)
+            else:
+                port = entry.free.port
+                shapes[port] = shapes.get(port, 0.0) + entry.free.basis @ part
+        for port, shape in shapes.items():
+            change = self.ports[port]
+            wide = change if shape.ndim == 1 else change[:, :, None]
+            changed = changed + wide * shape[:, None]
+        return changed
 
     def whiten(self, fitter: Fitter) -> None:
         """Bring all columns under the fitter's noise model."""
         total = self.entries[-1].columns.stop
         self.white = np.empty((0, 0))  # room for the new ones
         white = _shared(total, fitter.rows)
+        ports = {name: fitter.whiten.port(change) for name, change in self.ports.items()}
 
         def part(numbers: range) -> None:
             for number in numbers:
-                white[self.entries[number].columns] = fitter.whiten.each(self.raw[number])
+                entry = self.entries[number]
+                if entry.free is None:
+                    white[entry.columns] = fitter.whiten.each(self.secants[number])
+                else:
+                    white[entry.columns] = (ports[entry.free.port] @ entry.free.basis).T.toarray()
 
         count = len(self.entries)
         side_by_side([partial(part, range(k, count, PARTS)) for k in range(PARTS)])
@@ -83,7 +125,7 @@ class Bank:
 
     def forget_raw(self) -> None:
         """Make room: the columns have been whitened for the last time."""
-        self.raw.clear()
+        self.secants.clear()
 
     def forget_white(self) -> None:
         """Make room: no solution is scored any more."""
@@ -123,12 +165,12 @@ def build(model: Model) -> Bank:
     tasks = [partial(_columns_of, model, one, nominal) for one in candidates]
     for candidate, columns in zip(candidates, side_by_side(tasks), strict=True):
         for number, raw in columns.items():
-            bank.add(raw, candidate, candidate.shapes[number], None)
+            bank.add(raw, candidate, candidate.shapes[number])
         if not columns:
             bank.silent.append(candidate)
-    ports = model.ports()
+    bank.ports = model.ports()
     for free in free_shapes(model):
-        bank.add(_laid_out(free.columns(ports[free.port])), None, None, free)
+        bank.add_free(free)
     return bank
 
 

@@ -7,12 +7,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array, diags_array, vstack
 
 from diagnosis.chance import log_sf
 from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape
-from diagnosis.noise import Whitener
 from diagnosis.readings import FloatArray
 from diagnosis.rhythm import rhythms
 from diagnosis.score import doubt, gain_alone
@@ -37,7 +35,7 @@ def scores_of(
     ports = fitter.model.ports()
     if small is not None:
         small = small - basis @ (basis.T @ small)
-    whitening = {name: _whitening(fitter.whiten, change) for name, change in ports.items()}
+    whitening = {name: fitter.whiten.port(change) for name, change in ports.items()}
 
     def score(free: FreeShape) -> tuple[float, float]:
         columns = whitening[free.port] @ free.basis
@@ -52,14 +50,3 @@ def scores_of(
     tasks += [partial(score, free) for free in shapes]
     beats, *scores = side_by_side(tasks)
     return [*((free, *own) for free, own in zip(shapes, scores, strict=True)), *beats]
-
-
-def _whitening(whiten: Whitener, change: FloatArray) -> csr_array:
-    """From a shape's values (n) to what is new in the readings (m), for a port that changes the
-    channels as `change` (n, channels) does.
-    """
-    parts = []
-    for column, noise in enumerate(whiten.channels):
-        moved = diags_array(change[:, column], format="csr")
-        parts.append(noise.innovations(moved[rows] for rows in noise.rows.T))
-    return csr_array(diags_array(whiten.weight) @ vstack(parts, format="csr"))

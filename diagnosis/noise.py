@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import solve_banded
+from scipy.sparse import csr_array, diags_array, vstack
 
 from diagnosis.readings import MAD_TO_SIGMA, FloatArray, IntArray, Readings
 
@@ -74,6 +75,17 @@ class Whitener:
         joined: FloatArray = np.concatenate(parts, axis=1)
         joined *= self.weight.astype(joined.dtype, copy=False)
         return joined
+
+    def port(self, change: FloatArray) -> csr_array:
+        """From values (n) at a port to what is new in the readings, (m, n).
+
+        change: how the port changes the channels, (n, channels).
+        """
+        parts = []
+        for column, noise in enumerate(self.channels):
+            moved = diags_array(change[:, column], format="csr")
+            parts.append(noise.innovations(moved[rows] for rows in noise.rows.T))
+        return csr_array(diags_array(self.weight) @ vstack(parts, format="csr"))
 
     @property
     def rows(self) -> IntArray:

@@ -44,11 +44,7 @@ class Saturated:
         white = self.fitter.whiten(residual).astype(np.float32)
         along = np.asarray(self.bank.white.T @ white, dtype=np.float64)
         weights = (lu_solve(self.factor, (along.T / self.scale).T).T / self.scale).T
-        explained = np.zeros_like(residual)
-        for entry, raw in zip(self.bank.entries, self.bank.raw, strict=True):
-            part = weights[entry.columns].astype(np.float32)
-            explained += np.tensordot(raw, part, axes=(0, 0)).swapaxes(0, 1)
-        return explained
+        return self.bank.explained(weights)
 
 
 def given_back(fit: Saturated, whiten: Whitener, valid: BoolArray) -> tuple[Whitener, FloatArray]:
