@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ WARM_UP = 200
 """Samples after which a draw has forgotten how it began."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class ChannelNoise:
     """Noise of one channel. rows: valid samples that have `ORDER` valid ones before them."""
 
@@ -33,14 +34,36 @@ class ChannelNoise:
     spread: float
     """Standard deviation of the readings themselves."""
 
+    @cached_property
+    def _read(self) -> tuple[IntArray, IntArray | None]:
+        """All rows that are met, and which of them are whitened; None for all that have `ORDER`
+        before them.
+        """
+        met = np.unique(self.rows)
+        at = np.searchsorted(met, self.rows[:, 0]) - ORDER
+        return met, None if len(at) == len(met) - ORDER else at
+
+    def whitened(self, values: FloatArray, axis: int) -> FloatArray:
+        """What is new in samples, in standard deviations, along an axis: from length n to m.
+
+        Neighbours are one slice apart once only what was read is left: taken once, not by lags.
+        """
+        met, at = self._read
+        read = values.take(met, axis=axis).swapaxes(0, axis)
+        count = len(met) - ORDER
+        lags = (read[ORDER - lag : ORDER - lag + count] for lag in range(ORDER + 1))
+        white: FloatArray = self.innovations(lags).swapaxes(0, axis)
+        return white if at is None else white.take(at, axis=axis)
+
     def innovations(self, seen: Iterator[Any]) -> Any:
         """What is new in samples, in standard deviations: these first, then those a lag before.
 
-        Arrays of any shape, dense or sparse; the first is written over.
+        Arrays of any shape, dense or sparse.
         """
-        white = next(seen)
-        for phi, before in zip(self.phi, seen, strict=True):
-            white -= float(phi) * before
+        first, *before = seen
+        white = first - float(self.phi[0]) * before[0]
+        for phi, earlier in zip(self.phi[1:], before[1:], strict=True):
+            white -= float(phi) * earlier
         white /= self.sigma
         return white
 
@@ -61,7 +84,7 @@ class Whitener:
             if not x.any():
                 parts.append(np.zeros((len(noise.rows), *x.shape[1:]), dtype=x.dtype))
                 continue
-            parts.append(noise.innovations(x[rows] for rows in noise.rows.T))
+            parts.append(noise.whitened(x, 0))
         joined = np.concatenate(parts)
         weight = self.weight.astype(joined.dtype, copy=False)
         return joined * (weight if joined.ndim == 1 else weight[:, None])
@@ -70,8 +93,7 @@ class Whitener:
         """The same for many columns laid out one after another: (k, channels, n) -> (k, m)."""
         parts = []
         for column, noise in enumerate(self.channels):
-            x = columns[:, column]
-            parts.append(noise.innovations(x.take(rows, axis=1) for rows in noise.rows.T))
+            parts.append(noise.whitened(columns[:, column], 1))
         joined: FloatArray = np.concatenate(parts, axis=1)
         joined *= self.weight.astype(joined.dtype, copy=False)
         return joined
