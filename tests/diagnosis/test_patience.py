@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from diagnosis import patience as patience_module
-from diagnosis.command import diagnose_recordings
 from diagnosis.delta_model import DeltaModel
 from diagnosis.explain import explain
 from diagnosis.patience import Patience, Until
@@ -92,17 +91,3 @@ def test_the_same_work_is_counted_on_one_core_and_on_two(delta: DeltaRobot, reco
             explain(prepare(model, model.readings.valid.copy(), patience), 0.0, lambda _: None)
         counted.append((patience.spent, patience.ended))
     assert counted[0] == counted[1]
-
-
-def test_the_answer_says_that_the_search_ended_and_thorough_goes_on(
-    delta: DeltaRobot, record: Record, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(patience_module, "PREDICTIONS", 5.0)
-    recording = record(SCALE, RATIO, ARM)
-    ended = diagnose_recordings(delta, [recording])
-    assert ended.ended_early
-    assert any("--thorough" in line for line in ended.says)
-    whole = diagnose_recordings(delta, [recording], thorough=True)
-    assert not whole.ended_early
-    assert not any("--thorough" in line for line in whole.says)
-    assert len(whole.findings) > len(ended.findings)

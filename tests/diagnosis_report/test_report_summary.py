@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
+from diagnosis.diagnose import ENDED_EARLY
 from diagnosis.report.sizes import number, quantity, sizes
 from diagnosis.report.summary import headline, plain_lines, summary_lines, where_line
 from diagnosis.report.sureness import odds
@@ -262,3 +263,8 @@ def test_many_untested_effects_are_counted(make: Any) -> None:
     hidden = [NotTestable(effect=name, component="motor1", why="") for name in list(EFFECTS)[:9]]
     text = "\n".join(plain_lines(make("explained", not_testable=hidden)))
     assert "5 more kinds of effect" in text
+
+
+def test_it_says_where_the_search_ended_early(make: Any) -> None:
+    assert ENDED_EARLY in shown(summary_lines(make(says=[ENDED_EARLY], ended_early=True)))
+    assert ENDED_EARLY not in shown(summary_lines(make()))
