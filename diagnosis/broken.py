@@ -32,7 +32,9 @@ STILL = 0.3
 STRAY = 0.2
 """Share of the readings that may be far off before, or near after."""
 OFFSETS = 0.25
-"""Steps that were lost, however many, leave less than this share once the joints are shifted."""
+"""Steps that were lost leave less than this share once the joints are shifted."""
+MOST_LOST_RAD = 0.5
+"""Nor do they come to more than this: so far no motor falls behind and goes on as before."""
 
 
 def refuse_broken(model: DeltaModel, source: str, left: FloatArray, span: float) -> None:
@@ -50,7 +52,8 @@ def refuse_broken(model: DeltaModel, source: str, left: FloatArray, span: float)
     after = float(np.quantile(apart[at:], 1.0 - NEARLY_ALL))
     if ratio < WORSE or after < FAR * span or not _moves(model, rows[at:], span):
         return
-    if _shifted(model, rows[at:], left) < OFFSETS * after:
+    shift_rad, rest = _shifted(model, rows[at:], left)
+    if rest < OFFSETS * after and shift_rad < MOST_LOST_RAD:
         return
     t_s, off = model.readings.t_s[rows], float(np.median(apart[at:]))
     raise RecordingError(_broke(model, source, float(t_s[at] - t_s[0]), off))
@@ -98,11 +101,13 @@ def _moves(model: DeltaModel, rows: IntArray, span: float) -> bool:
     return float(np.nanmax(np.nanstd(model.position_m[rows], axis=0))) > MOVES * span
 
 
-def _shifted(model: DeltaModel, rows: IntArray, left: FloatArray) -> float:
-    """How far off the readings are once every joint is shifted as fits best (median)."""
+def _shifted(model: DeltaModel, rows: IntArray, left: FloatArray) -> tuple[float, float]:
+    """The largest shift of a joint [rad] where each is shifted as fits best, and how far off the
+    readings are then (median).
+    """
     columns = [change for port, change in model.ports().items() if port.startswith("motor")]
     known = np.isfinite(left[rows])
     moved = np.stack([change[rows][known] for change in columns], axis=1)
     rest = left[rows][known]
-    rest = rest - moved @ np.linalg.lstsq(moved, rest, rcond=None)[0]
-    return float(np.median(np.abs(rest)))
+    shift = np.linalg.lstsq(moved, rest, rcond=None)[0]
+    return float(np.abs(shift).max()), float(np.median(np.abs(rest - moved @ shift)))

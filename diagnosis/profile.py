@@ -9,6 +9,7 @@ Moolgavkar 1988), the loss scaled as the sandwich scales the plain variance.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -42,25 +43,30 @@ def intervals(
     bent = [how == "log" and s > BENT for how, s in zip(hows, spread, strict=True)]
     if len(moved) != 2 or sorted(hows) != ["log", "plain"] or not any(bent):
         return None
-    found = {}
     plain = np.linalg.pinv(solution.tangent.T @ solution.tangent, hermitian=True)
     own = np.diag(plain)[solution.columns_of(number)]
-    for place, i in enumerate(moved):
-        widen = float(np.clip(spread[place] ** 2 / max(float(own[place]), 1e-300), 1.0, 9.0))
-        ends = [
-            _end(fitter, solution, number, i, side * spread[place], LOSS_95 * widen)
+    widen = np.clip(spread**2 / np.maximum(own, 1e-300), 1.0, 9.0)
+    ends = fitter.side_by_side(
+        [
+            partial(_end, fitter, solution, number, place, side * spread[place], LOSS_95 * wide)
+            for place, wide in enumerate(widen.tolist())
             for side in (-1.0, 1.0)
         ]
-        low, high = (float(np.exp(x)) if hows[place] == "log" else x for x in ends)
+    )
+    found = {}
+    for place, i in enumerate(moved):
+        both = ends[2 * place : 2 * place + 2]
+        low, high = (float(np.exp(x)) if hows[place] == "log" else x for x in both)
         found[term.candidate.coordinates[i].parameter] = (low, high)
     return found
 
 
 def _end(
-    fitter: Fitter, solution: Solution, number: int, i: int, spread: float, loss: float
+    fitter: Fitter, solution: Solution, number: int, place: int, spread: float, loss: float
 ) -> float:
-    """Where coordinate `i` may be held on one side before the refit loses too much."""
+    """Where a moved coordinate may be held on one side before the refit loses too much."""
     term = solution.terms[number]
+    i = term.candidate.moved[place]
     coordinate, start = term.candidate.coordinates[i], float(term.at[i])
     reach, near = float(np.sqrt(loss)) * spread, solution
     end = float(start + reach)
@@ -68,7 +74,7 @@ def _end(
         end = float(np.clip(start + reach, coordinate.low, coordinate.high))
         held = _held(near.terms[number], i, end)
         terms = (*near.terms[:number], held, *near.terms[number + 1 :])
-        near = fitter.solve(terms, near.frees, near.nuisances, STEPS)
+        near = fitter.solve(terms, near.frees, near.nuisances, STEPS, solution.named_tangent)
         lost = max(near.cost - solution.cost, 1e-3 * loss)
         at_bound = end in (coordinate.low, coordinate.high)
         if abs(lost / loss - 1.0) < CLOSE or (at_bound and lost < loss):

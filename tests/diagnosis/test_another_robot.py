@@ -58,3 +58,12 @@ def test_a_great_loss_of_steps_is_no_breakage(
         effect="lost_steps", component="motor2", parameters={"steps": steps, "time": lost_s}
     )
     check_belongs(delta, record(entry, seconds=40.0))
+
+
+def test_a_loss_that_no_motor_has_is_a_breakage(delta: DeltaRobot, record) -> None:
+    """36 degrees: the shift of a joint describes it, and steps that were lost do not explain it."""
+    entry = EffectEntry(
+        effect="lost_steps", component="motor2", parameters={"steps": -1600.0, "time": 20.0}
+    )
+    with pytest.raises(RecordingError, match="has an arm folded over"):
+        check_belongs(delta, record(entry, seconds=40.0))
