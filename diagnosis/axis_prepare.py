@@ -89,7 +89,7 @@ def without_spikes(residual: FloatArray, valid: BoolArray) -> BoolArray:
 def saturated(bank: Bank, residual: FloatArray, valid: BoolArray) -> FloatArray:
     """What the whole bank explains of a residual (n, 1) by plain least squares."""
     rows = valid[:, 0]
-    columns = np.concatenate([bank.raw(k)[:, 0] for k in range(len(bank.entries))]).T
+    columns = bank.raw()[:, 0].T
     scale = np.maximum(np.linalg.norm(columns[rows], axis=0), 1e-30)
     inside = columns[rows] / scale.astype(np.float32)
     gram = np.asarray(inside.T @ inside, dtype=np.float64) + RIDGE * rows.sum() * np.eye(len(scale))

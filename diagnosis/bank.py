@@ -79,29 +79,32 @@ class Bank:
         first = self.entries[-1].columns.stop if self.entries else 0
         return slice(first, first + count)
 
-    def raw(self, number: int) -> FloatArray:
-        """Columns of one entry, (k, channels, n)."""
-        free = self.entries[number].free
-        if free is None:
-            return self.secants[number]
-        return _laid_out(free.columns(self.ports[free.port]))
+    def raw(self) -> FloatArray:
+        """All columns as they are in the channels, (c, channels, n)."""
+        return np.concatenate(
+            [
+                self.secants[number]
+                if entry.free is None
+                else _laid_out(entry.free.columns(self.ports[entry.free.port]))
+                for number, entry in enumerate(self.entries)
+            ]
+        )
 
     def explained(self, weights: FloatArray) -> FloatArray:
         """What all entries change together, with weights (c,) or (c, d): (n, channels, ...)."""
-        shapes: dict[str, FloatArray] = {}
-        changed = np.zeros(())
+        more = weights.shape[1:]
+        samples, channels = next(iter(self.ports.values())).shape
+        changed = np.zeros((samples, channels, *more))
+        shapes = {port: np.zeros((samples, 1, *more)) for port in self.ports}
         for number, entry in enumerate(self.entries):
             part = weights[entry.columns]
             if entry.free is None:
                 own = np.tensordot(self.secants[number], part.astype(np.float32), axes=(0, 0))
-                changed = changed + own.swapaxes(0, 1)
+                changed += own.swapaxes(0, 1)
             else:
-                port = entry.free.port
-                shapes[port] = shapes.get(port, 0.0) + entry.free.basis @ part
+                shapes[entry.free.port][:, 0] += entry.free.basis @ part
         for port, shape in shapes.items():
-            change = self.ports[port]
-            wide = change if shape.ndim == 1 else change[:, :, None]
-            changed = changed + wide * shape[:, None]
+            changed += self.ports[port].reshape(samples, channels, *(1 for _ in more)) * shape
         return changed
 
     def whiten(self, fitter: Fitter) -> None:
@@ -109,7 +112,7 @@ class Bank:
         total = self.entries[-1].columns.stop
         self.white = np.empty((0, 0))  # room for the new ones
         white = _shared(total, fitter.rows)
-        ports = {name: fitter.whiten.port(change) for name, change in self.ports.items()}
+        ports = fitter.ports
 
         def part(numbers: range) -> None:
             for number in numbers:

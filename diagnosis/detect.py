@@ -14,8 +14,9 @@ from diagnosis.bank import Entry
 from diagnosis.candidate import Candidate, Term
 from diagnosis.chance import log_sf
 from diagnosis.events import Jump, jumps
-from diagnosis.fine_scores import Score, scores_of
+from diagnosis.fine_scores import scores_of
 from diagnosis.fit import Fitter
+from diagnosis.free_shapes import Score
 from diagnosis.pairs import start_of
 from diagnosis.patience import Patience
 from diagnosis.prepare import Prepared

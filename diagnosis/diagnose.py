@@ -29,7 +29,7 @@ REST_SHARE = 0.05
 """More than this share left unexplained is said to be only partly explained."""
 ENDED_EARLY = (
     "The search ended at its limit of work, with the best it had: not everything was compared "
-    "(--thorough compares the rest, in up to four times the time)."
+    "(--thorough compares the rest, which takes longer)."
 )
 
 

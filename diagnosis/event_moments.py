@@ -38,7 +38,7 @@ def better_moment(
     for way in (-1, 1):
         farthest = _moved(at.terms, number, way * MOMENTS[-1] * period_s)
         change = predict([*at.nuisances, *farthest]) - at.predicted
-        for moment in (way * readings for readings in MOMENTS):
+        for moment in (way * count for count in MOMENTS):
             first_s, last_s = sorted((shown_s, shown_s + moment * period_s))
             between = (t_s >= first_s) & (t_s < last_s)
             some = whitened(np.where(between[:, None], change, 0.0))

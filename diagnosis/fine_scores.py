@@ -10,15 +10,12 @@ import numpy as np
 
 from diagnosis.chance import log_sf
 from diagnosis.fit import Fitter
-from diagnosis.free_shapes import FreeShape
+from diagnosis.free_shapes import FreeShape, Score
 from diagnosis.readings import FloatArray
 from diagnosis.rhythm import rhythms
 from diagnosis.score import doubt, gain_alone
 from diagnosis.side_by_side import side_by_side
 from diagnosis.solution import Solution
-
-Score = tuple[FreeShape, float, float]
-"""A shape, the chi-square it would gain beside a solution, and log p of that."""
 
 
 def scores_of(
@@ -32,13 +29,12 @@ def scores_of(
     # The rows of the priors count too: a shape that takes over lets the nuisances spring back.
     residual = solution.residual
     rest = (residual - solution.basis @ (solution.basis.T @ residual))[: fitter.rows]
-    ports = fitter.model.ports()
     if small is not None:
         small = small - basis @ (basis.T @ small)
-    whitening = {name: fitter.whiten.port(change) for name, change in ports.items()}
+    ports = fitter.ports  # before the fork
 
     def score(free: FreeShape) -> tuple[float, float]:
-        columns = whitening[free.port] @ free.basis
+        columns = ports[free.port] @ free.basis
         shared = columns.T @ basis
         gram = (columns.T @ columns).toarray()
         left = gram - shared @ shared.T

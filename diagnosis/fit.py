@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import TypeVar
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from diagnosis.candidate import Term
 from diagnosis.damped_step import Slopes, moved_by
@@ -20,7 +21,6 @@ from diagnosis.orthonormal import orthonormal
 from diagnosis.patience import PRODUCTS, Patience
 from diagnosis.point import Point
 from diagnosis.readings import FloatArray
-from diagnosis.side_by_side import side_by_side
 from diagnosis.solution import Solution
 from models.effects import VOCABULARY
 
@@ -63,6 +63,11 @@ class Fitter:
     def rows(self) -> int:
         """Whitened readings; the rows of the priors come after them."""
         return len(self.whiten.weight)
+
+    @cached_property
+    def ports(self) -> dict[str, csr_array]:
+        """From values (n) at each port to what is new in the readings, (m, n)."""
+        return {name: self.whiten.port(change) for name, change in self.model.ports().items()}
 
     def vector(self, difference: FloatArray) -> FloatArray:
         """Whitened difference of the channels, with room for the priors of the nuisances."""
@@ -270,7 +275,7 @@ class Fitter:
         candidates = [*model.candidates, *model.groups, *(term.candidate for term in terms)]
         kinds = [*VOCABULARY.values(), *(one.kind for one in candidates)]
         known = [self, *terms, *candidates, *kinds, *shapes]
-        return self.patience.side_by_side(tasks, partial(side_by_side, known=known))
+        return self.patience.side_by_side(tasks, known)
 
 
 def _moved_values(terms: Sequence[Term]) -> FloatArray:

@@ -61,6 +61,10 @@ class FreeShape:
         return basis if self.kind == "spline" else two_way(driver, basis)
 
 
+Score = tuple[FreeShape, float, float]
+"""A shape, the chi-square it would gain beside a solution, and log p of that."""
+
+
 def knots_for(driver: FloatArray, pieces: int = PIECES) -> FloatArray:
     """Knots half-way between quantiles and equal steps, so that none spans an empty range."""
     share = np.linspace(0.0, 1.0, pieces + 1)

@@ -18,6 +18,7 @@ from diagnosis.chance import log_sf
 from diagnosis.fit import Fitter
 from diagnosis.free_shapes import FreeShape, knots_for, spline_basis, two_way
 from diagnosis.readings import FloatArray
+from diagnosis.score import gain_alone
 from diagnosis.side_by_side import side_by_side
 from diagnosis.solution import Solution
 
@@ -29,9 +30,6 @@ CERTAIN = np.log(1e-5)
 """Chance, as a logarithm, below which the past counts; readings correlate, so well below 0.01."""
 LEAST_SHARE = 0.05
 """What the past must explain of what the present does; less is a shape that is not quite right."""
-
-LEAST_SIZE = 1e-3
-"""What stands out of the other columns less than this share of a column's length tells nothing."""
 
 
 def has_memory(fitter: Fitter, solution: Solution, free: FreeShape, gain: float) -> bool | None:
@@ -85,11 +83,8 @@ def _shape(driver: FloatArray) -> csr_array:
 def _explained(fitter: Fitter, solution: Solution, shape: FreeShape) -> tuple[float, float]:
     """Chi-square that one more shape explains, and the log of its chance."""
     known = solution.basis
-    more = fitter.free_tangent([shape])
-    scale = np.maximum(np.linalg.norm(more, axis=0), 1e-30)
-    more = (more - known @ (known.T @ more)) / scale
-    power, turned = np.linalg.eigh(more.T @ more)
-    kept = power > LEAST_SIZE**2
-    along = turned[:, kept].T @ (more.T @ solution.residual)
-    gain = float(np.sum(along**2 / power[kept]))
-    return gain, log_sf(gain, int(kept.sum()))
+    columns = fitter.free_tangent([shape])
+    more = columns - known @ (known.T @ columns)
+    full = np.sum(columns**2, axis=0)
+    gain, rank = gain_alone(more.T @ more, more.T @ solution.residual, full)
+    return gain, log_sf(gain, rank)

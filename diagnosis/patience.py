@@ -14,6 +14,8 @@ from functools import partial
 from math import inf
 from typing import TypeVar
 
+from diagnosis.side_by_side import side_by_side
+
 PREDICTIONS = 1000.0
 """So many, of a recording of ROWS, and what else they need take a core about nine seconds
 (benchmarks/diagnosis_cost.py).
@@ -85,12 +87,10 @@ class Patience:
         return lasts
 
     def side_by_side(
-        self,
-        tasks: Sequence[Callable[[], Made]],
-        worked: Callable[..., list[tuple[Made, float, bool]]],
+        self, tasks: Sequence[Callable[[], Made]], known: Sequence[object] = ()
     ) -> list[Made]:
         """What tasks return, each begun with what is left now, whoever works on it and when."""
-        found = worked([partial(self._counted, task) for task in tasks])
+        found = side_by_side([partial(self._counted, task) for task in tasks], known)
         self.spent += sum(spent for _, spent, _ in found)
         self.ended = self.ended or any(ended for _, _, ended in found)
         return [made for made, _, _ in found]

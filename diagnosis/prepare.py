@@ -55,7 +55,6 @@ def prepare(model: Model, valid: BoolArray, patience: Patience | None = None) ->
     """
     fine = [*free_shapes(model, FINE_PIECES), *way_shapes(model)]
     predicted = model.predict([n.term for n in model.nuisances])
-    patience = patience or Patience()
     return _prepared(model, valid, build(model), fine, predicted, ROUNDS, patience)
 
 
@@ -73,7 +72,7 @@ def _prepared(
     fine: list[FreeShape],
     predicted: FloatArray,
     rounds: int,
-    patience: Patience,
+    patience: Patience | None,
 ) -> Prepared:
     readings = model.readings
     residual = np.nan_to_num(readings.values) - predicted

@@ -48,8 +48,8 @@ def intervals(
     widen = np.clip(spread**2 / np.maximum(own, 1e-300), 1.0, 9.0)
     ends = fitter.side_by_side(
         [
-            partial(_end, fitter, solution, number, place, side * spread[place], LOSS_95 * wide)
-            for place, wide in enumerate(widen.tolist())
+            partial(_end, fitter, solution, number, i, side * one, LOSS_95 * wide)
+            for i, one, wide in zip(moved, spread.tolist(), widen.tolist(), strict=True)
             for side in (-1.0, 1.0)
         ]
     )
@@ -62,11 +62,10 @@ def intervals(
 
 
 def _end(
-    fitter: Fitter, solution: Solution, number: int, place: int, spread: float, loss: float
+    fitter: Fitter, solution: Solution, number: int, i: int, spread: float, loss: float
 ) -> float:
-    """Where a moved coordinate may be held on one side before the refit loses too much."""
+    """Where coordinate `i` may be held on one side before the refit loses too much."""
     term = solution.terms[number]
-    i = term.candidate.moved[place]
     coordinate, start = term.candidate.coordinates[i], float(term.at[i])
     reach, near = float(np.sqrt(loss)) * spread, solution
     end = float(start + reach)

@@ -11,7 +11,7 @@ import numpy as np
 
 from diagnosis.chance import log_sf
 from diagnosis.fit import Fitter
-from diagnosis.free_shapes import FreeShape, waves
+from diagnosis.free_shapes import FreeShape, Score, waves
 from diagnosis.readings import FloatArray
 from diagnosis.score import explained_by
 from diagnosis.solution import Solution
@@ -26,7 +26,7 @@ BETWEEN = 16
 """Frequencies tried on either side of the strongest."""
 
 
-def rhythms(fitter: Fitter, solution: Solution) -> list[tuple[FreeShape, float, float]]:
+def rhythms(fitter: Fitter, solution: Solution) -> list[Score]:
     """At each port the rhythm that explains most: shape, gain, and log p for all frequencies."""
     ports = fitter.model.ports()
     t_s = fitter.model.readings.t_s

@@ -44,9 +44,8 @@ def settle(search: Search, solution: Solution) -> tuple[Solution, list[Standing]
         stands = stands_of(search, solution)
         rivals = [rival for stand in stands for rival in stand.rivals]
         best = min(rivals, key=search.worth, default=solution)
-        if search.worth(best) > search.worth(solution) - BETTER:
-            return solution, stands
-        if not search.patience.lasts(Until.SETTLED):
+        stays = search.worth(best) > search.worth(solution) - BETTER
+        if stays or not search.patience.lasts(Until.SETTLED):
             return solution, stands
         solution = in_parts(search, best)
     return solution, stands_of(search, solution)

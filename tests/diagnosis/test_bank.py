@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.bank import Bank
 from diagnosis.delta_model import DeltaModel
 from diagnosis.prepare import Prepared, prepare
 from models.robot import DeltaRobot
@@ -22,13 +21,9 @@ def prepared(delta: DeltaRobot, record: Record) -> Prepared:
     return prepare(model, model.readings.valid.copy())
 
 
-def _all_raw(bank: Bank) -> np.ndarray:
-    return np.concatenate([bank.raw(number) for number in range(len(bank.entries))])
-
-
 def test_whitened_columns_are_those_of_the_raw_ones(prepared: Prepared) -> None:
     bank = prepared.bank
-    dense = prepared.fitter.whiten.each(_all_raw(bank)).T
+    dense = prepared.fitter.whiten.each(bank.raw()).T
     scale = np.abs(dense).max(axis=0)
     assert dense.shape == bank.white.shape
     np.testing.assert_allclose(bank.white / scale, dense / scale, atol=2e-5)
@@ -39,7 +34,7 @@ def test_whitened_columns_are_those_of_the_raw_ones(prepared: Prepared) -> None:
 def test_what_all_explain_together_is_the_sum_over_the_columns(
     prepared: Prepared, draws: tuple[int, ...]
 ) -> None:
-    raw = _all_raw(prepared.bank).astype(np.float64)
+    raw = prepared.bank.raw().astype(np.float64)
     size = np.sqrt(np.mean(raw**2, axis=(1, 2)))
     drawn = np.random.default_rng(2).standard_normal((len(raw), *draws))
     weights = drawn / size.reshape(-1, *(1 for _ in draws))

@@ -15,7 +15,7 @@ from diagnosis.delta_model import DeltaModel
 from diagnosis.explain import explain
 from diagnosis.patience import Patience, Until
 from diagnosis.prepare import prepare
-from diagnosis.side_by_side import alone, side_by_side
+from diagnosis.side_by_side import alone
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 
@@ -53,7 +53,7 @@ def test_each_task_begins_with_what_is_left_whoever_works_on_it(
         return before, patience.lasts(Until.GROWN)
 
     with here():  # type: ignore[attr-defined]
-        found = patience.side_by_side([partial(task, w) for w in (5.0, 30.0, 1.0)], side_by_side)
+        found = patience.side_by_side([partial(task, w) for w in (5.0, 30.0, 1.0)])
     assert found == [(40.0, True), (40.0, False), (40.0, True)]
     assert patience.spent == 76.0
     assert patience.ended
