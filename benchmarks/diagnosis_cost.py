@@ -51,7 +51,7 @@ def cost(group: str, seed: int, number: int, more: Sequence[str] = ()) -> tuple[
 
 
 def _diagnosed(folder: Path, more: Sequence[str]) -> Cost:
-    command = [sys.executable, "-m", "firmware_py.cli.main", "diagnose", str(folder / RECORDING)]
+    command = [sys.executable, "-m", "command_line.main", "diagnose", str(folder / RECORDING)]
     options = ["--robot", str(folder / ROBOT_FILE), "--holdout", str(folder / HOLDOUT)]
     begun_s = time.monotonic()
     process = subprocess.Popen(

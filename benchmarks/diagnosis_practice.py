@@ -18,7 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from diagnosis.command import diagnose
+from diagnosis.api import diagnose
 
 DEFAULT = Path(__file__).resolve().parents[1] / "../shared/recordings"
 Case = dict[str, Any]

@@ -14,9 +14,9 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from diagnosis.axis_diagnose import diagnose_axis
-from diagnosis.columns import Mapping, load_mapping, read_mapped
-from diagnosis.command import diagnose
+from diagnosis.api import diagnose
+from diagnosis.lone_axes.axis_diagnose import diagnose_axis
+from diagnosis.observations.column_mapping import Mapping, load_mapping, read_mapped
 from diagnosis.result import Diagnosis
 from models.robot import RangeSensor
 

@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from diagnosis.delta_model import DeltaModel
-from diagnosis.detect import Detection
-from diagnosis.prepare import prepare
+from diagnosis.evidence.detection import Detection
+from diagnosis.evidence.noise_estimation import prepare
+from diagnosis.plants.delta import DeltaModel
 from models.robot import load_delta
 from proof.cases import move
 from proof.prove.certainty import wilson

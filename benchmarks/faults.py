@@ -14,8 +14,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from firmware_py.faults.campaign import KINDS, campaign, daemon_campaign, table
-from firmware_py.faults.verdict import Verdict
+from tests.rigs.faults.campaign import KINDS, campaign, daemon_campaign, table
+from tests.rigs.faults.verdict import Verdict
 
 
 def main() -> int:

@@ -18,12 +18,12 @@ from benchmarks.soak_table import Sample, Tally
 from drivers.fakes.lines import BenchMemory
 from firmware_py.controller.contract import JobResult
 from firmware_py.daemon.client import Client, daemon_answers
-from firmware_py.faults.daemon_stand import bench_of
-from firmware_py.faults.stand import wait_for
-from firmware_py.faults.vitals import vitals
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import DeltactlError
 from recording.reader import read_run
+from tests.rigs.faults.daemon_stand import bench_of
+from tests.rigs.faults.stand import wait_for
+from tests.rigs.faults.vitals import vitals
 
 PROGRAM = Path(__file__).resolve().parents[1]
 KEPT = "\nrecordings: {max_gib: 0.01, max_age_days: 0.005, keep_free_gib: 0.5}\n"
@@ -176,7 +176,7 @@ class RealSoak:
 
     def _start(self) -> subprocess.Popen[bytes]:
         places = ["--socket", str(self._socket), "--recordings", str(self.recordings)]
-        program = "from firmware_py.cli.main import main; main()"
+        program = "from command_line.main import main; main()"
         with (self.folder / "log").open("ab") as log:
             process = subprocess.Popen(
                 [sys.executable, "-c", program, "daemon", str(self._robot), "--simulate", *places],

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from firmware_py.faults.vitals import Vitals
+from tests.rigs.faults.vitals import Vitals
 
 MOST_SHOWN = 300
 _NUMBERS = re.compile(r"[0-9]+(?:[-.T:][0-9]+)*")

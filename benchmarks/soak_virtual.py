@@ -20,10 +20,10 @@ from firmware_py.daemon.actions import Actions
 from firmware_py.daemon.address import Peer
 from firmware_py.daemon.job_store import JobStore
 from firmware_py.daemon.protocol import Message, Request
-from firmware_py.faults.vitals import vitals
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.clock import NS_PER_S, sleep_s
 from recording.keeping import GIB, KeptRecordings, RecordingKeeper
+from tests.rigs.faults.vitals import vitals
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 SHIFT_S, BREAK_S, OFF_S = 1800.0, 1200.0, 600.0

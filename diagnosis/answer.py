@@ -8,15 +8,19 @@ from functools import partial
 
 import numpy as np
 
-from diagnosis import profile
-from diagnosis.chance import log_sf
-from diagnosis.detect import ALPHA
-from diagnosis.events import Stale, moment
-from diagnosis.explain import Explained
-from diagnosis.fit import Fitter
-from diagnosis.free_shapes import FreeShape
-from diagnosis.memory import has_memory, tied_drivers
-from diagnosis.readings import FloatArray, IntArray, Readings
+from diagnosis.estimation import profile_likelihood as profile
+from diagnosis.estimation.build_tolerances import usual
+from diagnosis.estimation.covariance import covariance, parameters
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.side_by_side import side_by_side
+from diagnosis.estimation.splines import FreeShape
+from diagnosis.evidence.change_points import Stale, moment
+from diagnosis.evidence.chi2_tail import log_sf
+from diagnosis.evidence.detection import ALPHA
+from diagnosis.evidence.hysteresis import has_memory, tied_drivers
+from diagnosis.observations.readings import FloatArray, IntArray, Readings
+from diagnosis.report.sentences import regime
 from diagnosis.result import (
     Channel,
     Evidence,
@@ -26,12 +30,8 @@ from diagnosis.result import (
     Unexplained,
     Where,
 )
-from diagnosis.settle import Standing
-from diagnosis.side_by_side import side_by_side
-from diagnosis.sizes import covariance, parameters
-from diagnosis.solution import Solution
-from diagnosis.usual import usual
-from diagnosis.words import regime
+from diagnosis.selection.ambiguity import Standing
+from diagnosis.selection.model_choice import Explained
 
 SHARE_OF_AXIS = 0.2
 

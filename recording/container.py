@@ -20,8 +20,8 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 
 from recording.append_file import AppendFile
-from recording.block import Block
 from recording.channels import CHANNEL_IDS, CHANNELS, SCHEMA_PREFIX, Channel
+from recording.mcap_chunk import McapChunk
 
 MAGIC = b"\x89MCAP0\r\n"
 COMPRESSION = "zstd"
@@ -87,7 +87,7 @@ class Container:
         self._file.append(data)
         self._attachments.append(index)
 
-    def add_chunk(self, block: Block) -> None:
+    def add_chunk(self, block: McapChunk) -> None:
         """Store a block with its message index, wholly or not at all."""
         packed = self._compressor.compress(block.data)
         chunk = record_bytes(
@@ -132,7 +132,7 @@ class Container:
         finally:
             self._chunk_index.close()
 
-    def _count(self, block: Block) -> None:
+    def _count(self, block: McapChunk) -> None:
         self._chunks += 1
         self._first_ns = min(self._first_ns, block.first_ns)
         self._last_ns = max(self._last_ns, block.last_ns)
@@ -185,7 +185,7 @@ class Container:
         )
 
 
-def _message_index(block: Block, offset: int) -> tuple[dict[int, int], bytes]:
+def _message_index(block: McapChunk, offset: int) -> tuple[dict[int, int], bytes]:
     """MessageIndex records of a block, and where each will stand in the file."""
     offsets: dict[int, int] = {}
     data = bytearray()

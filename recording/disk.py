@@ -10,8 +10,8 @@ import time
 from collections.abc import Callable
 
 from recording.append_file import AppendFile
-from recording.block import Block
 from recording.container import Container
+from recording.mcap_chunk import McapChunk
 from recording.spool import Spool
 
 SYNC_S = 1.0
@@ -70,7 +70,7 @@ class DiskThread:
                 return
             self._keep_safe()
 
-    def _write(self, block: Block) -> None:
+    def _write(self, block: McapChunk) -> None:
         try:
             self._container.add_chunk(block)
         except BaseException:

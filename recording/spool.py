@@ -11,7 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from recording.block import Block
+from recording.mcap_chunk import McapChunk
 
 BLOCK_NS = 500_000_000
 """Run time in one chunk."""
@@ -35,8 +35,8 @@ class Spool:
         """Messages that came after the end."""
         self._before_cut = before_cut
         self._wait_when_behind = wait_when_behind
-        self._open: Block | None = None
-        self._full: deque[Block] = deque()
+        self._open: McapChunk | None = None
+        self._full: deque[McapChunk] = deque()
         self._waiting_bytes = 0
         self._handed = 0
         self._done = 0
@@ -50,7 +50,7 @@ class Spool:
                 self.lost += 1
                 return True
             if self._open is None:
-                self._open = Block(time.monotonic())
+                self._open = McapChunk(time.monotonic())
             sequence = self._sequences.get(channel_id, 0)
             self._sequences[channel_id] = sequence + 1
             self._open.add(channel_id, sequence, log_ns, payload)
@@ -71,7 +71,7 @@ class Spool:
             self._handed += 1
             self.changed.notify_all()
 
-    def take(self, timeout_s: float) -> Block | None:
+    def take(self, timeout_s: float) -> McapChunk | None:
         """The next block to write; an open one when it is old enough; None after `timeout_s`."""
         with self.changed:
             if not self._full and not self._ended:
@@ -80,7 +80,7 @@ class Spool:
                 self.cut()
             return self._full.popleft() if self._full else None
 
-    def done(self, block: Block) -> None:
+    def done(self, block: McapChunk) -> None:
         """Say that a block that was taken is on the disk."""
         with self.changed:
             self._waiting_bytes -= len(block.data)
@@ -93,7 +93,7 @@ class Spool:
             self._ended = True
             self.changed.notify_all()
 
-    def drop(self, taken: Block | None = None) -> None:
+    def drop(self, taken: McapChunk | None = None) -> None:
         """Throw away what is queued, and a block that could not be written; count them."""
         with self.changed:
             self.end()

@@ -12,14 +12,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.candidate import Term
-from diagnosis.delta_model import DeltaModel
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.noise import ChannelNoise, Whitener, history
 from diagnosis.experiment.motions import Motion
 from diagnosis.experiment.ties import Explanation, Key, Tie
 from diagnosis.experiment.timeline import as_recording, duration_s
-from diagnosis.noise import ChannelNoise, Whitener, history
-from diagnosis.readings import FloatArray, Readings
-from diagnosis.solution import Solution
+from diagnosis.observations.readings import FloatArray, Readings
+from diagnosis.plants.candidate import Term
+from diagnosis.plants.delta import DeltaModel
 from models.robot import ARMS
 
 CONTAINED = {"gear_backlash": "joint_friction"}

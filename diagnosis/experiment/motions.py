@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.experiment.safe import MotionLimits, is_safe
-from diagnosis.readings import FloatArray
+from diagnosis.observations.readings import FloatArray
 from models.linkage import Linkage, Status, forward, inverse
 
 CORNERS = 40

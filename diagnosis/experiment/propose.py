@@ -9,20 +9,20 @@ from functools import partial
 
 import numpy as np
 
-from diagnosis.delta_model import DeltaModel
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.noise import Whitener
+from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.experiment.design import Run, both_ways
 from diagnosis.experiment.job import job_of
 from diagnosis.experiment.measurements import measurement
 from diagnosis.experiment.motions import motions
 from diagnosis.experiment.safe import MotionLimits
 from diagnosis.experiment.ties import Tie
-from diagnosis.model import Model
-from diagnosis.noise import Whitener
-from diagnosis.readings import BoolArray, FloatArray
+from diagnosis.observations.readings import BoolArray, FloatArray
+from diagnosis.plants.contract import Model
+from diagnosis.plants.delta import DeltaModel
 from diagnosis.result import NextExperiment
-from diagnosis.settle import Standing
-from diagnosis.side_by_side import side_by_side
-from diagnosis.solution import Solution
+from diagnosis.selection.ambiguity import Standing
 from models.linkage import Linkage
 
 SETTLES = 40.0

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from diagnosis.readings import FloatArray
+from diagnosis.observations.readings import FloatArray
 from models.linkage import Linkage, Status, forward, parallel_margin, serial_margin
 
 STEP_RAD = float(np.deg2rad(2.0))

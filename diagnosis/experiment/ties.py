@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.candidate import Term
-from diagnosis.readings import FloatArray
-from diagnosis.solution import Solution
+from diagnosis.estimation.estimate import Solution
+from diagnosis.observations.readings import FloatArray
+from diagnosis.plants.candidate import Term
 
 Key = tuple[str, ...]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.experiment.motions import Motion
-from diagnosis.readings import FloatArray
+from diagnosis.observations.readings import FloatArray
 from recording.flat import FlatRecording
 
 END_S = 0.5

@@ -12,7 +12,7 @@ from firmware_py.controller.step_watch import StepLoss
 from firmware_py.job_file import Together
 from firmware_py.machine import Machine
 from firmware_py.planner.stream import MotionStream
-from firmware_py.planner.warp import WarpedMotion
+from firmware_py.planner.time_scaling import TimeScaledMotion
 from firmware_py.robot_file import RobotFile
 from foundation.clock import NS_PER_S, VirtualClock, ns
 from recording.configuration import RunConfiguration
@@ -56,7 +56,7 @@ class ActiveJob:
         plan, output = self._queued.plan, self._machine.output
         counts = output.status().counts
         self._stream = MotionStream(plan, counts)
-        self._motion = WarpedMotion(iter(self._stream), plan.ramp_s)
+        self._motion = TimeScaledMotion(iter(self._stream), plan.ramp_s)
         recorder = RunRecorder(
             self._queued.recording,
             self._configuration(),

@@ -9,7 +9,7 @@ from __future__ import annotations
 from drivers.steps.contract import OutputState, StepOutput, Ticks
 from firmware_py.controller.journal import Journal
 from firmware_py.planner.motion import Reached
-from firmware_py.planner.warp import Pacing, WarpedMotion
+from firmware_py.planner.time_scaling import Pacing, TimeScaledMotion
 from foundation.clock import NS_PER_S, Clock, ns
 from foundation.errors import PulseFault
 
@@ -25,7 +25,7 @@ class Feeder:
         self,
         output: StepOutput,
         journal: Journal,
-        motion: WarpedMotion,
+        motion: TimeScaledMotion,
         clock: Clock,
         heartbeat_ns: int,
     ):

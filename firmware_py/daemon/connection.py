@@ -1,7 +1,7 @@
 """One client: a thread that reads its requests, and one that answers.
 
 The reader carries out nothing but a stop, so a stop waits for nothing. Quick requests are
-carried out by the writer, slow ones by the desk. A client that hangs, floods or sends
+carried out by the writer, slow ones by the command worker. A client that hangs, floods or sends
 rubbish costs its own two threads and nobody else's time.
 """
 
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from firmware_py.daemon import protocol, wire_errors
 from firmware_py.daemon.actions import Actions
 from firmware_py.daemon.address import Peer
-from firmware_py.daemon.desk import Command, Desk
+from firmware_py.daemon.command_worker import Command, CommandWorker
 from firmware_py.daemon.limits import Allowance, Limits, Lines
 from firmware_py.daemon.protocol import SLOW, BadRequest, Message, Request, RequestId
 from foundation.errors import ServiceError
@@ -49,7 +49,7 @@ class Connection:
         self,
         peer_socket: socket.socket,
         actions: Actions,
-        desk: Desk,
+        worker: CommandWorker,
         limits: Limits,
         on_end: Callable[[Connection], None],
         stop_only: bool = False,
@@ -57,7 +57,7 @@ class Connection:
         self.peer = Peer.of(peer_socket)
         self.stop_only = stop_only
         self._socket = peer_socket
-        self._actions, self._desk, self._limits = actions, desk, limits
+        self._actions, self._worker, self._limits = actions, worker, limits
         self._on_end = on_end
         self._outbox: queue.Queue[Request | Message | None] = queue.Queue(limits.waiting_answers)
         self._lines = Lines()
@@ -65,7 +65,7 @@ class Connection:
         self._over = 0
         """Requests over the rate so far."""
         self._pending = 0
-        """Commands of this client that the desk has not answered."""
+        """Commands of this client that the worker has not answered."""
         self._count = threading.Lock()
         self._cut = threading.Event()
         self._heard_s = time.monotonic()
@@ -131,7 +131,7 @@ class Connection:
             return
         if request.do == "stop":
             self._charge()
-            self._desk.drop_waiting(f"{self.peer} stopped the robot")
+            self._worker.drop_waiting(f"{self.peer} stopped the robot")
             self._put(self._actions.perform(request, self.peer))
         elif self._allowed(request.id):
             self._pass_on(request)
@@ -158,9 +158,9 @@ class Connection:
             return
         with self._count:
             self._pending += 1
-        self._desk.put(Command(request, self.peer, self._is_gone, self._answer_slow))
+        self._worker.put(Command(request, self.peer, self._is_gone, self._answer_slow))
 
-    # Called by the desk: must not block
+    # Called by the worker: must not block
 
     def _is_gone(self) -> bool:
         """Whether the peer has closed altogether; one that only ended its requests is there."""

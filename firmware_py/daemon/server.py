@@ -14,8 +14,8 @@ from firmware_py.controller.contract import RobotController
 from firmware_py.daemon import protocol, wire_errors
 from firmware_py.daemon.actions import Actions, Note
 from firmware_py.daemon.address import Peer
+from firmware_py.daemon.command_worker import CommandWorker
 from firmware_py.daemon.connection import Connection
-from firmware_py.daemon.desk import Desk
 from firmware_py.daemon.job_store import JobStore
 from firmware_py.daemon.limits import Limits
 from firmware_py.daemon.listener import Listener
@@ -46,7 +46,7 @@ class Server:
     ):
         self._limits = limits or Limits()
         self._actions = Actions(controller, JobStore(jobs), recordings, note)
-        self._desk = Desk(self._actions, self._limits.waiting_commands)
+        self._worker = CommandWorker(self._actions, self._limits.waiting_commands)
         self._clients: set[Connection] = set()
         self._changed = threading.Lock()
         self._closing = threading.Event()
@@ -61,11 +61,11 @@ class Server:
     @property
     def alive(self) -> bool:
         """Whether clients are let in and their commands carried out."""
-        return self._accepting.is_alive() and self._desk.alive
+        return self._accepting.is_alive() and self._worker.alive
 
     def start(self) -> None:
         """Let clients in from now on."""
-        self._desk.start()
+        self._worker.start()
         self._accepting.start()
 
     def end_commands(self) -> None:
@@ -79,7 +79,7 @@ class Server:
         self._listener.wake()
         if self._accepting.is_alive():
             self._accepting.join(timeout_s)
-            self._desk.close(timeout_s)
+            self._worker.close(timeout_s)
         self._listener.close()
         with self._changed:
             clients = list(self._clients)
@@ -124,7 +124,7 @@ class Server:
                 _turn_away(peer_socket, "too many clients are connected; close some, and try again")
                 return
             client = Connection(
-                peer_socket, self._actions, self._desk, limits, self._forget, stop_only=full
+                peer_socket, self._actions, self._worker, limits, self._forget, stop_only=full
             )
             self._clients.add(client)
         client.start()

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from models.cosine_sine import cosine_and_sine
 from models.effects.kind import Parameter, Values, scalar
 from models.robot import FloatArray
-from models.turned import cosine_and_sine
 
 PARAMETERS = (
     Parameter("amplitude", "rad", 0.0, 0.2, starts=(0.001,)),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from models.cosine_sine import cosine_and_sine
 from models.effects.flow import Flow
 from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 from models.effects.recursion import linear
-from models.turned import cosine_and_sine
 
 FASTEST_DECAY = 0.999
 

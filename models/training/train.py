@@ -12,8 +12,8 @@ from foundation.errors import NetworkError
 from foundation.one_thread import one_thread
 from models.network.file import NetworkFile
 from models.training import shared_arm
+from models.training.calibrated_physics import CalibratedSettings, train_calibrated
 from models.training.export import HeldOut, Origin, data_to_file, to_file, unwritable
-from models.training.ours import OurSettings, train_ours
 from models.training.recipe import Follow, Settings, Task, Trained, plain, unseen
 from models.training.samples_of_angles import split
 from models.training.sources import Source
@@ -67,19 +67,19 @@ def trained_on(
         return train_zhao(*samples, settings, seed, follow)
     if isinstance(settings, UzunovicSettings):
         return train_uzunovic(*samples, settings, seed, follow)
-    return train_ours(source.robot, *samples, settings, seed, follow)
+    return train_calibrated(source.robot, *samples, settings, seed, follow)
 
 
 def settings_of(
     recipe: Recipe, effort: int | None = None
-) -> ZhaoSettings | UzunovicSettings | OurSettings:
+) -> ZhaoSettings | UzunovicSettings | CalibratedSettings:
     """What a recipe trains with."""
     if recipe == "zhao":
         return ZhaoSettings() if effort is None else ZhaoSettings(epochs=effort)
     if recipe == "uzunovic":
         whole = UzunovicSettings()
         return whole if effort is None else whole.lasting(effort)
-    ours = OurSettings()
+    ours = CalibratedSettings()
     if effort is None:
         return ours
     a_round = max(effort // 5, 1)
@@ -90,7 +90,7 @@ def settings_of(
 def settings_in_file(recipe: Recipe, effort: int | None = None) -> dict[str, float | int | str]:
     """The same as a network's file names them."""
     settings = settings_of(recipe, effort)
-    return settings.as_metadata() if isinstance(settings, OurSettings) else plain(settings)
+    return settings.as_metadata() if isinstance(settings, CalibratedSettings) else plain(settings)
 
 
 @one_thread

@@ -51,8 +51,8 @@ def diagnose_blind(
     On one core: the others have cases of their own. Returns the contract's JSON, or what went
     wrong: a failure counts as a wrong answer.
     """
-    from diagnosis.command import diagnose
-    from diagnosis.side_by_side import alone
+    from diagnosis.api import diagnose
+    from diagnosis.estimation.side_by_side import alone
 
     try:
         with alone():

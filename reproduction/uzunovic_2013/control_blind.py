@@ -63,7 +63,7 @@ def run_case(
     seed: int, number: int, out: Path, run_s: float = RUN_S, holdout_s: float = HOLDOUT_S
 ) -> Outcome:
     """Conceal, record, diagnose. Raises what the diagnosis raises: that is no answer at all."""
-    from diagnosis.command import diagnose
+    from diagnosis.api import diagnose
 
     hidden, rng = case(seed, number)
     folder = out / f"case_{number:03d}"

@@ -24,7 +24,7 @@ from models.training.dataset import DataSet, IntArray, load_dataset
 from models.training.sources import of_dataset
 from models.training.train import Recipe, settings_in_file, train_from_samples
 from proof.recorded import Machine
-from reproduction.kept import Arrays, kept
+from reproduction.stage_results import Arrays, kept
 from reproduction.zhao_2023.as_built import AsBuiltFile, machine_of
 from reproduction.zhao_2023.collecting import collect
 from reproduction.zhao_2023.curves import CURVES, TRAINED_T_PWM_S, targets

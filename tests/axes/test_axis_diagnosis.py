@@ -6,7 +6,7 @@ from types import ModuleType
 
 import pytest
 
-from diagnosis.axis_diagnose import diagnose_axis
+from diagnosis.lone_axes.axis_diagnose import diagnose_axis
 from diagnosis.result import Diagnosis
 from models.robot import AxisGravity, Drive, RangeSensor, ServoAxis, StepperAxis
 

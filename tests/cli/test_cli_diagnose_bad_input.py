@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.cli.main import main
+from command_line.main import main
 from models.chain import Chain, Commands
 from models.robot import load_delta
 from recording.flat import FlatRecording

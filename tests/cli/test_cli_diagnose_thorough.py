@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis import patience
-from firmware_py.cli.main import main
+from command_line.main import main
+from diagnosis.estimation import budget as patience
 from models.chain import Chain, Commands
 from models.robot import EffectEntry, load_delta
 from recording.flat import FlatRecording

@@ -30,14 +30,14 @@ app()
 def test_help_costs_little_more_than_that_of_an_empty_program(tmp_path: Path) -> None:
     bare = tmp_path / "bare.py"
     bare.write_text(BARE)
-    _used_s("-m", "firmware_py.cli.main")  # warm the file cache and the byte code
-    pairs = [(_used_s(str(bare)), _used_s("-m", "firmware_py.cli.main")) for _ in range(TIMES)]
+    _used_s("-m", "command_line.main")  # warm the file cache and the byte code
+    pairs = [(_used_s(str(bare)), _used_s("-m", "command_line.main")) for _ in range(TIMES)]
     bare_s, ours_s = (min(times) for times in zip(*pairs, strict=True))
     assert ours_s < OVER_BARE * bare_s
 
 
 def test_help_loads_nothing_that_takes_long() -> None:
-    asked = "import sys\nfrom firmware_py.cli.main import main\nprint(*sys.modules)"
+    asked = "import sys\nfrom command_line.main import main\nprint(*sys.modules)"
     loaded = subprocess.run(
         [sys.executable, "-c", asked], capture_output=True, text=True, check=True
     ).stdout.split()

@@ -34,7 +34,7 @@ HEARTBEAT_S = StepSettings().heartbeat_s
 MINIMUM_GAP = StepSettings().minimum_gap_fraction
 NO_EXECUTABLE_MEMORY = (
     "import ctypes, sys; ctypes.CDLL(None).prctl(65, 1, 0, 0, 0);"
-    "from firmware_py.cli.main import main; main()"
+    "from command_line.main import main; main()"
 )
 """PR_SET_MDWE, which is what MemoryDenyWriteExecute= of the unit does (kernels from 6.3 on)."""
 

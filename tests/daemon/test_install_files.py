@@ -98,7 +98,7 @@ def test_every_option_of_the_daemon_in_the_unit_exists(robot):
     text = service_unit(robot, Place(ROBOT_FILE))
     (line,) = re.findall(r"^ExecStart=\S+ (.*)$", text, re.MULTILINE)
     words = line.replace("%S", "/tmp").replace("%t", "/tmp").split()
-    command = [sys.executable, "-m", "firmware_py.cli.main", *words, "--no-such-option"]
+    command = [sys.executable, "-m", "command_line.main", *words, "--no-such-option"]
     found = subprocess.run(command, capture_output=True, text=True, check=False, cwd=PROGRAM)
     assert "No such option: --no-such-option" in found.stderr
 

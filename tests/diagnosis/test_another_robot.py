@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.another_robot import check_belongs
+from diagnosis.admission.robot_match import check_belongs
 from foundation.errors import RecordingError
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.delta_model import DeltaModel
-from diagnosis.prepare import Prepared, prepare
+from diagnosis.evidence.noise_estimation import Prepared, prepare
+from diagnosis.plants.delta import DeltaModel
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording
 

@@ -7,13 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.candidate import Term
-from diagnosis.command import diagnose_recordings
-from diagnosis.delta_model import DeltaModel
-from diagnosis.elsewhere import NEAR_S, clear_rows, gain_elsewhere, left_alone
-from diagnosis.fit import Fitter
-from diagnosis.noise import estimate
-from diagnosis.prices import IN_NAME_ONLY, price, price_of
+from diagnosis.api import diagnose_recordings
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.noise import estimate
+from diagnosis.estimation.penalties import IN_NAME_ONLY, price, price_of
+from diagnosis.plants.candidate import Term
+from diagnosis.plants.delta import DeltaModel
+from diagnosis.selection.outside_contact import NEAR_S, clear_rows, gain_elsewhere, left_alone
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
-from diagnosis import side_by_side
-from diagnosis.command import diagnose_recordings
-from diagnosis.side_by_side import alone
+from diagnosis.api import diagnose_recordings
+from diagnosis.estimation.side_by_side import alone
+from foundation import side_by_side
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

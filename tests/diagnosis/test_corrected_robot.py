@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.corrected import corrected_text, save_corrected
+from diagnosis.corrected_robot import corrected_text, save_corrected
 from diagnosis.result import Diagnosis, Evidence, Finding, Fit, ParameterResult, Unexplained, Where
 from foundation.errors import RecordingError
 from models.chain import Chain, Commands

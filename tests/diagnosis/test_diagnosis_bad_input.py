@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.another_robot import check_belongs
-from diagnosis.command import diagnose, diagnose_recordings
+from diagnosis.admission.robot_match import check_belongs
+from diagnosis.api import diagnose, diagnose_recordings
 from foundation.errors import DeltactlError, RecordingError
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording

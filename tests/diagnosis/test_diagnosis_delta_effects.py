@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.command import diagnose_recordings
+from diagnosis.api import diagnose_recordings
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

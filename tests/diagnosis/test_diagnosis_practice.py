@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from diagnosis.command import diagnose
+from diagnosis.api import diagnose
 
 FOLDER = (
     Path(

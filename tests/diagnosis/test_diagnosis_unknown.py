@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.command import diagnose_recordings
-from diagnosis.free_shapes import way
+from diagnosis.api import diagnose_recordings
+from diagnosis.estimation.splines import way
 from diagnosis.result import Finding
 from models.chain import Chain, Commands
 from models.robot import DeltaRobot, EffectEntry

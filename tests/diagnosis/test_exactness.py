@@ -7,14 +7,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.candidate import Term
-from diagnosis.delta_candidates import TOLERANCES
-from diagnosis.delta_model import DeltaModel
-from diagnosis.exactness import EXACT, GIVES_WAY_M, giving_way, pull
-from diagnosis.fit import Fitter
-from diagnosis.noise import estimate
-from diagnosis.sizes import covariance
-from diagnosis.solution import Solution
+from diagnosis.estimation.covariance import covariance
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.file_tolerances import EXACT, GIVES_WAY_M, giving_way, pull
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.noise import estimate
+from diagnosis.plants.candidate import Term
+from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta_candidates import TOLERANCES
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

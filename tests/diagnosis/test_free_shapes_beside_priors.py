@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.challenge import explains_it_all, shape_promises, with_free_shapes
-from diagnosis.delta_model import DeltaModel
-from diagnosis.loosely_built import LooselyBuilt
-from diagnosis.name import Search
-from diagnosis.prepare import prepare
+from diagnosis.evidence.noise_estimation import prepare
+from diagnosis.plants.delta import DeltaModel
+from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_free_shapes
+from diagnosis.selection.small_errors import LooselyBuilt
+from diagnosis.selection.stepwise import Search
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording
 

@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from diagnosis import profile
-from diagnosis.candidate import Term
-from diagnosis.delta_model import DeltaModel
-from diagnosis.fit import Fitter
-from diagnosis.noise import estimate
-from diagnosis.sizes import covariance
-from diagnosis.solution import Solution
+from diagnosis.estimation import profile_likelihood as profile
+from diagnosis.estimation.covariance import covariance
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.noise import estimate
+from diagnosis.plants.candidate import Term
+from diagnosis.plants.delta import DeltaModel
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from diagnosis.candidate import Term
-from diagnosis.delta_candidates import lost_steps
-from diagnosis.delta_model import DeltaModel
-from diagnosis.name import Search
-from diagnosis.prepare import prepare
-from diagnosis.settle import settle
+from diagnosis.evidence.noise_estimation import prepare
+from diagnosis.plants.candidate import Term
+from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta_candidates import lost_steps
+from diagnosis.selection.ambiguity import settle
+from diagnosis.selection.stepwise import Search
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

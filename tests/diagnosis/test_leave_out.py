@@ -9,16 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diagnosis.candidate import Candidate, Term
-from diagnosis.damped_step import Slopes
-from diagnosis.delta_candidates import lost_steps
-from diagnosis.delta_model import DeltaModel
-from diagnosis.event_moments import MOMENTS
-from diagnosis.event_times import shown_later
-from diagnosis.name import Search
-from diagnosis.orthonormal import orthonormal
-from diagnosis.prepare import prepare
-from diagnosis.solution import Solution
+from diagnosis.estimation.change_point_search import MOMENTS
+from diagnosis.estimation.change_point_timing import shown_later
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.levenberg_marquardt import Slopes
+from diagnosis.estimation.orthonormal import orthonormal
+from diagnosis.evidence.noise_estimation import prepare
+from diagnosis.plants.candidate import Candidate, Term
+from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta_candidates import lost_steps
+from diagnosis.selection.stepwise import Search
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

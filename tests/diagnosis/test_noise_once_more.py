@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from diagnosis.delta_model import DeltaModel
-from diagnosis.explain import calmed
-from diagnosis.name import Search
-from diagnosis.prepare import prepare
+from diagnosis.evidence.noise_estimation import prepare
+from diagnosis.plants.delta import DeltaModel
+from diagnosis.selection.model_choice import calmed
+from diagnosis.selection.stepwise import Search
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

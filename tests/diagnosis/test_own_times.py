@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.own_times import OwnTimes
+from diagnosis.observations.sensor_clock import OwnTimes
 from recording.flat import FlatRecording
 
 

@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diagnosis import patience as patience_module
-from diagnosis.delta_model import DeltaModel
-from diagnosis.explain import explain
-from diagnosis.patience import Patience, Until
-from diagnosis.prepare import prepare
-from diagnosis.side_by_side import alone
+from diagnosis.estimation import budget as patience_module
+from diagnosis.estimation.budget import Patience, Until
+from diagnosis.estimation.side_by_side import alone
+from diagnosis.evidence.noise_estimation import prepare
+from diagnosis.plants.delta import DeltaModel
+from diagnosis.selection.model_choice import explain
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

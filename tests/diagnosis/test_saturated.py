@@ -7,14 +7,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.delta_model import DeltaModel
-from diagnosis.fine_scores import scores_of
-from diagnosis.fit import Fitter
-from diagnosis.noise import Whitener, estimate
-from diagnosis.orthonormal import orthonormal
-from diagnosis.prepare import prepare
-from diagnosis.saturated import LONGEST, Saturated, given_back
-from diagnosis.score import explained_by
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.noise import Whitener, estimate
+from diagnosis.estimation.orthonormal import orthonormal
+from diagnosis.evidence.fine_scores import scores_of
+from diagnosis.evidence.noise_estimation import prepare
+from diagnosis.evidence.saturated_model import LONGEST, Saturated, given_back
+from diagnosis.evidence.score_test import explained_by
+from diagnosis.plants.delta import DeltaModel
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording
 

@@ -7,13 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.candidate import Term
-from diagnosis.delta_model import DeltaModel
-from diagnosis.name import Search
-from diagnosis.pairs import best_pairs, leading
-from diagnosis.prepare import prepare
-from diagnosis.prices import price
-from diagnosis.twins import twins
+from diagnosis.estimation.penalties import price
+from diagnosis.evidence.noise_estimation import prepare
+from diagnosis.evidence.pair_scores import best_pairs, leading
+from diagnosis.plants.candidate import Term
+from diagnosis.plants.delta import DeltaModel
+from diagnosis.selection.equivalents import twins
+from diagnosis.selection.stepwise import Search
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

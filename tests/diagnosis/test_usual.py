@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from diagnosis.candidate import Term
-from diagnosis.command import diagnose_recordings
-from diagnosis.delta_candidates import TOLERANCES
-from diagnosis.delta_model import DeltaModel
-from diagnosis.usual import WITHIN, usual
+from diagnosis.api import diagnose_recordings
+from diagnosis.estimation.build_tolerances import WITHIN, usual
+from diagnosis.plants.candidate import Term
+from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta_candidates import TOLERANCES
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.candidate import Term
-from diagnosis.delta_model import DeltaModel
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.noise import estimate
 from diagnosis.experiment.motions import Motion
 from diagnosis.experiment.ties import Tie
 from diagnosis.experiment.timeline import commanded
-from diagnosis.fit import Fitter
-from diagnosis.noise import estimate
+from diagnosis.plants.candidate import Term
+from diagnosis.plants.delta import DeltaModel
 from models.chain import Chain, Commands
 from models.linkage import Linkage, inverse
 from models.robot import DeltaRobot, EffectEntry, FloatArray, load_delta

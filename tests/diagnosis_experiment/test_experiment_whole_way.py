@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from diagnosis.command import diagnose_recordings
+from diagnosis.api import diagnose_recordings
 from diagnosis.experiment.motions import Motion
 from models.robot import DeltaRobot, EffectEntry
 

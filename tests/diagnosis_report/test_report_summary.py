@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from diagnosis.diagnose import ENDED_EARLY
+from diagnosis.pipeline import ENDED_EARLY
 from diagnosis.report.sizes import number, quantity, sizes
 from diagnosis.report.summary import headline, plain_lines, summary_lines, where_line
 from diagnosis.report.sureness import odds

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from firmware_py.faults.campaign import KINDS, campaign, daemon_campaign, table
-from firmware_py.faults.daemon_stand import stop_daemon
-from firmware_py.faults.verdict import MINIMUM_GAP, Verdict
+from tests.rigs.faults.campaign import KINDS, campaign, daemon_campaign, table
+from tests.rigs.faults.daemon_stand import stop_daemon
+from tests.rigs.faults.verdict import MINIMUM_GAP, Verdict
 
 Attempt = Callable[[int], Verdict]
 ATTEMPTS = 4

@@ -15,9 +15,9 @@ import pytest
 from drivers.fakes.syscall_trap import available
 from firmware_py.controller.contract import JobResult
 from firmware_py.daemon.client import Client
-from firmware_py.hil.modelled_pi import ModelledPi
 from firmware_py.robot_file import find, load_robot
 from foundation.errors import DeltactlError
+from tests.rigs.hil.modelled_pi import ModelledPi
 
 JOB = """
 name: heart
@@ -106,7 +106,7 @@ def site(
     places = ["--recordings", str(folder / "recordings"), "--socket", str(folder / "d.sock")]
     with (folder / "log").open("wb") as log:
         process = subprocess.Popen(
-            [executable, "-m", "firmware_py.cli.main", "daemon", str(robot_file), *places],
+            [executable, "-m", "command_line.main", "daemon", str(robot_file), *places],
             cwd=folder,
             env=os.environ | {"STATE_DIRECTORY": str(folder / "state")},
             stderr=log,

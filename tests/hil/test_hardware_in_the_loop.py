@@ -17,11 +17,11 @@ import pytest
 from drivers.fakes.gpio_chip import SET_VALUES
 from drivers.fakes.i2c_device import I2C_RDWR
 from firmware_py.daemon.client import Client
-from firmware_py.hil.modelled_pi import ModelledPi
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from firmware_py.run_report.tracking import robot_of, track
 from foundation.errors import DeltactlError
 from recording.reader import read_run
+from tests.rigs.hil.modelled_pi import ModelledPi
 
 from .conftest import T_PWM_S, Site, refused, wait_for
 
@@ -147,7 +147,7 @@ def test_sensors_are_read_without_a_daemon(site: Site, tmp_path: Path) -> None:
     """Last: the daemon has to give the lines back first."""
     site.process.terminate()
     assert site.process.wait(15.0) == 0, site.log()
-    words = ["-m", "firmware_py.cli.main", "sensors", "--robot", str(site.robot_file), "--json"]
+    words = ["-m", "command_line.main", "sensors", "--robot", str(site.robot_file), "--json"]
     done = subprocess.run(
         [site.executable, *words], cwd=tmp_path, capture_output=True, text=True, timeout=60
     )

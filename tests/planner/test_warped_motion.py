@@ -11,7 +11,7 @@ from drivers.steps.contract import Ticks
 from firmware_py.planner.check import home_counts, make_plan
 from firmware_py.planner.motion import NOTHING_REACHED, Chunk
 from firmware_py.planner.stream import MotionStream
-from firmware_py.planner.warp import Pacing, WarpedMotion
+from firmware_py.planner.time_scaling import Pacing, TimeScaledMotion
 from models.inverse_kinematics import GeometricInverse
 
 MS = 1_000_000
@@ -29,7 +29,7 @@ def metronome(ticks: int, per_chunk: int = 37):
     yield Chunk(Ticks(due[:0], steps[:0]), NOTHING_REACHED, ticks * PERIOD_NS + 5 * MS)
 
 
-def taken(motion: WarpedMotion, until_ns: int, every_ns: int = 20 * MS) -> np.ndarray:
+def taken(motion: TimeScaledMotion, until_ns: int, every_ns: int = 20 * MS) -> np.ndarray:
     """Run times of all ticks, taken as the controller would."""
     start = motion._taken_ns
     due = [motion.take(at).ticks.due_ns for at in range(start + every_ns, until_ns + 1, every_ns)]
@@ -37,7 +37,7 @@ def taken(motion: WarpedMotion, until_ns: int, every_ns: int = 20 * MS) -> np.nd
 
 
 def test_without_a_pause_times_are_those_of_the_plan():
-    motion = WarpedMotion(metronome(1000), 0.2)
+    motion = TimeScaledMotion(metronome(1000), 0.2)
     due = taken(motion, 1004 * MS)
     assert due.tolist() == (np.arange(1, 1001) * PERIOD_NS).tolist()
     assert motion.pacing() is Pacing.RUNNING
@@ -46,7 +46,7 @@ def test_without_a_pause_times_are_those_of_the_plan():
 
 
 def test_a_pause_slows_down_evenly_holds_and_goes_on():
-    motion = WarpedMotion(metronome(1000), 0.2)
+    motion = TimeScaledMotion(metronome(1000), 0.2)
     before = taken(motion, 300 * MS)
     motion.pause(300 * MS)
     assert motion.pacing() is Pacing.SLOWING
@@ -68,7 +68,7 @@ def test_a_pause_slows_down_evenly_holds_and_goes_on():
 
 
 def test_cancel_slows_down_and_drops_the_rest():
-    motion = WarpedMotion(metronome(1000), 0.2)
+    motion = TimeScaledMotion(metronome(1000), 0.2)
     taken(motion, 300 * MS)
     motion.cancel(300 * MS)
     motion.resume(310 * MS)  # too late
@@ -79,7 +79,7 @@ def test_cancel_slows_down_and_drops_the_rest():
 
 
 def test_what_is_due_before_a_change_of_pace_keeps_its_time():
-    motion = WarpedMotion(metronome(1000), 0.2)
+    motion = TimeScaledMotion(metronome(1000), 0.2)
     motion.pause(250 * MS)
     due = taken(motion, 600 * MS)
     assert due[:250].tolist() == (np.arange(1, 251) * PERIOD_NS).tolist()
@@ -92,7 +92,7 @@ changes = st.lists(st.tuples(st.integers(1, 400), st.sampled_from(["pause", "res
 @settings(max_examples=50, deadline=None)
 @given(changes=changes, every_ms=st.integers(1, 60), ramp_ms=st.integers(1, 300))
 def test_any_changes_of_pace_lose_nothing_and_never_bunch(changes, every_ms, ramp_ms):
-    motion = WarpedMotion(metronome(500), ramp_ms * 1e-3)
+    motion = TimeScaledMotion(metronome(500), ramp_ms * 1e-3)
     due, now = [], 0
     for wait_ms, change in changes:
         now += wait_ms * MS
@@ -117,7 +117,7 @@ def test_pausing_a_real_motion_keeps_the_acceleration_limit(
     timing = {"mode": "accelerated", "speed_mps": speed_mps}
     plan = make_plan(job_of(path=path, timing=timing), zhao, GeometricInverse(zhao.geometry))
     stream = MotionStream(plan, home_counts(zhao))
-    motion = WarpedMotion(iter(stream), plan.ramp_s)
+    motion = TimeScaledMotion(iter(stream), plan.ramp_s)
     path_ns = stream.end_ns - stream.path_start_ns
     pause_ns = stream.path_start_ns + round(pause_part * path_ns)
     chunks = [motion.take(pause_ns)]
@@ -156,7 +156,7 @@ def test_no_time_is_lost_to_rounding_over_days():
         due = np.array([3 * 86_400 * 10**9 + 1])
         yield Chunk(Ticks(due, np.array([[1, 0, 0]], dtype=np.int8)), NOTHING_REACHED, int(due[0]))
 
-    motion = WarpedMotion(late(), 0.2)
+    motion = TimeScaledMotion(late(), 0.2)
     motion.pause(MS)
     motion.take(10**9)
     motion.resume(10**9)

@@ -14,7 +14,7 @@ from foundation.clock import Task, VirtualClock, ns
 from foundation.errors import SensorFault
 
 
-class Desk:
+class CommandWorker:
     """One chip and its driver."""
 
     def __init__(self) -> None:
@@ -35,24 +35,24 @@ class Desk:
 
 
 @pytest.fixture
-def desk() -> Desk:
-    return Desk()
+def desk() -> CommandWorker:
+    return CommandWorker()
 
 
 @pytest.fixture
-def ready(desk: Desk) -> Desk:
+def ready(desk: CommandWorker) -> CommandWorker:
     """Booted and with its defaults."""
     desk.finish(desk.sensor.wait_booted())
     desk.sensor.write_defaults(pads_2v8=True)
     return desk
 
 
-def test_boot_is_waited_for_through_silence(desk: Desk) -> None:
+def test_boot_is_waited_for_through_silence(desk: CommandWorker) -> None:
     assert 0.0012 <= desk.finish(desk.sensor.wait_booted()) < 0.003
     desk.sensor.check_identity()
 
 
-def test_a_slow_boot_is_waited_for_and_a_firmware_that_says_no(desk: Desk) -> None:
+def test_a_slow_boot_is_waited_for_and_a_firmware_that_says_no(desk: CommandWorker) -> None:
     desk.chip.faults.extra_boot_ns, desk.chip.faults.deaf_firmware_ns = ns(0.2), ns(0.1)
     desk.chip.brown_out()
     assert 0.3 <= desk.finish(desk.sensor.wait_booted()) < 0.31
@@ -63,7 +63,7 @@ def test_a_slow_boot_is_waited_for_and_a_firmware_that_says_no(desk: Desk) -> No
     [("extra_boot_ns", "does not answer at 0x29"), ("deaf_firmware_ns", "does not finish booting")],
 )
 def test_boot_is_not_waited_for_longer_than_half_a_second(
-    desk: Desk, knob: str, message: str
+    desk: CommandWorker, knob: str, message: str
 ) -> None:
     setattr(desk.chip.faults, knob, ns(10.0))
     desk.chip.brown_out()
@@ -72,14 +72,14 @@ def test_boot_is_not_waited_for_longer_than_half_a_second(
     assert desk.clock.now_ns() == pytest.approx(ns(0.5), rel=0.01)
 
 
-def test_another_chip_is_not_taken_for_this_one(desk: Desk) -> None:
+def test_another_chip_is_not_taken_for_this_one(desk: CommandWorker) -> None:
     desk.chip.faults.model_id = 0xEEAA
     desk.finish(desk.sensor.wait_booted())
     with pytest.raises(SensorFault, match=r"id 0xEEAA instead of 0xEACC"):
         desk.sensor.check_identity()
 
 
-def test_an_address_is_moved_to_and_lost_with_a_reset(ready: Desk) -> None:
+def test_an_address_is_moved_to_and_lost_with_a_reset(ready: CommandWorker) -> None:
     ready.sensor.change_address(0x33)
     assert ready.chip.address == 0x33
     assert ready.sensor.answers()
@@ -90,7 +90,9 @@ def test_an_address_is_moved_to_and_lost_with_a_reset(ready: Desk) -> None:
     assert ready.sensor.answers()
 
 
-def test_an_address_change_whose_acknowledgement_was_lost_is_found_out(ready: Desk) -> None:
+def test_an_address_change_whose_acknowledgement_was_lost_is_found_out(
+    ready: CommandWorker,
+) -> None:
     def lossy(*messages: object) -> None:
         original(*messages)
         ready.bus.i2c_rdwr = original  # type: ignore[method-assign]
@@ -102,7 +104,7 @@ def test_an_address_change_whose_acknowledgement_was_lost_is_found_out(ready: De
     assert ready.sensor.address == 0x33
 
 
-def test_defaults_arrive_as_the_sheet_lists_them(ready: Desk) -> None:
+def test_defaults_arrive_as_the_sheet_lists_them(ready: CommandWorker) -> None:
     assert ready.register(0x002E, 1) == 0x01
     assert ready.register(0x0030, 1) == 0x01
     assert ready.register(0x0064, 4) == 0x01680080
@@ -114,7 +116,7 @@ def test_defaults_arrive_as_the_sheet_lists_them(ready: Desk) -> None:
     ("mode", "budget_ms"), [(mode, ms) for mode, table in BUDGET_TIMEOUTS.items() for ms in table]
 )
 def test_chip_and_driver_agree_on_how_long_a_range_takes(
-    ready: Desk, mode: str, budget_ms: int
+    ready: CommandWorker, mode: str, budget_ms: int
 ) -> None:
     timing = ready.sensor.set_mode(mode, budget_ms)  # type: ignore[arg-type]
     ready.sensor.set_inter_measurement(ns(1.0))
@@ -127,7 +129,7 @@ def test_chip_and_driver_agree_on_how_long_a_range_takes(
 
 
 @pytest.mark.parametrize("period_ms", [20, 33.3, 100, 2000])
-def test_the_period_asked_for_is_the_period_got(ready: Desk, period_ms: float) -> None:
+def test_the_period_asked_for_is_the_period_got(ready: CommandWorker, period_ms: float) -> None:
     ready.sensor.set_mode("short", 20)
     ready.sensor.set_inter_measurement(ns(period_ms * 1e-3))
     ready.sensor.start()
@@ -136,7 +138,7 @@ def test_the_period_asked_for_is_the_period_got(ready: Desk, period_ms: float) -
     assert ready.chip.samples == pytest.approx(10_000 / period_ms, abs=1, rel=1e-3)
 
 
-def test_vhv_is_calibrated_once_and_left_not_ranging(ready: Desk) -> None:
+def test_vhv_is_calibrated_once_and_left_not_ranging(ready: CommandWorker) -> None:
     assert ready.finish(ready.sensor.calibrate_vhv()) < 0.15
     assert ready.chip.samples == 1
     assert not ready.chip.ranging
@@ -144,20 +146,22 @@ def test_vhv_is_calibrated_once_and_left_not_ranging(ready: Desk) -> None:
     assert ready.register(0x000B, 1) == 0x00
 
 
-def test_a_sensor_that_never_has_a_first_sample_is_a_fault_in_two_seconds(ready: Desk) -> None:
+def test_a_sensor_that_never_has_a_first_sample_is_a_fault_in_two_seconds(
+    ready: CommandWorker,
+) -> None:
     ready.chip.faults.silent_flag = True
     with pytest.raises(SensorFault, match="no first sample within 2 s"):
         ready.finish(ready.sensor.calibrate_vhv())
 
 
-def test_a_missing_oscillator_calibration_is_a_fault(desk: Desk) -> None:
+def test_a_missing_oscillator_calibration_is_a_fault(desk: CommandWorker) -> None:
     desk.chip.faults.no_osc_calibration = True
     desk.finish(desk.sensor.wait_booted())
     with pytest.raises(SensorFault, match="no oscillator calibration"):
         desk.sensor.set_inter_measurement(ns(0.02))
 
 
-def test_a_sample_is_read_in_one_transaction(ready: Desk) -> None:
+def test_a_sample_is_read_in_one_transaction(ready: CommandWorker) -> None:
     ready.sensor.set_mode("short", 20)
     ready.sensor.set_inter_measurement(ns(0.02))
     ready.sensor.start()

@@ -16,7 +16,7 @@ LIMIT = (
     "import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
     "resource.setrlimit(resource.RLIMIT_FSIZE, ({0}, {0})); "
 )
-RUN = "from firmware_py.cli.main import main; sys.argv[0] = 'deltactl'; main()"
+RUN = "from command_line.main import main; sys.argv[0] = 'deltactl'; main()"
 
 
 @pytest.fixture(scope="session")
@@ -46,7 +46,7 @@ def here(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) ->
     """Runs deltactl's entry point in this process: the same, without starting Python anew."""
 
     def run(*words: str | Path) -> subprocess.CompletedProcess[str]:
-        from firmware_py.cli.main import main
+        from command_line.main import main
 
         arguments = ["deltactl", *map(str, words)]
         monkeypatch.setattr(sys, "argv", arguments)

@@ -31,7 +31,7 @@ def test_a_survey_of_the_as_built_robot(here, surveyed: Path, tmp_path: Path) ->
 def test_killed_in_the_middle_and_gone_on_with(here, surveyed: Path, tmp_path: Path) -> None:
     out = tmp_path / "data"
     words = ["collect", "--samples", "3000", "--as-built", "zhao-2023", "--out", str(out)]
-    code = "import sys; from firmware_py.cli.main import main; main()"
+    code = "import sys; from command_line.main import main; main()"
     process = subprocess.Popen(
         [sys.executable, "-c", code, *words], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL
     )

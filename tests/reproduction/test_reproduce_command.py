@@ -18,8 +18,8 @@ from models.robot import load_delta
 from models.training.dataset import load_dataset
 from models.training.sources import of_dataset
 from models.training.train import train_from_samples
-from reproduction.kept import kept
 from reproduction.sheet import Sheet
+from reproduction.stage_results import kept
 from reproduction.zhao_2023.report import recipes
 from reproduction.zhao_2023.scale import FULL
 

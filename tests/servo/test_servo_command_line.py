@@ -26,7 +26,7 @@ timing: {{mode: accelerated, speed_mps: 0.01}}
 inverse_kinematics: {{kind: network, file: uzunovic-2013.tflite}}
 """
 LOST = "as_built: {servo: {faults: [{kind: encoder_lost, joint: 2, at_s: %s, lasts_s: 1.0}]}}\n"
-COMMAND = [sys.executable, "-m", "firmware_py.cli.main"]
+COMMAND = [sys.executable, "-m", "command_line.main"]
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 

@@ -12,7 +12,7 @@ from foundation.errors import NetworkError
 from models.linkage import Linkage
 from models.robot import DeltaRobot, FloatArray
 from models.training.calibrate import Plausible, calibrate
-from models.training.ours import OurSettings, train_ours
+from models.training.calibrated_physics import CalibratedSettings, train_calibrated
 from models.training.recipe import Settings, plain
 from models.training.samples_of_angles import random_poses, split
 from models.training.start import starting_weights
@@ -24,7 +24,7 @@ Samples = tuple[FloatArray, FloatArray]
 
 ZHAO = ZhaoSettings(layers=3, width=20, epochs=400, rate=3e-3)
 UZUNOVIC = UzunovicSettings(iterations=40, rounds=((2, 5), (1, 5)))
-OURS = OurSettings(poses=250, effort=Settings(hidden=(6,), iterations=30, rounds=0))
+OURS = CalibratedSettings(poses=250, effort=Settings(hidden=(6,), iterations=30, rounds=0))
 
 
 def held_rmse_deg(trained, samples: Samples) -> float:
@@ -212,7 +212,7 @@ def test_our_network_sees_through_sensors_that_are_off(zhao_robot: DeltaRobot) -
     position_m, angles_rad = measured(zhao_robot, 300, 2e-3)
     samples = position_m + np.array([0.015, -0.02, 0.02]), angles_rad
     truth = measured(zhao_robot, 200, 0.0, seed=8)
-    ours = train_ours(zhao_robot, *samples, OURS)
+    ours = train_calibrated(zhao_robot, *samples, OURS)
     uzunovic = train_uzunovic(*samples, UZUNOVIC)
     assert ours.parameters < 18_203
     assert ours.rmse_deg(*truth) < 0.5 * uzunovic.rmse_deg(*truth)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firmware_py.cli.main import main
+from command_line.main import main
 from foundation.errors import NetworkError
 from models.network import InverseNetwork, NetworkFile
 from models.robot import DeltaRobot
@@ -96,7 +96,7 @@ def test_the_nominal_robot_is_learned_without_data(tmp_path: Path) -> None:
         [
             sys.executable,
             "-m",
-            "firmware_py.cli.main",
+            "command_line.main",
             *command,
             "--epochs",
             "5",

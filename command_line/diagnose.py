@@ -1,0 +1,66 @@
+"""`deltactl diagnose`: what the model of a robot leaves out."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from command_line.output import console, errors, print_json, say
+from firmware_py.robot_file import CONFIG_FOLDER, find
+from models.robot import load_robot_model
+
+
+def diagnose_recordings(
+    recordings: list[Path],
+    robot: str,
+    holdout: list[Path],
+    json_file: Path | None,
+    report: Path | None,
+    save_robot: Path | None,
+    columns: Path | None,
+    set_columns: list[str],
+    next_job: Path | None,
+    thorough: bool,
+) -> None:
+    """Diagnose, print what was found in plain sentences, and write what was asked for."""
+    from diagnosis.api import diagnose
+    from diagnosis.corrected_robot import save_corrected
+    from diagnosis.experiment import write_job
+    from diagnosis.observations.column_mapping import load_mapping, read_mapped
+    from diagnosis.report.html import write_report
+    from diagnosis.report.summary import summary_lines
+    from recording.flat_files import read_flat
+
+    robot_file = find(robot)
+    quiet = json_file is not None and str(json_file) == "-"
+    mapping = load_mapping(columns, set_columns) if columns or set_columns else None
+    read = partial(read_mapped, mapping=mapping) if mapping else read_flat
+    hidden = quiet or not errors.is_terminal  # elsewhere it would leave an empty line
+    shown = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*shown, console=errors, transient=True, disable=hidden) as progress:
+        bar = progress.add_task("reading")
+
+        def show(text: str) -> None:
+            progress.update(bar, description=text)
+
+        written = None if quiet else json_file
+        answer = diagnose(recordings, robot_file, holdout, written, show, read, thorough)
+    if next_job is not None and answer.next_experiment is not None:
+        write_job(answer.next_experiment, next_job, robot_file, CONFIG_FOLDER)
+    if save_robot is not None:
+        save_corrected(robot_file, answer, save_robot)
+    if report is not None:
+        write_report(answer, load_robot_model(robot_file), report)
+    if quiet:
+        print_json(answer.to_json())
+        return
+    for line in summary_lines(answer):
+        console.print(line, markup=True)
+    if next_job is not None:
+        made = answer.next_experiment is not None
+        say(f"job: {next_job}" if made else "job: none, as no run would tell more")
+    for name, path in (("report", report), ("answer", json_file), ("robot file", save_robot)):
+        if path is not None:
+            say(f"{name}: {path}")

@@ -1,0 +1,50 @@
+"""Follow a job to its end with a progress bar, whoever runs it: the daemon or this process."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+from command_line.output import errors, warn
+from firmware_py.controller.contract import JobResult, RobotController, Status
+
+Sleep = Callable[[float], None]
+
+SHOW_AFTER_S = 0.05
+"""Progress is redrawn at most this often."""
+
+
+def follow(
+    controller: RobotController, job_id: int, sleep: Sleep, every_s: float, quiet: bool
+) -> JobResult:
+    """Wait for a job. Ctrl-C decelerates and cancels it; what was recorded is kept."""
+    with Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[left]}"),
+        console=errors,
+        disable=quiet or not errors.is_terminal,
+        transient=True,
+    ) as progress:
+        bar = progress.add_task("starting", total=1.0, left="")
+        drawn_s = 0.0
+        while (result := controller.result(job_id)) is None:
+            try:
+                sleep(every_s)
+                if time.monotonic() - drawn_s > SHOW_AFTER_S:
+                    drawn_s = time.monotonic()
+                    _draw(progress, bar, controller.status())
+            except KeyboardInterrupt:
+                warn("cancelling: the robot decelerates on the path")
+                controller.cancel(job_id)
+    return result
+
+
+def _draw(progress: Progress, bar: object, status: Status) -> None:
+    left = "" if status.seconds_left is None else f"{status.seconds_left:.0f} s of robot time left"
+    name = f"{status.state}: {status.job}" if status.job else status.state
+    progress.update(bar, completed=status.progress, description=name, left=left)  # type: ignore[arg-type]

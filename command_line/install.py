@@ -1,0 +1,35 @@
+"""`deltactl install` and `deltactl version`."""
+
+from __future__ import annotations
+
+import platform
+
+from command_line.output import console, facts, print_json
+from firmware_py.controller.active_job import software_version
+
+
+def install_service(robot: str, apply: bool) -> None:
+    """Say, or do, what installing the service takes."""
+    from firmware_py.install.install import install
+    from firmware_py.robot_file import find
+
+    install(find(robot), apply=apply)
+
+
+def show_version(json_out: bool) -> None:
+    """Versions that matter when asking for help."""
+    import numpy
+
+    from models.network.runtime import runtime_names
+
+    versions = {
+        "deltactl": software_version(),
+        "python": platform.python_version(),
+        "numpy": numpy.__version__,
+        "network runtime": runtime_names()[0],
+        "machine": platform.machine(),
+    }
+    if json_out:
+        print_json(versions)
+    else:
+        console.print(facts("deltactl", list(versions.items())))

@@ -1,0 +1,62 @@
+"""`deltactl`: the entry point. Errors of the program become one line and exit status 2."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from command_line import collect, evaluate, jobs, prove, reproduce, robotless, service, train
+
+app = typer.Typer(
+    name="deltactl",
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    help="""Runs rotary delta robots, and knows when its model of one is wrong.
+
+Try it without a robot:
+
+```
+deltactl run heart.yaml            a heart on the simulated robot
+deltactl check heart.yaml          what that job would do, nothing moves
+deltactl report recordings/X.mcap  look at what happened
+```
+""",
+)
+
+jobs.register(app)
+service.register(app)
+robotless.register(app)
+prove.register(app)
+collect.register(app)
+train.register(app)
+evaluate.register(app)
+reproduce.register(app)
+
+
+def main() -> None:
+    """Run the command line; used by the `deltactl` script."""
+    from foundation.errors import DeltactlError
+
+    try:
+        app()
+    except DeltactlError as error:
+        print(f"deltactl: {one_line(error)}", file=sys.stderr)
+        sys.exit(2)
+    except BrokenPipeError:
+        sys.exit(0)
+    except OSError as error:  # a disk that is full, a folder that may not be written
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"deltactl: {where}{error.strerror or one_line(error)}", file=sys.stderr)
+        sys.exit(2)
+
+
+def one_line(error: BaseException) -> str:
+    """The message without line breaks."""
+    return " ".join(str(error).split())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,67 @@
+"""Commands carried out by the daemon."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from command_line.output import console, duration, facts, millimetres, print_json, say
+from firmware_py.controller.contract import Status
+from firmware_py.daemon.client import Client
+
+WATCH_EVERY_S = 0.5
+
+
+def do(name: str, socket: Path | None) -> None:
+    """One request without arguments; prints the state that followed."""
+    with Client(socket) as client:
+        method = {"on": client.power_on, "off": client.power_off}.get(name)
+        (method or getattr(client, name))()
+        say(f"{name}: the robot is {client.status().state}")
+
+
+def stop_robot(reason: str, socket: Path | None) -> None:
+    """Emergency stop."""
+    with Client(socket) as client:
+        client.stop(reason)
+        say("stopped; clear the cause, then 'deltactl acknowledge' and 'deltactl home'")
+
+
+def show_status(watch: bool, json_out: bool, socket: Path | None) -> None:
+    """Print the status once, or again and again until Ctrl-C."""
+    with Client(socket) as client:
+        while True:
+            status = client.status()
+            if json_out:
+                print_json(status.as_json())
+            else:
+                console.print(status_table(status))
+            if not watch:
+                return
+            time.sleep(WATCH_EVERY_S)
+
+
+def status_table(status: Status) -> object:
+    """The status for people."""
+    rows = [("state", status.state + (f" ({status.why})" if status.why else ""))]
+    if status.angles_rad is not None:
+        angles = "  ".join(f"{angle * 57.29577951308232:8.3f}" for angle in status.angles_rad)
+        rows.append(("arm angles", f"{angles}  degrees"))
+    if status.position_m is not None:
+        place = "  ".join(f"{value * 1e3:8.2f}" for value in status.position_m)
+        rows.append(("platform", f"{place}  mm"))
+    rows.append(("step counts", "  ".join(f"{count:8d}" for count in status.counts)))
+    if status.job is not None:
+        left = duration(status.seconds_left)
+        rows.append(("job", f"{status.job}, {status.progress:.0%} done, {left} left"))
+    if status.queued:
+        rows.append(("queue", ", ".join(status.queued)))
+    for sensor in status.sensors:
+        far = "-" if sensor.distance_m is None else millimetres(sensor.distance_m)
+        rows.append((f"sensor {sensor.axis}", f"{far} ({sensor.gate}, {sensor.health})"))
+    if status.recording:
+        rows.append(("recording", status.recording))
+    if status.recording_error:
+        rows.append(("not recorded", status.recording_error))
+    name = f"{status.robot} (simulated)" if status.simulated else status.robot
+    return facts(name, rows)

@@ -1,0 +1,75 @@
+"""`deltactl reproduce`: what a paper did, over again, beside what it printed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from command_line.output import errors, say
+from foundation.errors import ConfigError
+
+if TYPE_CHECKING:
+    from reproduction.outcome import Outcome
+
+
+class Paper(StrEnum):
+    """Which paper."""
+
+    ZHAO = "zhao-2023"
+    UZUNOVIC = "uzunovic-2013"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command of this file."""
+    app.command()(reproduce)
+
+
+def reproduce(
+    paper: Annotated[Paper, typer.Argument(help="Whose experiments.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the report (zhao-2023: data and networks, gone on with)."),
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A short version that shows that it runs.")
+    ] = False,
+) -> None:
+    """Do a paper's experiments on a simulated robot; tables and one HTML report.
+
+    ```
+    deltactl reproduce zhao-2023 --out zhao
+    deltactl reproduce uzunovic-2013 --quick
+    ```
+    """
+    folder = out or Path("reproduced") / f"{paper.value}{'-quick' if quick else ''}"
+    started_s = time.monotonic()
+
+    def tell(text: str) -> None:
+        errors.print(f"{time.monotonic() - started_s:6.0f} s  {text}", soft_wrap=True)
+
+    try:
+        outcome = _run(paper, folder, quick, tell)
+    except ImportError as error:
+        raise ConfigError(
+            f"reproduce needs {error.name}, which is not installed: "
+            "pip install 'deltactl[proof,training]'"
+        ) from error
+    for sheet in outcome.sheets:
+        say(sheet.text())
+    say(f"report: {outcome.report}")
+    say(f"tables: {outcome.tables}")
+
+
+def _run(paper: Paper, folder: Path, quick: bool, tell: Callable[[str], None]) -> Outcome:
+    if paper is Paper.ZHAO:
+        from reproduction.zhao_2023 import run as zhao
+
+        return zhao.reproduce(folder, quick, tell)
+    from reproduction.uzunovic_2013 import run as uzunovic
+
+    return uzunovic.reproduce(folder, quick, tell)

@@ -1,0 +1,97 @@
+"""Commands that need no robot: diagnose, install, version."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from command_line.jobs import JsonOption
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this file."""
+    app.command()(diagnose)
+    app.command()(install)
+    app.command()(version)
+
+
+def diagnose(
+    recordings: Annotated[list[Path], typer.Argument(help="Recordings: .mcap, .csv, .parquet.")],
+    robot: Annotated[str, typer.Option(help="What a perfect machine would be.")],
+    holdout: Annotated[
+        list[Path] | None,
+        typer.Option(help="Another run of the same robot, to test the answer on."),
+    ] = None,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the answer here as JSON (- for stdout).")
+    ] = None,
+    report: Annotated[Path | None, typer.Option(help="Write an HTML report here.")] = None,
+    save_robot: Annotated[
+        Path | None, typer.Option(help="Write the corrected robot file here.")
+    ] = None,
+    next_job: Annotated[
+        Path | None,
+        typer.Option(help="Write the job here that would tell tied explanations apart."),
+    ] = None,
+    columns: Annotated[
+        Path | None, typer.Option(help="Mapping file for tables with other columns and units.")
+    ] = None,
+    set_columns: Annotated[
+        list[str] | None, typer.Option("--set", help="One column of a mapping, as t=time_ms*0.001.")
+    ] = None,
+    thorough: Annotated[
+        bool,
+        typer.Option(
+            "--thorough", help="Compare everything, where the answer says that it ended early."
+        ),
+    ] = False,
+) -> None:
+    """Compare recordings with the robot file: what is missing, where, how sure.
+
+    ```
+    deltactl diagnose run.csv.gz --robot zhao-2023.yaml
+    deltactl diagnose a.mcap --robot zhao-2023.yaml --holdout b.mcap --report why.html
+    deltactl diagnose axis.csv --robot axis.yaml --set t=ms*0.001 --set "position=angle[deg]"
+    ```
+    """
+    from command_line.diagnose import diagnose_recordings
+
+    diagnose_recordings(
+        recordings,
+        robot,
+        holdout or [],
+        json_file,
+        report,
+        save_robot,
+        columns,
+        set_columns or [],
+        next_job,
+        thorough,
+    )
+
+
+def install(
+    robot: Annotated[str, typer.Option(help="Robot file whose pins are wired.")] = "zhao-2023.yaml",
+    apply: Annotated[
+        bool, typer.Option("--apply", help="Do it; without this, only say it.")
+    ] = False,
+) -> None:
+    """Install the service on a Raspberry Pi: unit, udev rules, boot options, wiring table.
+
+    ```
+    deltactl install
+    sudo deltactl install --apply
+    ```
+    """
+    from command_line.install import install_service
+
+    install_service(robot, apply)
+
+
+def version(json_out: JsonOption = False) -> None:
+    """Version of deltactl, Python and the network runtime."""
+    from command_line.install import show_version
+
+    show_version(json_out)

@@ -1,0 +1,202 @@
+"""Whether a recording belongs to the robot file at all, asked before any search.
+
+A machine of the file with something wrong agrees with the file for part of the time, or needs
+other homes and sensor offsets than the file says, or is a little off everywhere. When none of
+this holds, the lengths and the gear that would fit are found, or that none do: that is another
+machine, and everything a search could name would be wrong.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from diagnosis.admission.plausibility import check_input
+from diagnosis.admission.structural_break import refuse_broken, refuse_once_near
+from diagnosis.observations.readings import MAD_TO_SIGMA, BoolArray, FloatArray, IntArray
+from diagnosis.plants.delta import ANGLES, POSITIONS, DeltaModel
+from foundation.errors import RecordingError
+from models.linkage import Linkage, forward
+from models.robot import DeltaRobot
+from recording.flat import FlatRecording
+
+FAR = 0.15
+"""A mismatch larger than this share of how much the readings move needs an explanation."""
+NEAR_SCATTERS = 3.0
+NEAR_SHARE = 0.2
+"""A machine that agrees with the file in this share of the time is the file's."""
+OFF = 0.05
+"""No build of one machine errs by more of a length or of the gear than this."""
+MOST_SAMPLES = 500
+TRUSTED = 0.4
+"""Share of the samples that the fit of another machine goes by."""
+TURNS = 5
+LATE_S = (0.0, 0.04, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.4, 0.5)
+"""Delays of a drive or of the sensors; a recording that is late belongs all the same."""
+NOWHERE_M = 1.0
+"""Mismatch where the other machine cannot be assembled."""
+LENGTHS = ("base minus platform radius", "upper arm", "forearm")
+USUAL = np.array([0.005] * 4 + [0.1] * 3)
+"""Spread of lengths and gear (shares), and of homes [rad]: the nearest machine that fits."""
+USUAL_OFFSET_M = 0.05
+
+
+def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
+    """Refuse a recording of another machine. Raises RecordingError, one line."""
+    model = DeltaModel(robot, [recording])
+    check_input(model)
+    readings = model.readings
+    rows = np.flatnonzero(readings.valid.any(axis=1) & np.isfinite(model.position_m[:, 0]))
+    if len(rows) < MOST_SAMPLES // 10:
+        return
+    seen = np.where(readings.valid, readings.values, np.nan)
+    left = seen - model.predict([n.term for n in model.nuisances])
+    scatter = _scatter(left)
+    span = float(np.nanmax(np.nanstd(seen, axis=0)))
+    refuse_broken(model, recording.source, left, span)
+    before = float(np.sqrt(np.nanmean(left**2)))
+    if before < FAR * span or _near(left, scatter) > NEAR_SHARE:
+        return
+    nominal = left
+    rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), MOST_SAMPLES)).astype(int)]
+    angles = _as_late_as_fits(model, rows, seen[rows])
+    size, left = _closest(model, angles, seen[rows], scatter)
+    after = float(np.sqrt(np.nanmean(left**2)))
+    far = f"{recording.source}: recording and robot file do not belong together: "
+    apart = f"{before:.3g} {readings.units[0]} apart in a motion of {span:.3g} {readings.units[0]}"
+    if after > FAR * span or np.abs(size).max() > OFF:
+        refuse_once_near(model, recording.source, nominal)
+    if after > FAR * span and _near(left, scatter) < NEAR_SHARE:
+        raise RecordingError(
+            f"{far}{apart}, and no lengths, homes, gear or sensor offsets bring them together "
+            f"(at best {after:.3g}); is this another robot's file, or another run's commands?"
+        )
+    if np.abs(size).max() > OFF:
+        fits = _would_fit(model, size)
+        raise RecordingError(f"{far}{apart}; {fits}; is this another robot's file?")
+
+
+def _scatter(left: FloatArray) -> FloatArray:
+    """Scatter from sample to sample, per channel."""
+    scatter = np.ones(left.shape[1])
+    for column, x in enumerate(left.T):
+        known = x[np.isfinite(x)]
+        if len(known) > 1:
+            scatter[column] = MAD_TO_SIGMA * np.median(np.abs(np.diff(known))) / np.sqrt(2.0)
+    return np.maximum(scatter, 1e-9)
+
+
+def _near(left: FloatArray, scatter: FloatArray) -> float:
+    """Share of the samples in which every channel that was read is where it should be."""
+    read: BoolArray = np.isfinite(left)
+    off = read & ~(np.abs(left) < NEAR_SCATTERS * scatter)
+    some = read.any(axis=1)
+    return float(np.mean(~off.any(axis=1)[some])) if some.any() else 0.0
+
+
+def _as_late_as_fits(model: DeltaModel, rows: IntArray, seen: FloatArray) -> FloatArray:
+    """Commanded angles (n, 3), each motor's as late as brings it closest, one after another."""
+    t_s = model.readings.t_s
+    nothing = np.zeros(4), np.zeros(3), np.zeros(len(model.readings.names))
+
+    def late(joint: int, lag_s: float) -> FloatArray:
+        shifted: FloatArray = np.interp(t_s[rows] - lag_s, t_s, model.commanded_rad[:, joint])
+        return shifted
+
+    def apart(angles: FloatArray) -> float:
+        left = seen - _predicted(model, angles, *nothing)
+        return float(np.nanmean(np.abs(left - np.nanmedian(left, axis=0))))
+
+    angles = model.commanded_rad[rows]
+    for joint in (*range(3), *range(3)):
+        tried = []
+        for lag_s in LATE_S:
+            other = angles.copy()
+            other[:, joint] = late(joint, lag_s)
+            tried.append(other)
+        angles = min(tried, key=apart)
+    return angles
+
+
+def _closest(
+    model: DeltaModel, angles: FloatArray, seen: FloatArray, scatter: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Shares by which lengths (3) and gear are off in the best fit, and what is left (n, c).
+
+    Fitted to all samples, and to those that fit best, chosen anew a few times (least trimmed
+    squares): a machine may be stopped by something for more than half of the time.
+    """
+    usual = np.concatenate([USUAL, np.full(len(model.readings.names), USUAL_OFFSET_M)])
+
+    def left(x: FloatArray) -> FloatArray:
+        at = x * usual
+        predicted = _predicted(model, angles, at[:4], at[4:7], at[7:])
+        off = np.where(np.isfinite(predicted), seen - predicted, NOWHERE_M)
+        return np.where(np.isfinite(seen), off, np.nan)
+
+    def fit(x: FloatArray, chosen: IntArray) -> FloatArray:
+        def cost(x: FloatArray) -> FloatArray:
+            kept = left(x)[chosen] / scatter
+            return np.concatenate([kept[np.isfinite(kept)], x])
+
+        found: FloatArray = least_squares(cost, x, loss="soft_l1", f_scale=3.0, max_nfev=40).x
+        return found
+
+    nothing = np.zeros(len(usual))
+    whole = fit(nothing, np.arange(len(seen)))
+    ends = [whole, nothing]
+    for _ in range(TURNS):
+        off = [np.nanmax(np.abs(left(x)) / scatter, axis=1) for x in ends]
+        best = [np.argsort(x)[: int(TRUSTED * len(seen))] for x in off]
+        ends = [fit(x, chosen) for x, chosen in zip(ends, best, strict=True)]
+    x = max([whole, *ends], key=lambda x: _near(left(x), scatter))
+    return x[:4] * usual[:4], left(x)
+
+
+def _predicted(
+    model: DeltaModel, angles: FloatArray, size: FloatArray, home: FloatArray, offset: FloatArray
+) -> FloatArray:
+    """Channels of a machine with other lengths, gear, homes and offsets of what looks at it."""
+    believed = model.chain.linkage
+    radius, upper, forearm, gear = np.exp(size)
+    other = Linkage(
+        believed.radius_m * radius,
+        believed.upper_arm_m * upper,
+        believed.forearm_m * forearm,
+        believed.azimuth_rad,
+        believed.home_offset_rad,
+    )
+    angles = angles * gear + home
+    position = forward(other, angles).position_m
+    columns = []
+    for column, name in enumerate(model.readings.names):
+        axis = "xyz".find(name[-1])
+        if name in ANGLES:
+            columns.append(angles[:, ANGLES.index(name)])
+        elif name in POSITIONS:
+            columns.append(position[:, axis] + offset[column])
+        else:
+            assert model.robot.sensors is not None
+            sensors = model.robot.sensors
+            zero = sensors.offsets_m[axis] + offset[column]
+            columns.append(position @ sensors.axes[axis] + zero)
+    return np.stack(columns, axis=1)
+
+
+def _would_fit(model: DeltaModel, size: FloatArray) -> str:
+    """What the nearest machine that fits is like."""
+    believed = model.chain.linkage
+    lengths = (believed.radius_m, believed.upper_arm_m, believed.forearm_m)
+    told = [
+        f"{name} {_about_mm(float(np.mean(length * np.exp(share))))} mm"
+        for name, length, share in zip(LENGTHS, lengths, size[:3], strict=True)
+    ]
+    if abs(size[3]) > OFF:
+        told.append(f"arms turning {np.exp(size[3]):.2g} times as far")
+    return f"what would fit has about {', '.join(told)}"
+
+
+def _about_mm(length_m: float) -> int:
+    """Two digits are known."""
+    digits = 1 - int(np.floor(np.log10(1e3 * length_m)))
+    return int(round(1e3 * length_m, digits))

@@ -1,0 +1,113 @@
+"""Whether a machine was the file's until something broke, asked before any search.
+
+An arm that folds over to its other side, a rod that comes off or a motor that stops leaves the
+platform somewhere else for good. That is for the eye and the spanner: no effect of the vocabulary
+describes it, and what a search would name instead would be wrong.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from diagnosis.observations.readings import FloatArray, IntArray
+from diagnosis.plants.delta import DeltaModel
+from foundation.errors import RecordingError
+
+SPLITS = 100
+"""Moments that are tried."""
+LEAST_BEFORE = 40
+"""Readings that must agree before something broke."""
+LEAST_AFTER = 0.05
+"""Share of the recording that must be left after it."""
+NEARLY_ALL = 0.9
+"""Of the readings, before and after; the others may be wherever they like."""
+FAR = 0.2
+"""After it the readings are off by more than this share of how much they move."""
+WORSE = 1.9
+"""And by so many times more than before."""
+MOVES = 0.3
+"""It still moves by this share: a platform that is pressed on a stop and rests is not broken."""
+STILL = 0.3
+"""A machine agrees with the file where it is nearer than this share of what it is off later."""
+STRAY = 0.2
+"""Share of the readings that may be far off before, or near after."""
+OFFSETS = 0.25
+"""Steps that were lost leave less than this share once the joints are shifted."""
+MOST_LOST_RAD = 0.5
+"""Nor do they come to more than this: so far no motor falls behind and goes on as before."""
+
+
+def refuse_broken(model: DeltaModel, source: str, left: FloatArray, span: float) -> None:
+    """Refuse a recording in which the machine broke. Raises RecordingError, one line.
+
+    left: readings less prediction, (n, channels), NaN where nothing was read. span: how much the
+    readings move.
+    """
+    rows = np.flatnonzero(np.isfinite(left).any(axis=1))
+    apart = np.nanmax(np.abs(left[rows]), axis=1)
+    last = int((1.0 - LEAST_AFTER) * len(apart))
+    if last <= LEAST_BEFORE:
+        return
+    ratio, at = max(_contrast(apart, at) for at in _moments(LEAST_BEFORE, last))
+    after = float(np.quantile(apart[at:], 1.0 - NEARLY_ALL))
+    if ratio < WORSE or after < FAR * span or not _moves(model, rows[at:], span):
+        return
+    shift_rad, rest = _shifted(model, rows[at:], left)
+    if rest < OFFSETS * after and shift_rad < MOST_LOST_RAD:
+        return
+    t_s, off = model.readings.t_s[rows], float(np.median(apart[at:]))
+    raise RecordingError(_broke(model, source, float(t_s[at] - t_s[0]), off))
+
+
+def refuse_once_near(model: DeltaModel, source: str, left: FloatArray) -> None:
+    """Refuse a machine that was the file's for a time, where no other machine would fit.
+
+    The bars are lower than those of `refuse_broken`. Raises RecordingError, one line.
+    """
+    read = np.isfinite(left).any(axis=1)
+    apart = np.nanmax(np.abs(left[read]), axis=1)
+    after = float(np.median(apart[len(apart) // 2 :]))
+    near = apart < STILL * after
+    before = np.cumsum(near)[:-1]
+    count = np.arange(1, len(near))
+    agreed = before / count
+    later = (near.sum() - before) / (len(near) - count)
+    at = int(np.argmax(agreed - later))
+    if count[at] >= LEAST_BEFORE and agreed[at] > 1.0 - STRAY and later[at] < STRAY:
+        t_s = model.readings.t_s[read]
+        raise RecordingError(_broke(model, source, float(t_s[at] - t_s[0]), after))
+
+
+def _broke(model: DeltaModel, source: str, when_s: float, off: float) -> str:
+    """What to tell about it."""
+    return (
+        f"{source}: up to {when_s:.1f} s recording and robot file agree, from there on they are "
+        f"{off:.2g} {model.readings.units[0]} apart: has an arm folded over, a rod come off or a "
+        "motor stopped? Put it right, home the robot and record again"
+    )
+
+
+def _moments(first: int, last: int) -> list[int]:
+    return [int(at) for at in np.linspace(first, last, SPLITS)]
+
+
+def _contrast(apart: FloatArray, at: int) -> tuple[float, int]:
+    """How many times farther off nearly all readings are from a moment on than before it."""
+    before = float(np.quantile(apart[:at], NEARLY_ALL))
+    return float(np.quantile(apart[at:], 1.0 - NEARLY_ALL)) / max(before, 1e-9), at
+
+
+def _moves(model: DeltaModel, rows: IntArray, span: float) -> bool:
+    return float(np.nanmax(np.nanstd(model.position_m[rows], axis=0))) > MOVES * span
+
+
+def _shifted(model: DeltaModel, rows: IntArray, left: FloatArray) -> tuple[float, float]:
+    """The largest shift of a joint [rad] where each is shifted as fits best, and how far off the
+    readings are then (median).
+    """
+    columns = [change for port, change in model.ports().items() if port.startswith("motor")]
+    known = np.isfinite(left[rows])
+    moved = np.stack([change[rows][known] for change in columns], axis=1)
+    rest = left[rows][known]
+    shift = np.linalg.lstsq(moved, rest, rcond=None)[0]
+    return float(np.abs(shift).max()), float(np.median(np.abs(rest - moved @ shift)))

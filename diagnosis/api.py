@@ -1,0 +1,92 @@
+"""`deltactl diagnose` as a plain function."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from diagnosis.admission.robot_match import check_belongs
+from diagnosis.estimation.side_by_side import only_here
+from diagnosis.experiment import MotionLimits
+from diagnosis.lone_axes.axis_diagnose import diagnose_axis
+from diagnosis.lone_axes.servo_robot import diagnose_servo_robot, is_servo_run
+from diagnosis.pipeline import diagnose_model
+from diagnosis.plants.delta import DeltaModel
+from diagnosis.result import Diagnosis
+from foundation.errors import RecordingError
+from foundation.one_thread import one_thread
+from foundation.rarely_collected import rarely_collected
+from foundation.strict_yaml import Document
+from models.robot import DeltaRobot, RobotModel, load_robot_model
+from recording.flat import FlatRecording
+from recording.flat_files import read_flat
+
+Progress = Callable[[str], None]
+
+
+def diagnose(
+    recordings: Sequence[Path],
+    robot: Path,
+    holdout: Sequence[Path] = (),
+    json_out: Path | None = None,
+    progress: Progress = lambda _: None,
+    read: Callable[[Path], FlatRecording] = read_flat,
+    thorough: bool = False,
+) -> Diagnosis:
+    """Diagnose recordings of one robot; writes the contract's JSON when asked.
+
+    `read` turns a file into columns, for tables of others (`observations.column_mapping`).
+    thorough: go on beyond the limit of work (`estimation.budget`).
+    Raises ConfigError, MissingFile or RecordingError, one line each.
+    """
+    belief = load_robot_model(robot)
+    progress("reading")
+    answer = diagnose_recordings(
+        belief, [read(path) for path in recordings], [read(path) for path in holdout],
+        progress, MotionLimits.of(Document.read(robot).data), thorough,
+    )  # fmt: skip
+    answer = answer.model_copy(
+        update={"robot": belief.name, "recordings": [str(path) for path in recordings]}
+    )
+    if json_out is not None:
+        json_out.write_text(json.dumps(answer.to_json(), indent=1) + "\n", encoding="utf-8")
+    return answer
+
+
+@one_thread
+@rarely_collected
+def diagnose_recordings(
+    belief: RobotModel,
+    recordings: Sequence[FlatRecording],
+    holdout: Sequence[FlatRecording] = (),
+    progress: Progress = lambda _: None,
+    motion_limits: MotionLimits | None = None,
+    thorough: bool = False,
+) -> Diagnosis:
+    """The same for recordings in memory. motion_limits: for the run that is proposed."""
+    if not recordings:
+        raise RecordingError("no recording was given")
+    progress = only_here(progress)
+    if not isinstance(belief, DeltaRobot):
+        return diagnose_axis(belief, recordings, holdout, progress)
+    if is_servo_run(belief, [*recordings, *holdout]):
+        return diagnose_servo_robot(belief, recordings, holdout, progress, motion_limits, thorough)
+    try:
+        model = DeltaModel(belief, recordings)
+        held_out = [DeltaModel(belief, [recording]) for recording in holdout]
+        progress("do recording and robot file belong together")
+        for recording in (*recordings, *holdout):
+            check_belongs(belief, recording)
+        rad_per_step = belief.drive.rad_per_step if belief.drive else 0.0
+        return diagnose_model(model, rad_per_step, held_out, progress, motion_limits, thorough)
+    except RecordingError as error:
+        raise _with_source(error, [*recordings, *holdout]) from None
+
+
+def _with_source(error: RecordingError, recordings: Sequence[FlatRecording]) -> RecordingError:
+    """The same, saying which recordings it is about."""
+    sources = [recording.source for recording in recordings]
+    if any(source in str(error) for source in sources):
+        return error
+    return RecordingError(f"{', '.join(sources)}: {error}")

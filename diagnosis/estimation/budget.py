@@ -1,0 +1,103 @@
+"""Patience: how much work the search for causes may be before it ends with the best it has.
+
+Counted in predictions of a whole recording, not in seconds: the same recording gives the same
+answer on a fast machine and on a slow one, on one core and on two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import Enum
+from functools import partial
+from math import inf
+from typing import TypeVar
+
+from diagnosis.estimation.side_by_side import side_by_side
+
+PREDICTIONS = 1000.0
+"""So many, of a recording of ROWS, and what else they need take a core about nine seconds
+(benchmarks/diagnosis_cost.py).
+"""
+ROWS = 12_000
+"""240 s at 50 Hz. A shorter recording allows more predictions in the same time."""
+NOISE = 200.0
+"""The noise, when it is taken once more, takes as long as so many predictions."""
+PRODUCTS = 1000.0
+"""Products of two columns of derivatives that take as long as one prediction."""
+
+Made = TypeVar("Made")
+
+
+class Until(Enum):
+    """Share of the work after which a part of the search is not begun any more.
+
+    What tells named effects from small errors everywhere and from free shapes comes last, and is
+    kept some: without it a pile of effects would be claimed.
+    """
+
+    CALMED = 0.4
+    """The noise is taken once more, and the search goes on under it."""
+    GROWN = 0.5
+    """One more effect is looked for, and each of the others reconsidered beside it."""
+    DOUBTED = 0.55
+    """Whether an effect only looks like two others, or several are a group."""
+    REVIEWED = 0.75
+    """Which of the effects are needed beside small errors everywhere."""
+    SHAPED = 0.8
+    """Free shapes other than the likeliest, and a second one."""
+    LOOSELY_BUILT = 0.85
+    """What else small errors everywhere need."""
+    SETTLED = 0.9
+    """A rival that turned out to be worth more takes the place of a finding."""
+
+
+@dataclass(slots=True, eq=False)
+class Patience:
+    """Work that a search may be, and has been."""
+
+    most: float = inf
+    spent: float = 0.0
+    ended: bool = False
+    """Something was not begun any more."""
+
+    @classmethod
+    def for_rows(cls, rows: int) -> Patience:
+        """That of a recording of so many rows; one that is longer takes longer."""
+        return cls(PREDICTIONS * max(1.0, ROWS / rows))
+
+    def spend(self, predictions: float = 1.0) -> None:
+        """Count work."""
+        self.spent += predictions
+
+    @contextmanager
+    def not_counted(self) -> Iterator[None]:
+        """For what is remembered: which process already knows it must not make a difference."""
+        spent = self.spent
+        try:
+            yield
+        finally:
+            self.spent = spent
+
+    def lasts(self, until: Until) -> bool:
+        """Whether a part of the search may still be begun."""
+        lasts = self.spent < until.value * self.most
+        self.ended = self.ended or not lasts
+        return lasts
+
+    def side_by_side(
+        self, tasks: Sequence[Callable[[], Made]], known: Sequence[object] = ()
+    ) -> list[Made]:
+        """What tasks return, each begun with what is left now, whoever works on it and when."""
+        found = side_by_side([partial(self._counted, task) for task in tasks], known)
+        self.spent += sum(spent for _, spent, _ in found)
+        self.ended = self.ended or any(ended for _, _, ended in found)
+        return [made for made, _, _ in found]
+
+    def _counted(self, task: Callable[[], Made]) -> tuple[Made, float, bool]:
+        spent, ended = self.spent, self.ended
+        made = task()
+        counted = made, self.spent - spent, self.ended
+        self.spent, self.ended = spent, ended
+        return counted

@@ -1,0 +1,27 @@
+"""Errors no larger than every machine built with care may have."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from diagnosis.plants.candidate import Term
+from diagnosis.plants.contract import Model
+from diagnosis.plants.delta_candidates import TOLERANCES
+
+WITHIN = 2.0
+"""Usual spreads within which an error is no fault by itself."""
+
+
+def effects_of_building(model: Model) -> set[str]:
+    """The effects that every machine has a little of."""
+    return {nuisance.term.candidate.effect for nuisance in model.tolerances}
+
+
+def usual(model: Model, term: Term) -> bool:
+    """Whether a wrong size of the machine is within what building leaves."""
+    candidate = term.candidate
+    spreads = {n.term.candidate.key: n.spread for n in model.tolerances}
+    if candidate.effect not in TOLERANCES or candidate.key not in spreads:
+        return False
+    size = term.at[candidate.moved] - np.array(candidate.shapes[0].origin)[candidate.moved]
+    return bool(np.all(np.abs(size) < WITHIN * np.array(spreads[candidate.key])))

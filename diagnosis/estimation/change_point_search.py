@@ -1,0 +1,63 @@
+"""When an event fits best: a search, for the cost over its moment has a cusp at every reading."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from diagnosis.estimation.change_point_timing import aligned, seen_s, shown_later
+from diagnosis.estimation.iterate import Point
+from diagnosis.observations.readings import FloatArray, Readings
+from diagnosis.plants.candidate import Term
+
+MOMENTS = (1, 2, 4, 8, 16, 32, 64, 128, 256)
+"""Readings by which the moment of an event is moved either way, to see whether that fits better."""
+
+
+def better_moment(
+    readings: Readings,
+    predict: Callable[[Sequence[Term]], FloatArray],
+    whitened: Callable[[FloatArray], FloatArray],
+    at: Point,
+    number: int,
+    basis: FloatArray,
+    least: float,
+) -> tuple[Term, ...] | None:
+    """The terms with event `number` at a better moment; None for other terms, or if none is.
+
+    whitened: of a difference of the channels, (n, channels) -> (m,). basis: of the free shapes,
+    (m, q). least: chi-square that it must come below. What is predicted changes between the two
+    moments only, so that one prediction, at the farthest, tells of all on its way.
+    """
+    term, period_s = at.terms[number], readings.period_s
+    shown_s = seen_s(term)
+    if shown_s is None:
+        return None
+    best, t_s = None, readings.t_s
+    for way in (-1, 1):
+        farthest = _moved(at.terms, number, way * MOMENTS[-1] * period_s)
+        change = predict([*at.nuisances, *farthest]) - at.predicted
+        for moment in (way * count for count in MOMENTS):
+            first_s, last_s = sorted((shown_s, shown_s + moment * period_s))
+            between = (t_s >= first_s) & (t_s < last_s)
+            some = whitened(np.where(between[:, None], change, 0.0))
+            cost = at.cost + _costlier(at, basis, some)
+            if cost < least:
+                best, least = moment, cost
+    return None if best is None else _moved(at.terms, number, best * period_s)
+
+
+def _moved(terms: tuple[Term, ...], number: int, by_s: float) -> tuple[Term, ...]:
+    """Terms with an event shown so much later."""
+    later = shown_later(terms[number], by_s)
+    assert later is not None
+    return aligned((*terms[:number], later, *terms[number + 1 :]))
+
+
+def _costlier(at: Point, basis: FloatArray, change: FloatArray) -> float:
+    """Chi-square that a change (m,) of a few whitened readings adds, less what the basis takes."""
+    rows = np.flatnonzero(change)
+    some = change[rows]
+    taken = some @ basis[rows]
+    return float(some @ some - taken @ taken - 2.0 * (at.residual[rows] @ some - at.taken @ taken))

@@ -1,0 +1,161 @@
+"""Detecting: is anything missing at all, and what would each candidate explain of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from diagnosis.estimation.budget import Patience
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.penalties import Trial, price
+from diagnosis.estimation.splines import Score
+from diagnosis.evidence.change_points import Jump, jumps
+from diagnosis.evidence.chi2_tail import log_sf
+from diagnosis.evidence.fine_scores import scores_of
+from diagnosis.evidence.library import Entry
+from diagnosis.evidence.noise_estimation import Prepared
+from diagnosis.evidence.pair_scores import start_of
+from diagnosis.evidence.score_test import Calibration, Scores, calibrate
+from diagnosis.plants.candidate import Candidate, Term
+
+ALPHA = 0.003
+
+Progress = Callable[[str], None]
+
+
+@dataclass(slots=True, eq=False)
+class Detection:
+    """Tests of one recording against what any solution leaves."""
+
+    prepared: Prepared
+    rad_per_step: float
+    progress: Progress = lambda _: None
+    known: Calibration | None = None
+    """Of the same bank under nearly the same noise, where there is one."""
+    calibration: Calibration = field(init=False)
+    empty: Solution = field(init=False)
+    scores_of_empty: Scores = field(init=False)
+    # A solution is large: what is known of it must not keep it.
+    _fine: WeakKeyDictionary[Solution, list[Score]] = field(default_factory=WeakKeyDictionary)
+    _scored: WeakKeyDictionary[Solution, Scores] = field(default_factory=WeakKeyDictionary)
+    _jumped: WeakKeyDictionary[Solution, list[Jump]] = field(default_factory=WeakKeyDictionary)
+
+    def __post_init__(self) -> None:
+        self.empty = self.fitter.solve(())
+        self.calibration = self.known or self._calibrated()
+        self.scores_of_empty = self.scores(self.empty)
+
+    def _calibrated(self) -> Calibration:
+        """Of the bank, while the fine shapes are scored that are asked for first."""
+        tasks: list[Callable[[], Any]] = [
+            partial(calibrate, self.prepared.scorer, self.empty.basis),
+            partial(self._score_fine, self.empty),
+        ]
+        calibration, fine = self.fitter.side_by_side(tasks, self.prepared.fine)
+        self._fine[self.empty] = fine
+        assert isinstance(calibration, Calibration)
+        return calibration
+
+    @property
+    def patience(self) -> Patience:
+        """How much more the search may be."""
+        return self.fitter.patience
+
+    @property
+    def fitter(self) -> Fitter:
+        """The fitter of the prepared recording."""
+        return self.prepared.fitter
+
+    def scores(self, solution: Solution) -> Scores:
+        """Scores of the whole bank against a solution."""
+        if solution not in self._scored:
+            scores = self.prepared.scorer.against(solution.free_basis, solution.residual)
+            self._scored[solution] = scores
+        return self._scored[solution]
+
+    @property
+    def event_tests(self) -> float:
+        """Independent moments a jump could have come at, over all joints."""
+        return 3.0 * self.prepared.model.readings.span_s
+
+    def p(self, log_p: float) -> float:
+        """Calibrated p of the smallest p of bank and scan together."""
+        tests = self.calibration.tests + self.event_tests
+        return Calibration(tests).p(log_p)
+
+    def doubt_of(self, candidate: Candidate) -> float:
+        """How many times more an exact machine may show of it than noise does."""
+        scorer, entries = self.prepared.scorer, self.prepared.bank.entries
+        own = [scorer.doubt[k] for k, entry in enumerate(entries) if entry.key == candidate.key]
+        return float(max(own, default=1.0))
+
+    def first_p(self) -> float:
+        """Calibrated p of 'nothing is missing'."""
+        scan = [log_sf(j.gain, 1) for j in self._jumps(self.empty)]
+        fine = [log_p for _, _, log_p in self.fine_scores(self.empty)]
+        return self.p(float(min([self.scores_of_empty.log_p.min(), *scan, *fine])))
+
+    def _jumps(self, solution: Solution) -> list[Jump]:
+        if not self.rad_per_step:
+            return []
+        if solution not in self._jumped:
+            self._jumped[solution] = jumps(self.fitter, solution, self.rad_per_step)
+        return self._jumped[solution]
+
+    def fine_scores(self, solution: Solution) -> list[Score]:
+        """Finely resolved free shapes and rhythms with their gain and log p, best first."""
+        if solution not in self._fine:
+            self._fine[solution] = self._score_fine(solution)
+        return self._fine[solution]
+
+    def _score_fine(self, solution: Solution) -> list[Score]:
+        found = scores_of(self.prepared.fine, self.fitter, solution, self.prepared.small)
+        return sorted(found, key=lambda item: item[2])
+
+    def trials(
+        self, solution: Solution, without: Sequence[tuple[str, ...]] = (), groups: bool = False
+    ) -> list[Trial]:
+        """The best start of every named candidate that is not in the solution, best first."""
+        scores = self.scores(solution)
+        taken = {term.candidate.key for term in solution.terms} | set(without)
+        best: dict[tuple[str, ...], Trial] = {}
+        for number, entry in enumerate(self.prepared.bank.entries):
+            if entry.candidate is None or entry.key in taken:
+                continue
+            if entry.candidate.members and not groups:
+                continue
+            trial = _trial(entry, scores, number)
+            if trial.log_p <= 0.0 and (entry.key not in best or trial.gain > best[entry.key].gain):
+                best[entry.key] = trial
+        found = [*best.values(), *self._jump_trials(solution, taken)]
+        return sorted(found, key=lambda t: t.price - t.gain)
+
+    def any_shows(self, trials: Sequence[Trial]) -> bool:
+        """Whether some named candidate does more than chance of what a solution leaves."""
+        return bool(trials) and self.p(min(trial.log_p for trial in trials)) <= ALPHA
+
+    def _jump_trials(self, solution: Solution, taken: set[tuple[str, ...]]) -> list[Trial]:
+        return [
+            Trial(
+                Term(jump.candidate, np.array(jump.candidate.shapes[0].origin)),
+                jump.gain, log_sf(jump.gain, 1), price(jump.candidate),
+            )
+            for jump in self._jumps(solution)
+            if jump.candidate.key not in taken
+        ]  # fmt: skip
+
+
+def _trial(entry: Entry, scores: Scores, number: int) -> Trial:
+    assert entry.candidate is not None
+    start, gain = start_of(entry, scores.step[number]), float(scores.gain[number])
+    log_p, cost = float(scores.log_p[number]), price(entry.candidate)
+    if start is None:
+        assert entry.shape is not None
+        return Trial(Term(entry.candidate, np.array(entry.shape.origin)), 0.0, 0.0, cost)
+    return Trial(start, gain, log_p if gain else 0.0, cost)

@@ -1,0 +1,208 @@
+"""The bank of tests: columns of every candidate at every shape, and of every free shape."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from mmap import mmap
+from typing import Any
+
+import numpy as np
+from scipy.linalg.blas import sgemm, ssyrk
+
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.side_by_side import side_by_side
+from diagnosis.estimation.splines import FreeShape, free_shapes
+from diagnosis.observations.readings import FloatArray
+from diagnosis.plants.candidate import Candidate, Shape, Term
+from diagnosis.plants.contract import Model
+
+LEAST_CHANGE = 1e-9
+PARTS = 8
+"""In which the columns are whitened side by side."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Entry:
+    """One test: a candidate at a shape (or a free shape) and its columns in the bank."""
+
+    candidate: Candidate | None
+    shape: Shape | None
+    free: FreeShape | None
+    columns: slice
+
+    @property
+    def df(self) -> int:
+        """Degrees of freedom of the test."""
+        return int(self.columns.stop - self.columns.start)
+
+    @property
+    def numbers(self) -> range:
+        """Numbers of its columns."""
+        return range(self.columns.start, self.columns.stop)
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """Candidate it belongs to."""
+        if self.candidate is not None:
+            return self.candidate.key
+        assert self.free is not None
+        return ("unknown", self.free.port, self.free.driver)
+
+
+@dataclass(slots=True, eq=False)
+class Bank:
+    """Entries, and their columns under a noise model; the raw ones of free shapes, of which each
+    sample meets a few, are made where they are needed.
+    """
+
+    entries: list[Entry] = field(default_factory=list)
+    secants: dict[int, FloatArray] = field(default_factory=dict)
+    """Raw columns (k, channels, n) of candidates, by the number of the entry."""
+    ports: Mapping[str, FloatArray] = field(default_factory=dict)
+    """How each port changes the channels, (n, channels)."""
+    white: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    silent: list[Candidate] = field(default_factory=list)
+    """Candidates that change nothing in this recording."""
+
+    def add(self, raw: FloatArray, candidate: Candidate, shape: Shape) -> None:
+        """Append a candidate at a shape, with columns (k, channels, n)."""
+        self.secants[len(self.entries)] = raw
+        self.entries.append(Entry(candidate, shape, None, self._next(len(raw))))
+
+    def add_free(self, free: FreeShape) -> None:
+        """Append a free shape."""
+        self.entries.append(Entry(None, None, free, self._next(free.size)))
+
+    def _next(self, count: int) -> slice:
+        first = self.entries[-1].columns.stop if self.entries else 0
+        return slice(first, first + count)
+
+    def raw(self) -> FloatArray:
+        """All columns as they are in the channels, (c, channels, n)."""
+        return np.concatenate(
+            [
+                self.secants[number]
+                if entry.free is None
+                else _laid_out(entry.free.columns(self.ports[entry.free.port]))
+                for number, entry in enumerate(self.entries)
+            ]
+        )
+
+    def explained(self, weights: FloatArray) -> FloatArray:
+        """What all entries change together, with weights (c,) or (c, d): (n, channels, ...)."""
+        more = weights.shape[1:]
+        samples, channels = next(iter(self.ports.values())).shape
+        changed = np.zeros((samples, channels, *more))
+        shapes = {port: np.zeros((samples, 1, *more)) for port in self.ports}
+        for number, entry in enumerate(self.entries):
+            part = weights[entry.columns]
+            if entry.free is None:
+                own = np.tensordot(self.secants[number], part.astype(np.float32), axes=(0, 0))
+                changed += own.swapaxes(0, 1)
+            else:
+                shapes[entry.free.port][:, 0] += entry.free.basis @ part
+        for port, shape in shapes.items():
+            changed += self.ports[port].reshape(samples, channels, *(1 for _ in more)) * shape
+        return changed
+
+    def whiten(self, fitter: Fitter) -> None:
+        """Bring all columns under the fitter's noise model."""
+        total = self.entries[-1].columns.stop
+        self.white = np.empty((0, 0))  # room for the new ones
+        white = _shared(total, fitter.rows)
+        ports = fitter.ports
+
+        def part(numbers: range) -> None:
+            for number in numbers:
+                entry = self.entries[number]
+                if entry.free is None:
+                    white[entry.columns] = fitter.whiten.each(self.secants[number])
+                else:
+                    white[entry.columns] = (ports[entry.free.port] @ entry.free.basis).T.toarray()
+
+        count = len(self.entries)
+        side_by_side([partial(part, range(k, count, PARTS)) for k in range(PARTS)])
+        self.white = white.T
+
+    def forget_raw(self) -> None:
+        """Make room: the columns have been whitened for the last time."""
+        self.secants.clear()
+
+    def forget_white(self) -> None:
+        """Make room: no solution is scored any more."""
+        self.white = np.empty((0, 0))
+
+    def gram(self) -> FloatArray:
+        """Products of all whitened columns with each other, (c, c)."""
+        white, middle = self.white, self.white.shape[1] // 2
+        parts = slice(0, middle), slice(middle, white.shape[1])
+        products = np.zeros((white.shape[1], white.shape[1]), dtype=np.float32)
+        beside, *own = side_by_side(
+            [
+                partial(sgemm, 1.0, white[:, parts[0]], white[:, parts[1]], trans_a=1),
+                *(partial(ssyrk, 1.0, white[:, part], trans=1) for part in parts),
+            ]
+        )
+        products[parts] = beside
+        for part, half in zip(parts, own, strict=True):
+            products[part, part] = half
+        half = products.astype(np.float64)
+        whole: FloatArray = half + half.T - np.diag(np.diag(half))
+        return whole
+
+
+def _shared(rows: int, columns: int) -> Any:
+    """Memory for numbers (rows, columns) of four bytes that forked processes write into, too."""
+    room = mmap(-1, 4 * rows * columns)
+    return np.frombuffer(room, dtype=np.float32).reshape(rows, columns)
+
+
+def build(model: Model) -> Bank:
+    """Columns around the nominal machine."""
+    bank = Bank()
+    always = [nuisance.term for nuisance in model.nuisances]
+    nominal = model.predict(always)
+    candidates = [*model.candidates, *model.groups]
+    tasks = [partial(_columns_of, model, one, nominal) for one in candidates]
+    for candidate, columns in zip(candidates, side_by_side(tasks), strict=True):
+        for number, raw in columns.items():
+            bank.add(raw, candidate, candidate.shapes[number])
+        if not columns:
+            bank.silent.append(candidate)
+    bank.ports = model.ports()
+    for free in free_shapes(model):
+        bank.add_free(free)
+    return bank
+
+
+def _columns_of(model: Model, candidate: Candidate, nominal: FloatArray) -> dict[int, FloatArray]:
+    """Columns (k, channels, n) of a candidate, by the number of the shape that shows any."""
+    columns = {}
+    for number, shape in enumerate(candidate.shapes):
+        raw = secants(model, candidate, shape, nominal)
+        if np.abs(raw).max(initial=0.0) * shape.reach > LEAST_CHANGE:
+            columns[number] = _laid_out(raw)
+    return columns
+
+
+def _laid_out(raw: FloatArray) -> FloatArray:
+    """Columns (n, channels, k) one after another, (k, channels, n)."""
+    return np.ascontiguousarray(raw.T, dtype=np.float32)
+
+
+def secants(model: Model, candidate: Candidate, shape: Shape, nominal: FloatArray) -> FloatArray:
+    """Change of the channels per unit of each linear coordinate, (n, channels, k)."""
+    always = [nuisance.term for nuisance in model.nuisances]
+    origin = np.array(shape.origin)
+    if not shape.linear:
+        changed = model.predict([*always, Term(candidate, origin)])
+        return (changed - nominal)[:, :, None]
+    columns = []
+    for i in shape.linear:
+        at = origin.copy()
+        at[i] += shape.reach
+        changed = model.predict([*always, Term(candidate, at)])
+        columns.append((changed - nominal) / shape.reach)
+    return np.stack(columns, axis=2)

@@ -1,0 +1,116 @@
+"""From a model to a fitter with a noise model: the noise comes from a saturated fit.
+
+The residual of the whole bank at once (every effect, every free shape) holds hardly any mismatch,
+whatever is wrong with the machine: its autocorrelation, spread and outliers are those of the
+readings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnosis.estimation.budget import NOISE, Patience
+from diagnosis.estimation.file_tolerances import small_errors
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.noise import estimate
+from diagnosis.estimation.splines import FINE_PIECES, FreeShape, free_shapes, way_shapes
+from diagnosis.evidence.library import Bank, build
+from diagnosis.evidence.saturated_model import Saturated, given_back
+from diagnosis.evidence.score_test import BLOCK_S, Scorer, doubt
+from diagnosis.observations.readings import BoolArray, FloatArray, IntArray, without_outliers
+from diagnosis.plants.contract import Model
+
+ROUNDS = 2
+"""The first is whitened by a noise that still has the whole mismatch in it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prepared:
+    """Everything the search needs."""
+
+    model: Model
+    fitter: Fitter
+    bank: Bank
+    scorer: Scorer
+    valid: BoolArray
+    fine: list[FreeShape]
+    """Finely resolved free shapes and those of place and way, tested apart from the bank."""
+    floor: FloatArray
+    """Residual that the saturated fit leaves, (n, channels): the noise."""
+    small: FloatArray | None = None
+    """Whitened changes by what no robot file can promise, (m, k); None for lone axes."""
+
+    @property
+    def shapes(self) -> list[FreeShape]:
+        """All free shapes, coarse and fine."""
+        return [*(entry.free for entry in self.bank.entries if entry.free), *self.fine]
+
+
+def prepare(model: Model, valid: BoolArray, patience: Patience | None = None) -> Prepared:
+    """Noise model, whitened bank and scorer around the nominal machine.
+
+    patience: how much the search that follows may be; without it, as much as there is to do.
+    """
+    fine = [*free_shapes(model, FINE_PIECES), *way_shapes(model)]
+    predicted = model.predict([n.term for n in model.nuisances])
+    return _prepared(model, valid, build(model), fine, predicted, ROUNDS, patience)
+
+
+def once_more(before: Prepared, predicted: FloatArray) -> Prepared:
+    """The same with noise and outliers by a better prediction, from a first round of naming."""
+    patience = before.fitter.patience
+    patience.spend(NOISE)
+    return _prepared(before.model, before.valid, before.bank, before.fine, predicted, 1, patience)
+
+
+def _prepared(
+    model: Model,
+    valid: BoolArray,
+    bank: Bank,
+    fine: list[FreeShape],
+    predicted: FloatArray,
+    rounds: int,
+    patience: Patience | None,
+) -> Prepared:
+    readings = model.readings
+    residual = np.nan_to_num(readings.values) - predicted
+    valid = without_outliers(residual, valid)
+    whitener = estimate(readings, valid, residual)
+    for _ in range(rounds):
+        fitter = Fitter(model, whitener, model.nuisances)
+        bank.whiten(fitter)
+        fit = Saturated(bank, fitter)
+        left = residual - fit(residual)
+        whitener = estimate(readings, valid, left)
+    whitener, larger = given_back(fit, whitener, valid)
+    fitter = Fitter(model, whitener, model.nuisances, patience)
+    bank.whiten(fitter)
+    scorer = Scorer(bank)
+    scorer.inflation = _inflation(bank, fitter, fitter.whiten(left))
+    small = small_errors(fitter, [n.term for n in model.nuisances])[: fitter.rows]
+    with_small = np.asarray(bank.white.T @ small.astype(np.float32), dtype=np.float64)
+    parts = [entry.columns for entry in bank.entries]
+    scorer.doubt = np.array([doubt(scorer.gram[p, p], with_small[p]) for p in parts])
+    return Prepared(model, fitter, bank, scorer, valid, fine, left * larger, small)
+
+
+def blocks_of(fitter: Fitter) -> IntArray:
+    """Number of the block of time each whitened reading lies in, (m,)."""
+    t_s = fitter.model.readings.t_s[fitter.whiten.rows]
+    length = max(BLOCK_S, 30 * fitter.model.readings.period_s)
+    return np.asarray((t_s - t_s.min()) / length, dtype=np.intp)
+
+
+def _inflation(bank: Bank, fitter: Fitter, floor: FloatArray) -> FloatArray:
+    """How much more the score of each entry scatters from block to block than white noise would."""
+    blocks = blocks_of(fitter)
+    inflation = np.ones(len(bank.entries))
+    for number, entry in enumerate(bank.entries):
+        column = bank.white[:, entry.columns.start]
+        sums = np.bincount(blocks, weights=column * floor)
+        plain = float(column.astype(np.float64) @ column)
+        if plain > 0.0:
+            inflation[number] = np.clip(float(sums @ sums) / plain, 1.0, 2.0)
+    return inflation

@@ -1,0 +1,167 @@
+"""Tables of others: their column names and units, brought to those of the contract.
+
+A mapping says for each contract column where it comes from:
+
+    columns:
+      t: {from: time_ms, scale: 0.001}
+      position: {from: angle, unit: deg}
+      distance: {value: 0.2}            # the same in every row
+    rate_hz: 50                         # instead of t: one row every 1/50 s
+    skip_lines: 3                       # lines before the heading
+    heading: [d]                        # names of the columns, where the file has none
+    separator: ";"
+
+On the command line the same is `--set t=time_ms*0.001 --set "position=angle[deg]"` (also
+`name=column*factor+offset`, `name=0.2`, `rate_hz=50`).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from diagnosis.observations.readings import FloatArray
+from foundation.errors import ConfigError, RecordingError
+from foundation.strict_yaml import Document, StrictModel
+from recording.flat import UNITS, FlatRecording, from_columns
+from recording.foreign_table import read_table
+
+IN_SI = {
+    "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "m": 1.0, "cm": 0.01, "mm": 1e-3,
+    "um": 1e-6, "inch": 0.0254, "rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180.0, "turn": 2.0 * np.pi,
+    "N": 1.0, "mN": 1e-3, "Nm": 1.0, "mNm": 1e-3, "Ncm": 0.01, "1": 1.0, "A": 1.0, "mA": 1e-3,
+}  # fmt: skip
+"""Units by their size in the contract's."""
+STANDS_IN = {
+    "t": "rate_hz (rows are evenly spaced), or any time column with its unit",
+    "command": "effort, with `inertia` in the robot file",
+    "effort": "command",
+    "position": "theta_1",
+    "theta_1": "position",
+    "steps_1": "command_1 (rad at the arm)",
+    "command_1": "steps_1, with `drive` in the robot file",
+    "distance": "a constant (`distance=0.2`), if the target stood still",
+}
+_OPTION = re.compile(
+    r"(?P<name>\w+)=(?P<from>[^*+\[\]]+?)(\[(?P<unit>\w+)\])?"
+    r"(\*(?P<scale>[-+]?[.\d]+([eE][-+]?\d+)?))?"
+    r"(?P<offset>[+-][.\d][.\deE+-]*)?"
+)
+
+
+class Source(StrictModel):
+    """One column: from where, in which unit, times what, plus what; or one value for all rows."""
+
+    from_: Annotated[str | None, Field(alias="from")] = None
+    scale: float = 1.0
+    offset: float = 0.0
+    unit: str = "1"
+    value: float | None = None
+
+    @model_validator(mode="after")
+    def _either(self) -> Source:
+        if (self.from_ is None) == (self.value is None):
+            raise ValueError("needs either `from` or `value`")
+        if self.unit not in IN_SI:
+            raise ValueError(f"unit must be one of {', '.join(IN_SI)}")
+        return self
+
+
+class Mapping(StrictModel):
+    """How a table of someone else becomes a recording."""
+
+    columns: dict[str, Source] = Field(default_factory=dict)
+    rate_hz: Annotated[float, Field(gt=0.0)] | None = None
+    skip_lines: Annotated[int, Field(ge=0)] = 0
+    heading: tuple[str, ...] = ()
+    separator: Annotated[str, Field(min_length=1, max_length=1)] = ","
+
+    @model_validator(mode="after")
+    def _known(self) -> Mapping:
+        for name in self.columns:
+            if name not in UNITS:
+                raise ValueError(f"columns: '{name}' must be one of {', '.join(UNITS)}")
+        return self
+
+
+def load_mapping(path: Path | None, options: Sequence[str] = ()) -> Mapping:
+    """A mapping file with `--set` options laid over it. Raises ConfigError or MissingFile."""
+    mapping = Mapping() if path is None else Document.read(path).check(Mapping)
+    columns, rate_hz = dict(mapping.columns), mapping.rate_hz
+    for option in options:
+        name, _, rest = option.partition("=")
+        if name == "rate_hz":
+            rate_hz = _number(rest, option)
+        else:
+            columns[name] = _source(option)
+    return mapping.model_copy(update={"columns": columns, "rate_hz": rate_hz})
+
+
+def read_mapped(path: Path, mapping: Mapping) -> FlatRecording:
+    """Read a CSV (or .csv.gz) through a mapping; columns it does not name keep theirs.
+
+    Raises RecordingError that says which column is missing and what could stand for it.
+    """
+    table = read_table(path, mapping.skip_lines, mapping.heading, mapping.separator)
+    rows = len(next(iter(table.values())))
+    named: dict[str, FloatArray] = {}
+    used: set[str] = set()
+    for name, source in mapping.columns.items():
+        if source.value is not None:
+            named[name] = np.full(rows, source.value)
+            continue
+        assert source.from_ is not None
+        if source.from_ not in table:
+            raise _missing(path, name, source.from_, list(table))
+        used.add(source.from_)
+        factor = source.scale * IN_SI[source.unit]
+        named[name] = table[source.from_] * factor + source.offset
+    for name, values in table.items():
+        if name not in used and name not in named:
+            named[name] = values
+    if "t" not in named and mapping.rate_hz is not None:
+        named["t"] = np.arange(rows) / mapping.rate_hz
+    if "t" not in named:
+        raise _missing(path, "t", "t", list(table))
+    return from_columns({"t": named.pop("t"), **named}, str(path))
+
+
+def _missing(path: Path, name: str, wanted: str, there: list[str]) -> RecordingError:
+    other = STANDS_IN.get(name)
+    way = f"; {other} could stand for it" if other else ""
+    of = f" (for {name})" if wanted != name else ""
+    return RecordingError(
+        f"{path}: column '{wanted}'{of} is missing{way}; the table has {', '.join(there)[:200]}"
+    )
+
+
+def _source(option: str) -> Source:
+    match = _OPTION.fullmatch(option.strip())
+    if match is None or match["name"] not in UNITS:
+        raise ConfigError(
+            f"--set {option}: must be NAME=COLUMN, NAME=COLUMN[unit], NAME=COLUMN*FACTOR+OFFSET or "
+            "NAME=VALUE with NAME one of the contract's columns"
+        )
+    unit = match["unit"] or "1"
+    if unit not in IN_SI:
+        raise ConfigError(f"--set {option}: unit must be one of {', '.join(IN_SI)}")
+    scale = 1.0 if match["scale"] is None else _number(match["scale"], option)
+    offset = 0.0 if match["offset"] is None else _number(match["offset"], option)
+    try:
+        return Source(value=float(match["from"]) * scale * IN_SI[unit] + offset)
+    except ValueError:
+        return Source.model_validate(
+            {"from": match["from"].strip(), "scale": scale, "offset": offset, "unit": unit}
+        )
+
+
+def _number(text: str, option: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ConfigError(f"--set {option}: '{text}' is not a number") from None

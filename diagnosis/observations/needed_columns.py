@@ -1,0 +1,74 @@
+"""Columns of single axes and lone sensors: which are needed, which stand in, and are they sane."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from diagnosis.observations.readings import FloatArray
+from foundation.errors import RecordingError
+from recording.flat import FlatRecording
+
+STANDS_IN = {
+    "command_1": "command_1 [rad] or steps_1 [microsteps] with `drive` in the robot file",
+    "theta_1": "theta_1 [rad], the angle measured at the output (position [rad] is taken too)",
+    "position": "position [rad or m], the measured position (theta_1 [rad] is taken too)",
+    "command": "command [rad or m], or effort with `inertia` in the robot file",
+    "effort": "effort, or command [rad or m]",
+    "distance": "distance [m], the true distance",
+    "range": "range [m], what the sensor reported",
+}
+MAPPING = "give other names and units with --columns FILE or --set name=column*factor"
+LEAST_KNOWN = 0.5
+LARGEST_RATIO = 50.0
+
+
+def first_of(recording: FlatRecording, names: Sequence[str]) -> str | None:
+    """The first of the columns that holds anything."""
+    for name in names:
+        if name in recording.columns and bool(np.isfinite(recording.columns[name]).any()):
+            return name
+    return None
+
+
+def needed(recording: FlatRecording, names: Sequence[str], wanted: str) -> str:
+    """The same; raises RecordingError naming what is missing and what could stand for it."""
+    name = first_of(recording, names)
+    if name is None:
+        raise RecordingError(
+            f"{recording.source}: column {wanted} missing or empty; it needs {STANDS_IN[wanted]}; "
+            f"it has t, {', '.join([*recording.columns, *recording.extra])}; {MAPPING}"
+        )
+    return name
+
+
+def filled(recording: FlatRecording, name: str) -> FloatArray:
+    """An input column with short holes bridged; RecordingError when it is mostly empty."""
+    values = recording.columns[name]
+    known = np.isfinite(values)
+    if known.mean() < LEAST_KNOWN:
+        raise RecordingError(f"{recording.source}: {name} is empty in more than half of the rows")
+    bridged: FloatArray = np.interp(recording.t_s, recording.t_s[known], values[known])
+    return bridged
+
+
+def refuse_still(values: FloatArray, name: str, source: str) -> None:
+    """Nothing can be told from a machine that was not moved."""
+    spread = float(np.nanmax(values) - np.nanmin(values))
+    if not spread > 1e-12 * max(1.0, float(np.nanmax(np.abs(values)))):
+        raise RecordingError(f"{source}: {name} never changes; nothing can be told from it")
+
+
+def refuse_other_units(asked: FloatArray, seen: FloatArray, names: str, source: str) -> None:
+    """Motions that differ by a factor of fifty and more are units, not physics."""
+    wide = float(np.nanquantile(asked, 0.98) - np.nanquantile(asked, 0.02))
+    told = float(np.nanquantile(seen, 0.98) - np.nanquantile(seen, 0.02))
+    if wide <= 0.0 or told <= 0.0:
+        return
+    ratio = told / wide
+    if ratio > LARGEST_RATIO or ratio < 1.0 / LARGEST_RATIO:
+        raise RecordingError(
+            f"{source}: {names} move by {told:.3g} and {wide:.3g}, {ratio:.3g} to 1; are the units "
+            "(rad, m, microsteps) or the robot file another machine's?"
+        )

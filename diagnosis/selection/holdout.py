@@ -1,0 +1,75 @@
+"""Does it hold up? RMS before and after on data the fit has not seen, against the noise floor."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.noise import Whitener
+from diagnosis.estimation.splines import FreeShape
+from diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
+from diagnosis.plants.candidate import Term
+from diagnosis.plants.contract import Model
+
+BLOCKS = 20
+EVERY = 4
+
+
+def rms(residual: FloatArray, valid: BoolArray, columns: list[int]) -> float:
+    """Root mean square over the valid values of some channels; 0 when there are none."""
+    values = residual[:, columns][valid[:, columns]]
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+
+
+def on_another_run(
+    model: Model, empty: Solution, solution: Solution, columns: list[int]
+) -> tuple[float, float]:
+    """RMS before and after on another recording; events do not come back there."""
+    lasting = [term for term in solution.terms if not term.candidate.kind.event]
+    before = model.predict(empty.nuisances)
+    after = model.predict([*solution.nuisances, *lasting]) + _free_part(model, solution)
+    observed = np.nan_to_num(model.readings.values)
+    valid = without_outliers(observed - after, model.readings.valid)
+    return rms(observed - before, valid, columns), rms(observed - after, valid, columns)
+
+
+def _free_part(model: Model, solution: Solution) -> FloatArray:
+    total, first = np.zeros_like(model.readings.values), 0
+    ports, drivers = model.ports(), model.drivers()
+    for free in solution.frees:
+        count = free.size
+        basis = free.basis_for(drivers[free.driver])
+        part = solution.coefficients[first : first + count]
+        total += ports[free.port] * (basis @ part)[:, None]
+        first += count
+    return total
+
+
+def on_blocks(
+    fitter: Fitter, solution: Solution, valid: BoolArray, columns: list[int]
+) -> tuple[float, float]:
+    """RMS before and after on whole blocks of time that a refit has not seen."""
+    t_s = fitter.model.readings.t_s
+    block = np.minimum(((t_s - t_s[0]) / np.ptp(t_s) * BLOCKS).astype(int), BLOCKS - 1)
+    held = block % EVERY == EVERY // 2
+    white = fitter.whiten
+    weight = np.where(held[white.rows], 0.0, white.weight)
+    partial = Fitter(fitter.model, Whitener(white.channels, weight), fitter.nuisances)
+    before = _refit(partial, (), (), solution.nuisances)
+    after = _refit(partial, solution.terms, solution.frees, solution.nuisances)
+    observed = fitter.observed[held]
+    return (
+        rms(observed - before.predicted[held], valid[held], columns),
+        rms(observed - after.predicted[held], valid[held], columns),
+    )
+
+
+def _refit(
+    fitter: Fitter,
+    terms: tuple[Term, ...],
+    frees: tuple[FreeShape, ...],
+    nuisances: tuple[Term, ...],
+) -> Solution:
+    start = nuisances if terms or frees else None
+    return fitter.solve(terms, frees, start, steps=3)

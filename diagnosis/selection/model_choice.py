@@ -1,0 +1,148 @@
+"""Which explanation to believe: few effects, few effects on a loosely built machine, or unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from diagnosis.estimation.budget import Until
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.noise import Whitener, estimate
+from diagnosis.evidence.detection import Progress
+from diagnosis.evidence.noise_estimation import Prepared, once_more
+from diagnosis.observations.readings import BoolArray, FloatArray
+from diagnosis.selection.ambiguity import Standing, in_parts, settle
+from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_free_shapes
+from diagnosis.selection.small_errors import LooselyBuilt, Needed
+from diagnosis.selection.stepwise import Search
+
+CALMER = 0.99
+"""Noise that shrinks by more than this once an explanation is found had mismatch in it."""
+MOST_ROUNDS = 3
+MOST_REFITS = 6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explained:
+    """The outcome: a search (with its fitter) and the solution it settled on."""
+
+    search: Search
+    solution: Solution
+    first_p: float
+    """Calibrated p of 'nothing is missing' before any finding."""
+    loosely_built: bool
+    """Small errors of the build are fitted everywhere beside the findings."""
+    nominal: Solution
+    """The machine of the robot file, without even the tolerances."""
+    stands: list[Standing]
+    """How each term of the solution stands against its rivals, in their order."""
+
+
+def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Explained:
+    """Search for few effects; then let tolerances everywhere and free shapes compete."""
+    search = Search(prepared, rad_per_step, progress)
+    first_p = search.first_p()
+    search, solution = calmed(search, search.run())
+    search.prepared.bank.forget_raw()
+    nominal = search.empty
+    loosely = LooselyBuilt(search)
+    told, solution = _told(loosely, *_reviewed(loosely, solution))
+    progress("what else it could be")
+    settled, stands = settle(told, in_parts(told, solution))
+    return Explained(told, settled, first_p, told is not search, nominal, stands)
+
+
+def _told(
+    loosely: LooselyBuilt, solution: Solution, needed: Needed | None
+) -> tuple[Search, Solution]:
+    """The better story, few effects or these beside small errors everywhere, with its free shapes.
+
+    One shape that explains it all is no machine that is a little off everywhere: where the scores
+    promise one, it is asked first.
+    """
+    search, shaped = loosely.search, None
+    if needed is not None:
+        if shape_promises(search, solution, needed.story):
+            shaped = with_free_shapes(search, solution)
+            if explains_it_all(search, shaped, needed.story):
+                return search, shaped
+        search.progress("comparing with a machine that is a little off everywhere")
+        lasts = search.patience.lasts(Until.LOOSELY_BUILT)
+        other = loosely.instead(solution, needed) if lasts else None
+        if other is not None:
+            return loosely.other, with_free_shapes(loosely.other, other)
+    return search, with_free_shapes(search, solution) if shaped is None else shaped
+
+
+def _reviewed(loosely: LooselyBuilt, solution: Solution) -> tuple[Solution, Needed | None]:
+    """A solution or what is better as two causes for one or as a group; and what of it is needed
+    beside small errors everywhere, where these may be better still.
+
+    Most solutions stay as they are: all is asked at the same time.
+    """
+    search = loosely.search
+    if loosely.likely(solution):
+        if not search.patience.lasts(Until.REVIEWED):
+            return solution, None
+        _ = loosely.other  # before the fork, for whoever asks for it afterwards
+    if len(solution.terms) > 1 and not search.patience.lasts(Until.DOUBTED):
+        return solution, loosely.needed(solution)
+    doubted = search.doubted(solution)
+    tasks: list[Callable[[], Any]] = [
+        partial(loosely.needed, solution),
+        partial(search.group_instead, solution),
+        *doubted,
+    ]
+    needed, group, *pairs = search.fitter.side_by_side(tasks)
+    finished = search.best_pair(solution, pairs)
+    if finished is not solution:
+        group = search.group_instead(finished)
+    chosen = finished if group is None else group
+    return chosen, needed if chosen is solution else loosely.needed(chosen)
+
+
+def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
+    """Search on where the noise had mismatch in it: what rings or sticks looks like noise with a
+    memory, and whitening by that takes it, and much beside it, away.
+    """
+    for _ in range(MOST_ROUNDS):
+        prepared = search.prepared
+        if not solution.terms or not _calmer(
+            left_noise(search.fitter, solution, prepared.valid), search.fitter.whiten
+        ):
+            break
+        if not search.patience.lasts(Until.CALMED):
+            break
+        search.progress("noise of the readings, once more")
+        again = once_more(prepared, solution.predicted)
+        search = Search(again, search.rad_per_step, search.progress, search.calibration)
+        solution = search.resumed(solution.terms, solution.nuisances)
+    return search, solution
+
+
+def left_noise(fitter: Fitter, solution: Solution, valid: BoolArray) -> Whitener:
+    """Noise model of what a solution leaves."""
+    left: FloatArray = fitter.observed - solution.predicted
+    return estimate(fitter.model.readings, valid, left)
+
+
+def _calmer(new: Whitener, old: Whitener) -> bool:
+    """Whether any channel is less noisy than was thought."""
+    pairs = zip(new.channels, old.channels, strict=True)
+    return any(len(a.rows) and a.sigma < CALMER * b.sigma for a, b in pairs)
+
+
+def final_fit(explained: Explained, valid: BoolArray) -> tuple[Fitter, Solution]:
+    """Fit again under the noise that the chosen explanation itself leaves, until both agree."""
+    fitter, solution = explained.search.fitter, explained.solution
+    for _ in range(MOST_REFITS):
+        whitener = left_noise(fitter, solution, valid)
+        calmer = _calmer(whitener, fitter.whiten)
+        fitter = Fitter(fitter.model, whitener, fitter.nuisances)
+        solution = fitter.solve(solution.terms, solution.frees, solution.nuisances, steps=4)
+        if not calmer:
+            break
+    return fitter, solution

@@ -1,0 +1,131 @@
+"""Free shapes compete with the named effects: beside them, and instead of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+from diagnosis.estimation.budget import Until
+from diagnosis.estimation.build_tolerances import effects_of_building
+from diagnosis.estimation.discrepancy import FREE
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.penalties import FREE_PRICE, free_price, price, price_of
+from diagnosis.estimation.splines import FreeShape
+from diagnosis.evidence.detection import ALPHA
+from diagnosis.selection.stepwise import Search
+
+MOST_RIVALS = 2
+MOST_FREES = 2
+SPARE = 0.1
+"""What any effect may still do beside a shape that explains it all, of what that does more."""
+
+
+def with_free_shapes(search: Search, solution: Solution) -> Solution:
+    """Free shapes beside or instead of the named effects, as long as one more earns its place.
+
+    What one shape leaves at its own port is its blur and earns no second one there.
+    """
+    for _ in range(MOST_FREES):
+        if solution.frees and not search.patience.lasts(Until.SHAPED):
+            return solution
+        if not solution.terms and not solution.frees and search.first_p() > ALPHA:
+            return solution
+        taken = {free.port for free in solution.frees}
+        if taken and all(free.port in taken for free in free_rivals(search, solution)):
+            return solution
+        challenged = challenge(search, solution)
+        if len(challenged.frees) == len(solution.frees):
+            return challenged
+        if len({free.port for free in challenged.frees}) < len(challenged.frees):
+            return solution
+        solution = challenged
+    return solution
+
+
+def shape_promises(search: Search, solution: Solution, story: float) -> bool:
+    """Whether a free shape, instead of a solution or beside it, scores more than another story."""
+    return any(
+        one.cost - gain + free_price(free) < story
+        for one in (search.empty, solution)
+        for free, gain, _ in search.fine_scores(one)
+    )
+
+
+def explains_it_all(search: Search, shaped: Solution, story: float) -> bool:
+    """Whether free shapes do far more than another story, and leave next to nothing.
+
+    Alone, or beside what is named at the same places and no machine has by its building.
+    """
+    ports, small = {free.port for free in shaped.frees}, effects_of_building(search.prepared.model)
+    beside = [term.candidate for term in shaped.terms]
+    if not ports or any(one.component not in ports or one.effect in small for one in beside):
+        return False
+    left = max((trial.gain for trial in search.trials(shaped)), default=0.0)
+    return left < SPARE * (story - search.story(shaped))
+
+
+def challenge(search: Search, solution: Solution) -> Solution:
+    """The solution, or the better story with a free shape in it."""
+    beside = free_rivals(search, solution)
+    starts = [(solution.terms, (*solution.frees, free)) for free in beside]
+    named = solution.terms
+    as_free = any(price_of(term) > price(term.candidate) for term in named)
+    if len(named) > 1 or (named and starts) or as_free:
+        # Far-off effects may hold each other up: what a shape does instead of all is asked, too.
+        alone = [*free_rivals(search, search.empty), *(beside if not solution.frees else ())]
+        starts += [((), (free,)) for free in dict.fromkeys(alone)]
+    begun = search.fitter.side_by_side(
+        [partial(search.fitter.solve, *start, solution.nuisances) for start in starts],
+        [free for _, frees in starts for free in frees],
+    )
+    begun.sort(key=_least_story)
+    # The likeliest comes first: most of the others are then seen to stay behind.
+    best = _best_grown(search, begun[:1], solution, solution)
+    if len(begun) > 1 and search.patience.lasts(Until.SHAPED):
+        best = _best_grown(search, begun[1:], solution, best)
+    return best
+
+
+def _best_grown(
+    search: Search, rivals: Sequence[Solution], solution: Solution, best: Solution
+) -> Solution:
+    """The best so far, or a rival of a solution that is the better story."""
+    grown = search.fitter.side_by_side(
+        [partial(_grown, search, rival, solution, best) for rival in rivals],
+        [free for rival in rivals for free in rival.frees],
+    )
+    return min([best, *(one for one in grown if one is not None)], key=search.story)
+
+
+def _least_story(rival: Solution) -> float:
+    """What a rival would be worth at least if none of its effects were needed."""
+    return rival.cost + sum(free_price(free) for free in rival.frees)
+
+
+def _grown(search: Search, rival: Solution, solution: Solution, best: Solution) -> Solution | None:
+    """A rival that has a free shape, less what it does not need or with what else it needs; None
+    for one that stays behind the best so far.
+    """
+    if rival.terms:
+        return search.drop(rival) if _least_story(rival) < search.story(best) else None
+    if search.falls_short(rival, 1, search.worth(best)):
+        return None
+    return search.one_more(search.drop(rival), solution)
+
+
+def free_rivals(search: Search, solution: Solution) -> list[FreeShape]:
+    """Free shapes that explain most of what a solution leaves."""
+    scores = search.scores(solution)
+    ranked = [
+        (entry.free, float(scores.gain[number]), float(scores.log_p[number]))
+        for number, entry in enumerate(search.prepared.bank.entries)
+        if entry.free is not None
+    ]
+    ranked += search.fine_scores(solution)
+    ranked.sort(key=lambda item: item[2])
+    least = max(FREE_PRICE, FREE * search.least_gain(solution))
+    return [
+        free
+        for free, gain, log_p in ranked[:MOST_RIVALS]
+        if gain > least and search.p(log_p) < ALPHA
+    ]

@@ -1,0 +1,61 @@
+"""Where and when an effect that acts only now and then leaves the robot alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.observations.readings import BoolArray
+from diagnosis.plants.candidate import Term
+
+LOCAL = frozenset({"contact"})
+"""Effects whose imperfect operator can mislead only near where they act."""
+NEAR_S = 0.3
+"""Around it: touching down a little earlier, and what rings after."""
+LEAST_CHANGE_M = 1e-6
+LEAST_SHARE = 0.2
+"""Of the readings, to judge by them alone."""
+
+
+def local_terms(terms: Sequence[Term]) -> tuple[Term, ...]:
+    """Those of the terms that act only now and then."""
+    return tuple(term for term in terms if term.candidate.effect in LOCAL)
+
+
+def left_alone(fitter: Fitter, solution: Solution) -> BoolArray:
+    """Whitened readings (rows,) far from where the solution's local terms act."""
+    model = fitter.model
+    others = [term for term in solution.terms if term.candidate.effect not in LOCAL]
+    without = model.predict([*solution.nuisances, *others])
+    everything = model.predict([*solution.nuisances, *solution.terms])
+    acts = np.abs(everything - without).max(axis=1) > LEAST_CHANGE_M
+    near = maximum_filter1d(acts, 1 + 2 * round(NEAR_S / model.readings.period_s))
+    alone: BoolArray = ~near[fitter.whiten.rows]
+    return alone
+
+
+def clear_rows(fitter: Fitter, one: Solution, other: Solution) -> BoolArray:
+    """Whitened readings (rows,) by which to compare two stories of one recording.
+
+    Those that no local term of either touches; all of them where too few would be left.
+    """
+    if not local_terms((*one.terms, *other.terms)):
+        return np.ones(fitter.rows, dtype=bool)
+    clear = left_alone(fitter, one) & left_alone(fitter, other)
+    return clear if clear.mean() >= LEAST_SHARE else np.ones(fitter.rows, dtype=bool)
+
+
+def blurred(solution: Solution, clear: BoolArray) -> float:
+    """Chi-square left in the readings that are not clear."""
+    return float(np.sum(solution.residual[: len(clear)][~clear] ** 2))
+
+
+def gain_elsewhere(fitter: Fitter, before: Solution, after: Solution) -> float:
+    """Chi-square gained in the readings that no local term of either touches."""
+    clear = clear_rows(fitter, before, after)
+    gained = before.cost - blurred(before, clear) - after.cost + blurred(after, clear)
+    return 0.0 if clear.all() else gained

@@ -1,0 +1,149 @@
+"""Whether a machine that is a little off everywhere is the better story than a pile of effects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from diagnosis.estimation.budget import Until
+from diagnosis.estimation.build_tolerances import effects_of_building, usual
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.evidence.detection import ALPHA
+from diagnosis.plants.candidate import Term
+from diagnosis.selection.outside_contact import blurred, clear_rows
+from diagnosis.selection.stepwise import CHOICE, PILE, Search
+
+PROMOTED = 12.0
+"""Chi-square that lifting the prior of a tolerance must gain to make it a finding."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Needed:
+    """What of a solution is needed beside small errors everywhere, and how large these are then."""
+
+    terms: tuple[Term, ...]
+    nuisances: tuple[Term, ...]
+    story: float
+    """What these are worth."""
+
+
+class LooselyBuilt:
+    """The other story to that of a search: the same machine with small errors everywhere."""
+
+    def __init__(self, search: Search):
+        self.search = search
+
+    @cached_property
+    def other(self) -> Search:
+        """The search in which small errors are always fitted."""
+        prepared, model = self.search.prepared, self.search.prepared.model
+        few = prepared.fitter
+        many = [*model.nuisances, *model.tolerances]
+        fitter = Fitter(model, few.whiten, many, few.patience)
+        loose = replace(prepared, fitter=fitter)
+        return Search(loose, self.search.rad_per_step, self.search.progress,
+                      self.search.calibration)  # fmt: skip
+
+    def likely(self, solution: Solution) -> bool:
+        """Whether to look: a pile of effects, or a rest that a wrong size would explain."""
+        search = self.search
+        tolerances = effects_of_building(search.prepared.model)
+        if not solution.terms or not tolerances:
+            return False
+        rest = search.trials(solution)
+        static = bool(rest) and rest[0].start.candidate.effect in tolerances
+        rest_is_static = static and search.p(rest[0].log_p) < ALPHA
+        return len(solution.terms) >= PILE or rest_is_static or self._small(solution)
+
+    def needed(self, solution: Solution) -> Needed | None:
+        """What is needed beside small errors everywhere, if these may be the better story: some
+        effect is not needed, or with all of them it is better already.
+        """
+        if not self.likely(solution):
+            return None
+        needed = self.other.drop(self.other.fitter.solve(solution.terms, solution.frees))
+        if len(needed.terms) == len(solution.terms) and not self._better(solution, needed):
+            return None
+        return Needed(needed.terms, needed.nuisances, self.other.story(needed))
+
+    def instead(self, solution: Solution, needed: Needed) -> Solution | None:
+        """Small errors everywhere with what else these need, where they are the better story.
+
+        An effect that is itself such an error is not begun with. When they need nothing the search
+        begins without effects: some of these only do what they do.
+        """
+        other, model = self.other, self.search.prepared.model
+        begun = tuple(term for term in needed.terms if not usual(model, term))
+        if not other.any_shows(other.trials(other.empty)):
+            found = other.run()
+        elif begun == needed.terms:
+            found = other.collected(other.fitter.solve(begun, (), needed.nuisances))
+        else:
+            found = other.resumed(begun, other.empty.nuisances)
+        if other.patience.lasts(Until.DOUBTED):
+            found = other.finished(found)
+        rival = self._promoted(found)
+        return rival if rival.terms and self._better(solution, rival) else None
+
+    def _better(self, solution: Solution, rival: Solution) -> bool:
+        """Whether small errors everywhere are the better story, judged where nothing local blurs
+        it.
+
+        Not when it is one by an effect that would make the first story as good, and was left out
+        of it for what the others blur.
+        """
+        clear = clear_rows(self.search.fitter, solution, rival)
+        many = blurred(rival, clear)
+        evidence, story = _evidence(self.other, rival) - many, self.other.story(rival) - many
+
+        def beats(one: Solution) -> bool:
+            few = blurred(one, clear)
+            small = self._small(one) and story < self.search.story(one) - few
+            return small or evidence < _evidence(self.search, one) - few
+
+        if not beats(solution):
+            return False
+        fairer = self._with_those_of(solution, rival)
+        return fairer is solution or beats(fairer)
+
+    def _with_those_of(self, solution: Solution, rival: Solution) -> Solution:
+        """A solution with what another has beside it, where that was left out for the blur."""
+        search, own = self.search, {term.candidate.key for term in solution.terms}
+        more = [term for term in rival.terms if term.candidate.key not in own]
+        if not more:
+            return solution
+        both = search.fitter.solve((*solution.terms, *more), solution.frees, solution.nuisances)
+        most = max(search.least_gain(solution, term.candidate) for term in more)
+        return both if solution.cost - both.cost < most else solution
+
+    def _small(self, solution: Solution) -> bool:
+        """Whether an error no larger than every machine may have stands beside something else.
+
+        By itself it is a finding; beside a fault it says how the machine was built.
+        """
+        model = self.search.prepared.model
+        return len(solution.terms) > 1 and any(usual(model, term) for term in solution.terms)
+
+    def _promoted(self, solution: Solution) -> Solution:
+        """A wrong size that is too far off for a tolerance, though the priors nearly hide it."""
+        other = self.other
+        tolerances = effects_of_building(other.prepared.model) - {"transmission_error"}
+        static = [t for t in other.trials(solution) if t.start.candidate.effect in tolerances]
+        if not static or static[0].gain < PROMOTED:
+            return solution
+        grown = other.fitter.solve(
+            (*solution.terms, static[0].start), solution.frees, solution.nuisances
+        )
+        return grown if solution.cost - grown.cost > PROMOTED else solution
+
+
+def _evidence(search: Search, solution: Solution) -> float:
+    """Cost with what choosing the terms and fitting the nuisances is worth (Laplace)."""
+    fitter = search.fitter
+    count = sum(len(t.candidate.moved) for t in solution.nuisances)
+    jac = solution.tangent[: fitter.rows, :count] * fitter.spread
+    occam = float(np.linalg.slogdet(np.eye(count) + jac.T @ jac)[1])
+    return search.worth(solution) + CHOICE * len(solution.terms) + occam

@@ -1,0 +1,102 @@
+"""Faults of the sensors and their bus."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator
+from random import Random
+from typing import Any
+
+from drivers.fakes.vl53l1x_chip import Vl53l1xChip
+from tests.rigs.faults.kind import Kind, Undo, nothing
+from tests.rigs.faults.stand import Stand
+
+BAD_RAW_STATUS = (4, 5, 6, 7, 8, 12, 13, 18, 22)
+"""Raw codes of single bad samples (VL53L1X ULD, status_rtn)."""
+SICK_RAW_STATUS = (1, 2, 3, 17)
+"""Raw codes of a broken sensor."""
+RESULT_BYTES = 17
+
+
+def each(*values: int) -> Iterator[int]:
+    """One after the other, so that every one is tried."""
+    return itertools.cycle(values)
+
+
+def on_a_chip(**knobs: Any) -> Callable[[Stand, Random], Undo]:
+    """Turn knobs of one of the three chips."""
+
+    def inject(stand: Stand, chance: Random) -> Undo:
+        chip = _any_chip(stand, chance)
+        for name, value in knobs.items():
+            setattr(chip.faults, name, next(value) if isinstance(value, itertools.cycle) else value)
+        return chip.faults.clear
+
+    return inject
+
+
+def tear_data(stand: Stand, chance: Random) -> Undo:
+    """A bit of a result is read wrongly, some times in a row."""
+    chip = _any_chip(stand, chance)
+    chip.faults.flip = (chance.randrange(RESULT_BYTES), 1 << chance.randrange(8))
+    chip.faults.flip_reads = chance.randint(1, 5)
+    return chip.faults.clear
+
+
+def brown_out(stand: Stand, chance: Random) -> Undo:
+    """Back at 0x29 with reset values."""
+    _any_chip(stand, chance).brown_out()
+    return nothing
+
+
+def stick_bus(stand: Stand, chance: Random) -> Undo:
+    """Every transfer times out, whatever is reset."""
+    stand.rig.bus.stuck = True
+    return lambda: setattr(stand.rig.bus, "stuck", False)
+
+
+def take_adapter(stand: Stand, chance: Random) -> Undo:
+    """The adapter itself is gone (ENODEV)."""
+    stand.rig.bus.gone = True
+    return lambda: setattr(stand.rig.bus, "gone", False)
+
+
+def _any_chip(stand: Stand, chance: Random) -> Vl53l1xChip:
+    return stand.rig.chips[chance.choice("xyz")]
+
+
+RESTARTED = r"sensor [xyz].*held in reset"
+
+SENSOR_KINDS = (
+    Kind("NACK burst (errno 121)", on_a_chip(nack_transfers=each(1, 2, 3, 6, 12)), within_s=2.0),
+    Kind("time-outs (errno 110)", on_a_chip(timeout_transfers=each(1, 2, 3, 6)), within_s=2.0),
+    Kind("I/O errors (errno 5)", on_a_chip(io_error_transfers=each(1, 2, 3, 6)), within_s=2.0),
+    Kind("SDA held low by a sensor", on_a_chip(sda_stuck=True), within_s=4.0, culprit=RESTARTED),
+    Kind("brown-out to 0x29", brown_out, within_s=3.0, culprit="brown-out.*0x29"),
+    Kind(
+        "frozen stream count",
+        on_a_chip(frozen=True),
+        within_s=3.0,
+        culprit=RESTARTED,
+        hold_s=0.5,
+    ),
+    Kind("bad status", on_a_chip(raw_status=each(*BAD_RAW_STATUS)), within_s=1.0),
+    Kind(
+        "status of a broken sensor",
+        on_a_chip(raw_status=each(*SICK_RAW_STATUS)),
+        within_s=3.0,
+        culprit=RESTARTED,
+    ),
+    Kind("torn data (bits flipped)", tear_data, within_s=2.0),
+    Kind(
+        "sensor dead",
+        on_a_chip(unpowered=True),
+        "fault",
+        6.0,
+        6.5,
+        r"sensor [xyz]",
+        r"sensor [xyz]|no sensor answers",
+    ),
+    Kind("bus held low", stick_bus, "fault", 1.2, 1.5, "no sensor answers.*errno 110", "I2C bus"),
+    Kind("I2C adapter gone", take_adapter, "fault", 0.2, 0.4, "I2C adapter fails", "I2C adapter"),
+)
