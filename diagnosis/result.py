@@ -59,6 +59,8 @@ class Alternative(_Record):
     component: str
     delta_chi2: float
     together: bool = False
+    probability: float | None = None
+    """Posterior that this acts instead; None where it was not worked out."""
 
 
 class Finding(_Record):
@@ -71,6 +73,9 @@ class Finding(_Record):
     where: Where
     evidence: Evidence
     share_of_mismatch: float
+    probability: float | None = None
+    """Posterior that this effect acts at this component (unknown: that something outside the
+    vocabulary does); None where it was not worked out."""
     alternatives: list[Alternative] = Field(default_factory=list)
     depends_on: list[str] = Field(default_factory=list)
     has_memory: bool | None = None
@@ -159,6 +164,8 @@ class Diagnosis(_Record):
 
     verdict: Verdict
     false_alarm_p: float
+    probability_nothing_missing: float | None = None
+    """Posterior of the empty set of effects; None where it was not worked out."""
     fit: Fit
     findings: list[Finding]
     unexplained: Unexplained

@@ -1,1 +1,1 @@
-"""Single axes, lone sensors and servo joints: their own search and answer, until they stand on the one pipeline."""
+"""Single axes, lone sensors and servo joints, with a search and an answer of their own."""
