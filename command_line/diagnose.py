@@ -23,6 +23,7 @@ def diagnose_recordings(
     set_columns: list[str],
     next_job: Path | None,
     thorough: bool,
+    save_all: bool = False,
 ) -> None:
     """Diagnose, print what was found in plain sentences, and write what was asked for."""
     from diagnosis.api import diagnose
@@ -50,7 +51,7 @@ def diagnose_recordings(
     if next_job is not None and answer.next_experiment is not None:
         write_job(answer.next_experiment, next_job, robot_file, CONFIG_FOLDER)
     if save_robot is not None:
-        save_corrected(robot_file, answer, save_robot)
+        save_corrected(robot_file, answer, save_robot, save_all)
     if report is not None:
         write_report(answer, load_robot_model(robot_file), report)
     if quiet:

@@ -31,6 +31,10 @@ def diagnose(
     save_robot: Annotated[
         Path | None, typer.Option(help="Write the corrected robot file here.")
     ] = None,
+    save_all: Annotated[
+        bool,
+        typer.Option("--all", help="With --save-robot: also what is tied or improbable."),
+    ] = False,
     next_job: Annotated[
         Path | None,
         typer.Option(help="Write the job here that would tell tied explanations apart."),
@@ -69,6 +73,7 @@ def diagnose(
         set_columns or [],
         next_job,
         thorough,
+        save_all,
     )
 
 

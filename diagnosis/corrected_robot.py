@@ -1,7 +1,10 @@
-"""The corrected robot file: what was believed, and the effects that were found."""
+"""The corrected robot file: what was believed, put together with the effects that were found."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -10,45 +13,55 @@ import yaml
 from diagnosis.result import Diagnosis, Finding
 from foundation.errors import RecordingError
 from foundation.strict_yaml import Document
+from models.belief import merged
 from models.effects import VOCABULARY
-from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
+from models.robot import EffectEntry, FoundBy, load_robot_model
 
-_KINDS = {
-    **command_effects("rotary"), **effort_effects("rotary"), **sensor_effects(), **VOCABULARY,
-}  # fmt: skip
-"""Every effect there is, of deltas, lone axes and lone sensors."""
 HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
+SURE = 0.8
+"""A finding less probable than this is written only when everything is asked for."""
+_SECTION = re.compile(r"^effects:.*\n?(?:(?:[ \t#-].*)?\n)*", re.MULTILINE)
 
 
-def corrected_text(robot_file: Path, diagnosis: Diagnosis) -> str:
-    """The robot file with every lasting, known finding as an entry of its `effects` section.
+def corrected_text(robot_file: Path, diagnosis: Diagnosis, all_of_them: bool = False) -> str:
+    """The robot file with every lasting, sure finding in its `effects` section.
 
-    Comments are kept unless the file had an `effects` section already. One-off events (lost
-    steps, stale readings) and unknown mismatches are no property of the robot: left out.
+    What is found again is one entry with the size that both amount to, and says where it comes
+    from. Comments outside the section are kept. One-off events (lost steps, stale readings) and
+    unknown mismatches are no property of the robot: left out. all_of_them: ties and improbable
+    findings as well.
     """
     document = Document.read(robot_file)
-    entries = [_entry(finding) for finding in diagnosis.findings if _lasts(finding)]
-    if not entries:
+    kept = [one for one in diagnosis.findings if lasts(one) and (all_of_them or sure(one))]
+    if not kept:
         return document.text
-    if document.data.get("effects"):
-        data = document.data | {"effects": [*document.data["effects"], *entries]}
-        return f"{HEADING}\n{yaml.safe_dump(data, sort_keys=False)}"
-    block = yaml.safe_dump({"effects": entries}, sort_keys=False)
-    return f"{document.text.rstrip()}\n\n{HEADING}\n{block}"
+    found = [_entry(finding, diagnosis.recordings) for finding in kept]
+    return with_effects(document.text, merged(load_robot_model(robot_file).effects, found))
 
 
-def save_corrected(robot_file: Path, diagnosis: Diagnosis, out: Path) -> None:
+def with_effects(text: str, entries: Iterable[EffectEntry]) -> str:
+    """The text of a robot file with other effects."""
+    plain = [one.model_dump(mode="json", exclude_none=True) for one in entries]
+    block = yaml.safe_dump({"effects": plain}, sort_keys=False)
+    rest = _SECTION.sub("", text.replace(f"{HEADING}\n", "").rstrip() + "\n").rstrip()
+    return f"{rest}\n\n{HEADING}\n{block}"
+
+
+def save_corrected(
+    robot_file: Path, diagnosis: Diagnosis, out: Path, all_of_them: bool = False
+) -> None:
     """Write the corrected robot file. Raises RecordingError when it exists or cannot be written."""
     try:
         with out.open("x", encoding="utf-8") as file:
-            file.write(corrected_text(robot_file, diagnosis))
+            file.write(corrected_text(robot_file, diagnosis, all_of_them))
     except FileExistsError:
         raise RecordingError(f"{out}: exists already; choose another name") from None
     except OSError as error:
         raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
 
 
-def _lasts(finding: Finding) -> bool:
+def lasts(finding: Finding) -> bool:
+    """Whether a robot file can say it, and it will be so in the next run."""
     kind = VOCABULARY.get(finding.effect)
     if kind is None or kind.event:
         return False
@@ -56,6 +69,32 @@ def _lasts(finding: Finding) -> bool:
     return set(finding.parameters) <= {parameter.name for parameter in kind.parameters}
 
 
-def _entry(finding: Finding) -> dict[str, Any]:
-    values = {name: one.value for name, one in finding.parameters.items()}
-    return {"effect": finding.effect, "component": finding.component, "parameters": values}
+def sure(finding: Finding) -> bool:
+    """Probable enough; where that was not worked out, without a rival that lasts.
+
+    Steps lost before the first sample look like another home in that run. They need to have been
+    lost between homing and recording: rare, so such a rival alone does not keep a finding out.
+    """
+    if finding.probability is None:
+        rivals = [VOCABULARY.get(one.effect) for one in finding.alternatives]
+        return all(kind is not None and kind.event for kind in rivals)
+    return finding.probability >= SURE
+
+
+def _entry(finding: Finding, recordings: list[str]) -> EffectEntry:
+    values: dict[str, Any] = {n: _fixed(one.value) for n, one in finding.parameters.items()}
+    intervals: dict[str, Any] = {n: _fixed(one.ci95) for n, one in finding.parameters.items()}
+    origin = FoundBy(
+        recordings=tuple(Path(name).name for name in recordings),
+        on=date.today().isoformat(),
+        ci95=intervals,
+        probability=finding.probability,
+    )
+    return EffectEntry(
+        effect=finding.effect, component=finding.component, parameters=values, found=origin
+    )
+
+
+def _fixed(value: Any) -> Any:
+    """Lists as tuples, as records that never change have them."""
+    return tuple(_fixed(one) for one in value) if isinstance(value, list) else value

@@ -106,9 +106,11 @@ class SensorNoise(StrictModel):
 
 
 class AsBuilt(StrictModel):
-    """How the simulated robot differs from its file; the controller never reads this."""
+    """What the simulated robot is really like; the controller never reads this."""
 
-    effects: tuple[EffectEntry, ...] = ()
+    effects: tuple[EffectEntry, ...] | None = None
+    """All the effects there are, whatever the file's own `effects` say: those are only believed.
+    None: the simulated robot is as it is believed to be."""
     noise: SensorNoise = SensorNoise()
     servo: AsBuiltServo | None = None
     """Only with drive.kind servo."""
@@ -125,6 +127,12 @@ class RobotFile(DeltaRobot):
     homing: Homing = Homing()
     recordings: KeptRecordings = KeptRecordings()
     as_built: AsBuilt = AsBuilt()
+
+    @property
+    def effects_as_built(self) -> tuple[EffectEntry, ...]:
+        """The effects of the simulated robot."""
+        built = self.as_built.effects
+        return self.effects if built is None else built
 
     def clashes(self) -> Iterator[tuple[tuple[str, ...], str]]:
         """Where sections contradict each other: the key at fault, and what is wrong with it."""
@@ -178,7 +186,7 @@ def load_robot(path: Path) -> RobotFile:
     for location, message in robot.clashes():
         raise document.fail(location, message)
     _check_effects(document, ("effects",), robot.effects)
-    _check_effects(document, ("as_built", "effects"), robot.as_built.effects)
+    _check_effects(document, ("as_built", "effects"), robot.as_built.effects or ())
     return robot
 
 

@@ -126,12 +126,28 @@ class Sensors(StrictModel):
         return np.array([self.x.axis, self.y.axis, self.z.axis])
 
 
+class FoundBy(StrictModel):
+    """Where the sizes of an effect come from."""
+
+    recordings: tuple[str, ...]
+    on: Annotated[str, Field(pattern=r"^\d{4}-\d{2}-\d{2}$", description="a day, as 2026-01-31")]
+    """The day on which they were worked out."""
+    ci95: dict[str, tuple[float, float] | tuple[tuple[float, float], ...]] = Field(
+        default_factory=dict
+    )
+    """Interval of each parameter that was fitted; of a vector one a component."""
+    probability: Annotated[float, Field(ge=0.0, le=1.0, description="a probability")] | None = None
+    """That this effect acts at this component; absent where it was not worked out."""
+
+
 class EffectEntry(StrictModel):
     """One effect of the vocabulary with its parameters in SI units."""
 
     effect: str
     component: str
     parameters: dict[str, float | tuple[float, ...]] = Field(default_factory=dict)
+    found: FoundBy | None = None
+    """None where somebody wrote the entry by hand."""
 
 
 class DeltaRobot(StrictModel):

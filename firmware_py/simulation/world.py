@@ -77,9 +77,9 @@ class SimulatedRobot:
 
     def _put(self, counts: FloatArray) -> None:
         self._zero_steps = self._zero_at(counts)
-        self._chain = OnlineChain(self._robot, self._robot.as_built.effects)
-        robot = self._robot
-        plain = robot.sensors is not None and not (robot.effects or robot.as_built.effects)
+        robot, real = self._robot, self._robot.effects_as_built
+        self._chain = OnlineChain(robot.model_copy(update={"effects": ()}), real)
+        plain = robot.sensors is not None and not real
         self._nominal = NominalRobot(robot) if plain else None
 
     def _zero_at(self, counts: FloatArray) -> FloatArray:

@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 from diagnosis.corrected_robot import corrected_text, save_corrected
-from diagnosis.result import Diagnosis, Evidence, Finding, Fit, ParameterResult, Unexplained, Where
+from diagnosis.result import (
+    Alternative,
+    Diagnosis,
+    Evidence,
+    Finding,
+    Fit,
+    ParameterResult,
+    Unexplained,
+    Where,
+)
 from foundation.errors import RecordingError
 from models.chain import Chain, Commands
 from models.robot import DeltaRobot, load_delta
@@ -51,6 +60,7 @@ def answer(*findings: Finding) -> Diagnosis:
         fit=fit,
         findings=list(findings),
         unexplained=nothing,
+        recordings=["runs/survey.mcap"],
     )
 
 
@@ -86,6 +96,28 @@ def test_a_second_diagnosis_adds_to_the_first(robot_file: Path, tmp_path: Path) 
     save_corrected(once, answer(finding("sensor_offset", "range_x", offset=0.01)), twice)
     robot: DeltaRobot = load_delta(twice)
     assert [entry.component for entry in robot.effects] == ["motor2", "range_x"]
+
+
+def test_a_size_found_again_replaces_the_one_believed(robot_file: Path, tmp_path: Path) -> None:
+    once, twice = tmp_path / "once.yaml", tmp_path / "twice.yaml"
+    save_corrected(robot_file, answer(finding("home_offset", "motor2", angle=0.02)), once)
+    save_corrected(once, answer(finding("home_offset", "motor2", angle=-0.003)), twice)
+    (entry,) = load_delta(twice).effects
+    assert entry.parameters["angle"] == pytest.approx(0.017)
+    assert entry.found is not None
+    assert entry.found.recordings == ("survey.mcap",)
+    assert entry.found.ci95["angle"] == pytest.approx((0.02, 1.02))
+    assert twice.read_text().count("effects:") == 1
+    assert twice.read_text().startswith("# a comment worth keeping")
+
+
+def test_what_is_not_sure_is_written_only_when_asked_for(robot_file: Path) -> None:
+    tie = Alternative(effect="gear_backlash", component="motor2", delta_chi2=1.0)
+    tied = finding("home_offset", "motor2", angle=0.02).model_copy(update={"alternatives": [tie]})
+    faint = finding("gear_ratio", "motor1", scale=1.01).model_copy(update={"probability": 0.5})
+    found = answer(tied, faint)
+    assert corrected_text(robot_file, found) == ROBOT
+    assert corrected_text(robot_file, found, all_of_them=True).count("component") == 2
 
 
 def test_nothing_found_changes_nothing_and_no_file_is_written_over(robot_file: Path) -> None:

@@ -1,0 +1,115 @@
+"""Findings beyond a belief, put together with it: one entry an effect and component."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from models.belief.rules import ALSO_SUMMED, RULES, Rule
+from models.effects import VOCABULARY
+from models.robot import EffectEntry, FoundBy
+
+Number = float | tuple[float, ...]
+SAME_PERIOD = 0.02
+"""Share by which two periods may differ and be called one."""
+
+
+def merged(
+    believed: Iterable[EffectEntry], found: Iterable[EffectEntry]
+) -> tuple[EffectEntry, ...]:
+    """The effects of both: `found` is what acts beyond what is `believed`.
+
+    A size found again replaces the one believed, by what both amount to together.
+    """
+    entries = list(believed)
+    for new in found:
+        place = next((i for i, old in enumerate(entries) if _is_again(old, new)), None)
+        if place is None:
+            entries.append(new)
+        else:
+            entries[place] = together(entries[place], new)
+    return tuple(entries)
+
+
+def together(old: EffectEntry, new: EffectEntry) -> EffectEntry:
+    """One entry that does what both do one after the other (see `rules`)."""
+    rule = RULES.get(new.effect)
+    before, after = _filled(old), _filled(new)
+    # What little is left says little about the other parameters: those believed stay.
+    values = before | after if rule is None else after | before
+    main = VOCABULARY[new.effect].main.name
+    if rule is Rule.SUM:
+        values[main] = _sum(before[main], after[main])
+    elif rule is Rule.PRODUCT:
+        values[main] = _one(before[main]) * _one(after[main])
+    elif rule is Rule.SERIES:
+        values[main] = 1.0 / (1.0 / _one(before[main]) + 1.0 / _one(after[main]))
+    elif rule is Rule.RATE:
+        k, beside = _one(before["stiffness"]), _one(after["stiffness"])
+        values[main] = _one(before[main]) + _one(after[main]) * k / beside
+        values["stiffness"] = k
+    elif rule is Rule.PHASOR:
+        values |= _phasor(before, after)
+    also = ALSO_SUMMED.get(new.effect)
+    if also is not None:
+        values[also] = _sum(before[also], after[also])
+    return EffectEntry(
+        effect=new.effect,
+        component=new.component,
+        parameters=values,
+        found=_moved(new.found, after, values),
+    )
+
+
+def _is_again(old: EffectEntry, new: EffectEntry) -> bool:
+    if (old.effect, old.component) != (new.effect, new.component):
+        return False
+    if RULES.get(new.effect) is not Rule.PHASOR:
+        return True
+    one, other = _one(_filled(old)["period"]), _one(_filled(new)["period"])
+    return abs(one - other) <= SAME_PERIOD * one
+
+
+def _filled(entry: EffectEntry) -> dict[str, Number]:
+    """Parameters with the defaults of the vocabulary."""
+    kind = VOCABULARY[entry.effect]
+    given = {p.name: p.default for p in kind.parameters if p.default is not None}
+    # A file cannot say infinity; it leaves out what has it for a default.
+    finite = {name: value for name, value in given.items() if np.isfinite(value)}
+    return {**finite, **entry.parameters}
+
+
+def _phasor(before: dict[str, Number], after: dict[str, Number]) -> dict[str, Number]:
+    total = sum(
+        _one(wave["amplitude"]) * np.exp(1j * _one(wave["phase"])) for wave in (before, after)
+    )
+    return {
+        "amplitude": float(abs(total)),
+        "phase": float(np.angle(total)),
+        "period": before["period"],
+    }
+
+
+def _moved(
+    found: FoundBy | None, alone: dict[str, Number], total: dict[str, Number]
+) -> FoundBy | None:
+    """Intervals of what was found, about the sizes that both amount to."""
+    if found is None:
+        return None
+    kept = {}
+    for name, interval in found.ci95.items():
+        value, now = alone.get(name), total.get(name)
+        if isinstance(value, float) and isinstance(now, float) and isinstance(interval[0], float):
+            low, high = (float(np.ravel(end)[0]) for end in interval)
+            kept[name] = (now + low - value, now + high - value)
+    return found.model_copy(update={"ci95": kept})
+
+
+def _sum(one: Number, other: Number) -> Number:
+    total = np.asarray(one, dtype=np.float64) + np.asarray(other, dtype=np.float64)
+    return float(total) if total.ndim == 0 else tuple(total.tolist())
+
+
+def _one(value: Number) -> float:
+    return float(np.asarray(value))
