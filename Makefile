@@ -4,7 +4,15 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 JOB    ?= config/heart.yaml
 
-.PHONY: run test check hil-aarch64 benchmarks clean
+# On a PC the diagnosis is installed too; a Raspberry Pi stays small: it runs the robot, and
+# recordings are diagnosed elsewhere. `make extras WITH=diagnosis` adds it there, `make run WITH=`
+# leaves it out here.
+ON_A_PI := $(shell grep -qs 'Raspberry Pi' /proc/device-tree/model && echo yes)
+WITH    ?= $(if $(ON_A_PI),,diagnosis)
+EXTRAS   = $(if $(WITH),[$(WITH)])
+INSTALL  = $(PYTHON) -m pip --python $(BIN)/python install --quiet --disable-pip-version-check -c constraints.txt
+
+.PHONY: run extras test check newcomer hil-aarch64 benchmarks clean
 
 run: $(VENV)/.run
 	$(BIN)/deltactl run $(JOB)
@@ -30,15 +38,27 @@ benchmarks: $(VENV)/.test
 # The virtual environment is made without ensurepip, which Debian ships separately:
 # the system's pip installs into it from outside.
 $(VENV)/bin/python:
-	$(PYTHON) -m venv --without-pip $(VENV)
+	@$(PYTHON) -m venv --without-pip $(VENV)
 
 $(VENV)/.run: $(VENV)/bin/python pyproject.toml constraints.txt
-	$(PYTHON) -m pip --python $(BIN)/python install --quiet --disable-pip-version-check -c constraints.txt -e .
-	touch $@
+	@echo "Installing deltactl$(EXTRAS) into $(VENV): one to three minutes, the first time."
+	@$(INSTALL) -e '.$(EXTRAS)'
+	@touch $@
+
+# More parts of the program: make extras WITH=training,proof
+extras: $(VENV)/bin/python
+	@echo "Installing deltactl$(EXTRAS) into $(VENV): some minutes."
+	@$(INSTALL) -e '.$(EXTRAS)'
+	@touch $(VENV)/.run
 
 $(VENV)/.test: $(VENV)/bin/python pyproject.toml constraints.txt
-	$(PYTHON) -m pip --python $(BIN)/python install --quiet --disable-pip-version-check -c constraints.txt -e '.[diagnosis,training,tables,proof,test]'
-	touch $@ $(VENV)/.run
+	@echo "Installing deltactl with all its parts and the tests into $(VENV): some minutes, the first time."
+	@$(INSTALL) -e '.[diagnosis,training,tables,proof,test]'
+	@touch $@ $(VENV)/.run
+
+# What a newcomer types, on a clean clone: every command of README and docs that a PC can run.
+newcomer: $(VENV)/.test
+	$(BIN)/python -m pytest -m newcomer --timeout 3600
 
 clean:
 	rm -rf $(VENV) build *.egg-info .mypy_cache .ruff_cache

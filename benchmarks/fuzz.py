@@ -1,7 +1,7 @@
 """Fuzzing: python benchmarks/fuzz.py [-n 100000] [--target job] [--engine atheris].
 
 Job and robot files, the socket, recordings, networks and tables, each with hypothesis and with
-atheris (pip install 'deltactl[fuzz]'; x86-64). Every input may be taken or refused with an error
+atheris (make extras WITH=fuzz; x86-64). Every input may be taken or refused with an error
 of ours in one line. Prints inputs, errors by kind, the slowest input and how memory grew.
 """
 

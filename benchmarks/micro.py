@@ -17,6 +17,7 @@ from rich.table import Table
 
 from firmware_py.servo.law import AccelerationControl, LawSettings
 from foundation.errors import DeltactlError
+from foundation.extras import needs
 
 LAW_GOAL_US, WHOLE_GOAL_US = 10.0, 20.0
 ROUNDS = 5
@@ -24,12 +25,8 @@ ROUNDS = 5
 
 def main() -> None:
     """Measure and print."""
-    try:
+    with needs("proof", "benchmarks/micro.py"):
         from proof.micro.bodies import Rods
-    except ImportError as error:
-        raise SystemExit(
-            f"benchmarks/micro.py needs {error.name}: pip install 'deltactl[proof]'"
-        ) from error
     from proof.micro.as_built import MicroDelta
     from proof.micro.plant import MicroPlant
     from reproduction.uzunovic_2013.control_loop import START_RAD, run

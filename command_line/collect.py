@@ -12,7 +12,8 @@ import typer
 
 from command_line.jobs import SocketOption
 from command_line.output import errors, say, warn
-from foundation.errors import ConfigError, ServiceError
+from foundation.errors import ServiceError
+from foundation.extras import needs
 
 if TYPE_CHECKING:
     from firmware_py.controller.contract import JobResult, RobotController
@@ -67,13 +68,9 @@ def collect(
 
 
 def _as_built(name: str, robot: RobotFile, out: Path, samples: int, seed: int, show: Show) -> int:
-    try:
+    with needs("proof", "--as-built"):
         from reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built
         from reproduction.zhao_2023.collecting import collect as run
-    except ImportError as error:
-        raise ConfigError(
-            f"--as-built needs {error.name}, which is not installed: pip install 'deltactl[proof]'"
-        ) from error
     file = AS_BUILT_FILE if name == SHIPPED_AS_BUILT else Path(name)
     return run(out, robot, load_as_built(file, robot), samples, seed, show)
 

@@ -9,6 +9,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from command_line.output import console, errors, print_json, say
 from firmware_py.robot_file import CONFIG_FOLDER, find
+from foundation.extras import needs
 from models.robot import load_robot_model
 
 
@@ -26,7 +27,8 @@ def diagnose_recordings(
     save_all: bool = False,
 ) -> None:
     """Diagnose, print what was found in plain sentences, and write what was asked for."""
-    from diagnosis.api import diagnose
+    with needs("diagnosis", "diagnose"):
+        from diagnosis.api import diagnose
     from diagnosis.corrected_robot import save_corrected
     from diagnosis.experiment import write_job
     from diagnosis.observations.column_mapping import load_mapping, read_mapped

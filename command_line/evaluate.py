@@ -11,7 +11,7 @@ from command_line.collect import SHIPPED_AS_BUILT
 from command_line.data_robot import robot_file_of
 from command_line.jobs import JsonOption
 from command_line.output import console, errors, print_json, say
-from foundation.errors import ConfigError
+from foundation.extras import needs
 
 if TYPE_CHECKING:
     from firmware_py.evaluating.held_out import Angles, Errors, HeldOut
@@ -88,12 +88,8 @@ def evaluate(
 
 
 def _check_installed() -> None:
-    try:
+    with needs("training", "evaluate"):
         import models.training.calibrate  # noqa: F401
-    except ImportError as error:
-        raise ConfigError(
-            f"evaluate needs {error.name}, which is not installed: pip install 'deltactl[training]'"
-        ) from error
 
 
 def _models(network: InverseNetwork, robot: RobotFile, calibrated: Calibrated) -> dict[str, Angles]:
@@ -174,13 +170,9 @@ def _show(words: str, found: dict[str, Errors]) -> None:
 
 def _built(name: str, robot: RobotFile, samples: DataSet) -> AsBuiltFile:
     """The as-built robot, before any work. Raises ConfigError, or RecordingError for another's."""
-    try:
+    with needs("proof", "--as-built"):
         from reproduction.zhao_2023 import evaluation
         from reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built
-    except ImportError as error:
-        raise ConfigError(
-            f"--as-built needs {error.name}, which is not installed: pip install 'deltactl[proof]'"
-        ) from error
     file = AS_BUILT_FILE if name == SHIPPED_AS_BUILT else Path(name)
     built = load_as_built(file, robot)
     evaluation.check_same(samples, built, file)

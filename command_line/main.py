@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import sys
+from typing import Annotated
 
 import typer
 
 from command_line import collect, evaluate, jobs, prove, reproduce, robotless, service, train
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        from importlib import metadata
+
+        print(f"deltactl {metadata.version('deltactl')}")
+        raise typer.Exit
+
 
 app = typer.Typer(
     name="deltactl",
     no_args_is_help=True,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
-    add_completion=False,
     help="""Runs rotary delta robots, and knows when its model of one is wrong.
 
 Try it without a robot:
@@ -25,6 +34,22 @@ deltactl report recordings/X.mcap  look at what happened
 ```
 """,
 )
+
+
+@app.callback()
+def deltactl(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            help="Version of deltactl; `deltactl version` says more.",
+            callback=_show_version,
+            is_eager=True,
+        ),
+    ] = False,
+) -> None:  # the help is that of the app
+    pass
+
 
 jobs.register(app)
 service.register(app)

@@ -9,7 +9,7 @@ import typer
 from rich.table import Table
 
 from command_line.output import console, errors, say
-from foundation.errors import ConfigError
+from foundation.extras import needs
 
 
 def register(app: typer.Typer) -> None:
@@ -39,12 +39,8 @@ def prove(
     deltactl prove --cases 3000 --seed 8 --out proof-8 --scheduler tcp://host:8786
     ```
     """
-    try:
+    with needs("proof", "prove"):
         from proof.prove.campaign import prove as run
-    except ImportError as error:
-        raise ConfigError(
-            f"prove needs {error.name}, which is not installed: pip install 'deltactl[proof]'"
-        ) from error
     tied = cases // 10 if ties is None else ties
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 

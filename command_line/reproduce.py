@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from command_line.output import errors, say
-from foundation.errors import ConfigError
+from foundation.extras import needs
 
 if TYPE_CHECKING:
     from reproduction.outcome import Outcome
@@ -52,13 +52,8 @@ def reproduce(
     def tell(text: str) -> None:
         errors.print(f"{time.monotonic() - started_s:6.0f} s  {text}", soft_wrap=True)
 
-    try:
+    with needs("proof,training", "reproduce"):
         outcome = _run(paper, folder, quick, tell)
-    except ImportError as error:
-        raise ConfigError(
-            f"reproduce needs {error.name}, which is not installed: "
-            "pip install 'deltactl[proof,training]'"
-        ) from error
     for sheet in outcome.sheets:
         say(sheet.text())
     say(f"report: {outcome.report}")

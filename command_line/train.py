@@ -15,6 +15,7 @@ from command_line.data_robot import robot_file_of
 from command_line.jobs import JsonOption
 from command_line.output import console, duration, errors, facts, print_json, say
 from foundation.errors import ConfigError
+from foundation.extras import needs
 
 if TYPE_CHECKING:
     from models.training.sources import Source
@@ -65,12 +66,8 @@ def train(
     deltactl train --robot zhao-2023.yaml --out nominal.tflite
     ```
     """
-    try:
+    with needs("training", "train"):
         from models.training import train as training
-    except ImportError as error:
-        raise ConfigError(
-            f"train needs {error.name}, which is not installed: pip install 'deltactl[training]'"
-        ) from error
     started_s = time.monotonic()
     source = _source(dataset, robot, samples, seed)
     training.check_writable(out)

@@ -3,6 +3,7 @@
 DeltactlError
 ├── ConfigError (ValueError)            a file says something it may not
 │   └── MissingFile (FileNotFoundError)
+├── MissingExtra (ImportError)          a package that the small install leaves out
 ├── MotionError                         a motion that must not be started or go on
 │   ├── UnreachablePoint (ValueError)   outside the workspace, or singular
 │   ├── LimitExceeded (ValueError)      an arm, box or step-rate limit
@@ -34,6 +35,10 @@ class ConfigError(DeltactlError, ValueError):
 
 class MissingFile(ConfigError, FileNotFoundError):
     """A named file does not exist or cannot be read."""
+
+
+class MissingExtra(DeltactlError, ImportError):
+    """Something was asked for that needs a package which is not installed."""
 
 
 class MotionError(DeltactlError):

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from foundation.errors import RecordingError
+from foundation.extras import how_to_install
 from recording.flat import UNITS, AnyArray, FlatRecording, from_columns
 
 
@@ -82,8 +83,8 @@ def _needs(module: str, package: str, path: Path) -> ModuleType:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
         raise RecordingError(
-            f"{path}: {path.suffix} files need {package}; install it with "
-            "pip install 'deltactl[tables]', or use .csv.gz"
+            f"{path}: {path.suffix} files need {package}, which is not installed; use .csv.gz, or "
+            f"type: {how_to_install('tables')}"
         ) from error
     except ImportError as error:
         raise RecordingError(f"{path}: {package} does not load ({_first(error)})") from error

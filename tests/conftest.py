@@ -50,6 +50,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if any(part in item.nodeid for part in REAL_TIME):
             item.add_marker(pytest.mark.realtime)
+    if "newcomer" not in config.getoption("-m"):
+        long = pytest.mark.skip(reason="takes minutes and downloads packages: make newcomer")
+        for item in items:
+            if item.get_closest_marker("newcomer"):
+                item.add_marker(long)
     if config.getoption("--hardware"):
         return
     skip = pytest.mark.skip(reason="needs the robot: run pytest --hardware on its Raspberry Pi")

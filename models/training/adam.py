@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from foundation.errors import ConfigError
+from foundation.extras import needs
 from models.robot import FloatArray
 
 Stretches = Callable[[int], Iterator[tuple[int, FloatArray]]]
@@ -25,7 +25,7 @@ def advance(
     """Prepare a training of a sigmoid network in float32 on one core.
 
     samples: inputs (n, k) and wanted outputs (n, m), scaled. rates: one an epoch. The same seed
-    gives the same weights on the same machine. Raises ConfigError without numba.
+    gives the same weights on the same machine. Raises MissingExtra without numba.
     """
     epochs = _kernel()
     inputs, wanted = (np.ascontiguousarray(part, dtype=np.float32) for part in samples)
@@ -46,11 +46,6 @@ def advance(
 
 
 def _kernel() -> Any:
-    try:
+    with needs("training", "training this network"):
         from models.training.adam_kernel import epochs
-    except ImportError as error:
-        raise ConfigError(
-            f"training this network needs {error.name}, which is not installed: "
-            "pip install 'deltactl[training]'"
-        ) from error
     return epochs

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import Any, cast
 
 from foundation.errors import ConfigError, ServiceError
+from foundation.extras import how_to_install
 
 Result = tuple[int, dict[str, Any]]
 """The place of a job in the list that was given, and what came of it."""
@@ -14,7 +15,8 @@ Task = Callable[[int, int], dict[str, Any]]
 """A seed and a number -> a result as JSON; must be importable where it runs."""
 Job = tuple[Task, int, int]
 Run = Callable[[Sequence[Job]], Iterator[Result]]
-NO_DASK = "Dask is not installed (pip install 'deltactl[proof]'): one case after another, here"
+ALONE = ": one case after another, here"
+NO_DASK = f"Dask is not installed ({how_to_install('proof')}){ALONE}"
 
 
 def here(jobs: Sequence[Job]) -> Iterator[Result]:
@@ -37,7 +39,7 @@ def workers(count: int, scheduler: str | None, say: Callable[[str], None]) -> It
         from distributed import Client, LocalCluster, as_completed
     except ImportError as error:
         if scheduler is not None:
-            raise ConfigError(f"--scheduler {scheduler}: {NO_DASK.split(':')[0]}") from error
+            raise ConfigError(f"--scheduler {scheduler}: {NO_DASK.removesuffix(ALONE)}") from error
         say(NO_DASK)
         yield here
         return

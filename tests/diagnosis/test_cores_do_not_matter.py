@@ -7,8 +7,8 @@ from collections.abc import Callable
 import pytest
 
 from diagnosis.api import diagnose_recordings
+from diagnosis.estimation import side_by_side
 from diagnosis.estimation.side_by_side import alone
-from foundation import side_by_side
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

@@ -1,0 +1,61 @@
+"""Parts of the program that a small install leaves out, and the command that adds them here."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import metadata, util
+from pathlib import Path
+
+from foundation.errors import MissingExtra
+
+ROOT = Path(__file__).resolve().parents[1]
+"""Of a working copy: the folder of its Makefile. Of an installed wheel: site-packages."""
+
+
+@contextmanager
+def needs(extras: str, what: str) -> Iterator[None]:
+    """Imports under this raise MissingExtra, which says what to type, where a package is missing.
+
+    `extras` are those of pyproject.toml, with commas between them; `what` asked for them.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise MissingExtra(
+            f"{what} needs {error.name}, which is not installed; type: {how_to_install(extras)}"
+        ) from error
+
+
+def how_to_install(extras: str) -> str:
+    """The command that adds extras to the Python that runs this program."""
+    if (ROOT / "Makefile").is_file():
+        at = "" if Path.cwd() == ROOT else f"-C {ROOT} "
+        venv = Path(sys.prefix)
+        usual = "" if venv == ROOT / ".venv" else f" VENV={venv}"
+        return f"make {at}extras WITH={extras}{usual}"
+    packages = " ".join(f"'{name}'" for name in _packages(extras.split(",")))
+    if "pipx" in Path(sys.prefix).parts:
+        return f"pipx inject deltactl {packages}"
+    if util.find_spec("pip") is not None:
+        return f"{sys.executable} -m pip install {packages}"
+    return f"python3 -m pip --python {sys.executable} install {packages}"
+
+
+def _packages(extras: list[str]) -> list[str]:
+    """What the extras of the installed program ask for on this machine."""
+    from packaging.requirements import Requirement
+
+    found: list[str] = []
+    for text in metadata.requires("deltactl") or ():
+        wanted = Requirement(text)
+        if wanted.marker is None or wanted.marker.evaluate({"extra": ""}):
+            continue
+        if not any(wanted.marker.evaluate({"extra": extra}) for extra in extras):
+            continue
+        if wanted.name == "deltactl":
+            found += _packages(sorted(wanted.extras))
+        else:
+            found.append(f"{wanted.name}{wanted.specifier}")
+    return sorted(set(found))

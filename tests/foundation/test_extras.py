@@ -1,0 +1,69 @@
+"""A package that the small install leaves out: one line that names a command which adds it."""
+
+from __future__ import annotations
+
+import importlib
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from command_line.main import main
+from foundation import extras
+from foundation.errors import MissingExtra
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_diagnose_without_scipy_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in [name for name in sys.modules if name.split(".")[0] in ("scipy", "diagnosis")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    robot = str(ROOT / "config" / "zhao-2023.yaml")
+    monkeypatch.setattr("sys.argv", ["deltactl", "diagnose", "x.csv", "--robot", robot])
+    with pytest.raises(SystemExit) as caught:
+        main()
+    (line,) = capsys.readouterr().err.splitlines()
+    assert caught.value.code == 2
+    assert line.startswith("deltactl: diagnose needs scipy")
+    assert "WITH=diagnosis" in line
+
+
+@pytest.mark.parametrize("extra", ["diagnosis", "training", "tables", "proof", "proof,training"])
+def test_in_a_working_copy_the_command_is_a_target_of_make(
+    extra: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    command = extras.how_to_install(extra)
+    dry = subprocess.run(
+        ["make", "-n", *command.split()[1:]], capture_output=True, text=True, check=True
+    )
+    assert f"'.[{extra}]'" in dry.stdout
+
+
+@pytest.mark.parametrize("extra", ["diagnosis", "training", "tables"])
+def test_elsewhere_it_names_the_packages_themselves(
+    extra: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No index has `deltactl`, and a virtual environment may have no pip of its own."""
+    monkeypatch.setattr(extras, "ROOT", tmp_path)
+    command = extras.how_to_install(extra)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    for wanted in project["optional-dependencies"][extra]:
+        assert wanted.split(";")[0].split(">")[0].split("<")[0] in command
+    assert "deltactl" not in command.split(" install ")[1]
+
+
+def test_a_broken_package_of_ours_is_no_missing_extra() -> None:
+    with pytest.raises(MissingExtra, match="diagnose needs nothing_such"), needs_it():
+        importlib.import_module("nothing_such")
+    with pytest.raises(ImportError, match="cannot import"), needs_it():
+        exec("from foundation.errors import no_such_name")
+
+
+def needs_it():
+    return extras.needs("diagnosis", "diagnose")

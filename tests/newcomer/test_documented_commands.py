@@ -1,0 +1,57 @@
+"""Every command of README and docs exists: subcommands, options, make targets, modules, files."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+
+import pytest
+import typer
+
+from command_line.main import app
+from tests.rigs.documented import PAGES, ROOT, Documented, fenced, inline
+
+COMMANDS = [one for page in PAGES for one in (*fenced(page), *inline(page))]
+CALLS = [one for one in COMMANDS if one.words[0] == "deltactl"]
+MAKES = [one for one in COMMANDS if one.words[0] == "make"]
+PYTHONS = [one for one in COMMANDS if one.words[0] in ("python", "python3")]
+PLAIN = {"deltactl", "make", "python", "python3", "pytest", "git", "cd", "source", "bash"}
+ON_A_PI = {"usermod", "reboot", "systemctl", "journalctl", "apt", "install", "cp", "nano", "pipx"}
+
+
+def test_there_are_commands_and_all_are_known() -> None:
+    assert len(CALLS) > 30
+    unknown = [str(one) for one in COMMANDS if one.words[0] not in PLAIN | ON_A_PI]
+    assert not unknown
+
+
+@pytest.mark.parametrize("one", CALLS, ids=str)
+def test_deltactl_takes_it(one: Documented) -> None:
+    """Parsed as it stands; words in capitals and dots stand for something of the reader's."""
+    group = typer.main.get_command(app)
+    name, *arguments = one.words[1:]
+    if name.startswith("-"):
+        group.make_context("deltactl", [name], resilient_parsing=True)
+        return
+    command = group.commands.get(name)
+    assert command is not None, f"{one}: no such command"
+    known = {option for each in command.params for option in (*each.opts, *each.secondary_opts)}
+    options = [word.split("=")[0] for word in arguments if re.match(r"--?[a-z]", word)]
+    assert {word for word in options if word not in known} <= {"--help"}, str(one)
+    if one.why != "inline":
+        command.make_context(name, arguments)
+
+
+@pytest.mark.parametrize("one", MAKES, ids=str)
+def test_make_has_it(one: Documented) -> None:
+    dry = subprocess.run(
+        ["make", "-n", *one.words[1:]], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert dry.returncode == 0, dry.stderr
+
+
+@pytest.mark.parametrize("one", PYTHONS, ids=str)
+def test_python_finds_it(one: Documented) -> None:
+    words = one.words[1:]
+    file = words[1].replace(".", "/") + ".py" if words[0] == "-m" else words[0]
+    assert file in ("pytest.py", "venv.py") or (ROOT / file).is_file(), str(one)

@@ -1,0 +1,58 @@
+"""Commands as README and docs give them, to be held against the program or typed verbatim.
+
+A fence that begins with ```sh is typed on a PC, line by line, on a clean clone. One word after it
+says why it is not: `pi` (needs a Raspberry Pi, or root), `long` (hours, or the tests themselves).
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+_FENCE = re.compile(r"```(?P<language>\w*) ?(?P<why>\w*)")
+_INLINE = re.compile(r"`((?:sudo )?(?:\S*/)?(?:deltactl|make|pytest|python -m|python) [^`]+)`")
+
+
+@dataclass(frozen=True)
+class Documented:
+    """One command: where it stands, its text without a comment, and why it is not typed."""
+
+    page: Path
+    line: int
+    text: str
+    why: str
+
+    @property
+    def words(self) -> list[str]:
+        """The command's words, without `sudo` and the folder of the program."""
+        words = shlex.split(self.text)
+        words = words[1:] if words[0] == "sudo" else words
+        return [words[0].rsplit("/", 1)[-1], *words[1:]]
+
+    def __str__(self) -> str:
+        return f"{self.page.relative_to(ROOT)}:{self.line}: {self.text}"
+
+
+def fenced(page: Path) -> list[Documented]:
+    """The lines of a page's ```sh fences."""
+    found: list[Documented] = []
+    language = why = ""
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        if fence := _FENCE.match(line.strip()):
+            language, why = ("", "") if language else (fence["language"] or "text", fence["why"])
+        elif language == "sh" and (text := line.split("  #")[0].strip()):
+            found.append(Documented(page, number, text, why))
+    return found
+
+
+def inline(page: Path) -> list[Documented]:
+    """Commands between back quotes in a page's sentences."""
+    return [
+        Documented(page, number, text, "inline")
+        for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1)
+        for text in _INLINE.findall(line)
+    ]
