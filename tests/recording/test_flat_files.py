@@ -146,7 +146,7 @@ def test_absent_extra_says_what_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str, module: str, package: str
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(RecordingError, match=rf"need {package}; install .*deltactl\[tables\]"):
+    with pytest.raises(RecordingError, match=rf"need {package}, .*make .*extras WITH=tables"):
         write_flat(small(), tmp_path / f"x{ending}")
 
 
