@@ -14,10 +14,10 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from diagnosis.answer.records import Diagnosis
 from diagnosis.api import diagnose
 from diagnosis.lone_axes.axis_diagnose import diagnose_axis
 from diagnosis.observations.column_mapping import Mapping, load_mapping, read_mapped
-from diagnosis.result import Diagnosis
 from models.robot import RangeSensor
 
 DEFAULT = Path(__file__).resolve().parents[1] / "../shared/recordings"

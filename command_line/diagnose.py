@@ -29,7 +29,7 @@ def diagnose_recordings(
     """Diagnose, print what was found in plain sentences, and write what was asked for."""
     with needs("diagnosis", "diagnose"):
         from diagnosis.api import diagnose
-    from diagnosis.corrected_robot import save_corrected
+    from diagnosis.answer.corrected_robot import save_corrected
     from diagnosis.experiment import write_job
     from diagnosis.observations.column_mapping import load_mapping, read_mapped
     from diagnosis.report.html import write_report

@@ -9,24 +9,23 @@ from typing import Any
 import numpy as np
 
 from diagnosis.admission.plausibility import check_input
-from diagnosis.answer import Outcome, findings, picture, unexplained
+from diagnosis.answer.assembly import assembled
+from diagnosis.answer.records import Diagnosis, Finding, Fit
 from diagnosis.estimation.budget import Patience
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.evidence.change_points import stale_runs, without_stale
 from diagnosis.evidence.detection import Progress
 from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.experiment import MotionLimits, propose
+from diagnosis.findings import Outcome, findings, picture, rest
 from diagnosis.observations.readings import BoolArray, FloatArray
 from diagnosis.plants.contract import Model
 from diagnosis.report.sentences import summary
-from diagnosis.result import Diagnosis, Finding, Fit, Unexplained, Verdict
 from diagnosis.selection.detection_limits import limits
 from diagnosis.selection.holdout import on_another_run, on_blocks, rms
+from diagnosis.selection.impossible import first_impossible, less
 from diagnosis.selection.model_choice import Explained, explain, final_fit
 
-MISSING = 0.005
-REST_SHARE = 0.05
-"""More than this share left unexplained is said to be only partly explained."""
 ENDED_EARLY = (
     "The search ended at its limit of work, with the best it had: not everything was compared "
     "(--thorough compares the rest, which takes longer)."
@@ -53,37 +52,33 @@ def diagnose_model(
     progress("searching for what is missing")
     explained = explain(prepared, rad_per_step, progress)
     fitter, solution = final_fit(explained, prepared.valid)
+    while (number := first_impossible(solution)) is not None:
+        explained = less(explained, number)
+        fitter, solution = final_fit(explained, prepared.valid)
     outcome = Outcome(explained, fitter, solution, runs)
     tasks: list[Callable[[], Any]] = [
         partial(findings, outcome),
-        partial(_fit_and_rest, outcome, prepared.valid, held_out),
+        partial(_fit, outcome, prepared.valid, explained.search.prepared.floor, held_out),
+        partial(rest, outcome),
     ]
-    found, (fit, rest, rest_p) = side_by_side(tasks)
-    share = rest.share_of_mismatch
+    found, fit, left = side_by_side(tasks)
     hidden, smallest = limits(explained.search)
     progress("what run would tell more")
     searched = explained.search
     searched.prepared.bank.forget_white()
     plan = propose(model, searched.fitter.whiten, outcome.stands, explained.solution, motion_limits)
     p = min([explained.first_p, *(run_p for run_p in _stale_p(found))])
-    return Diagnosis(
-        verdict=_verdict(found, p, rest_p, share),
-        false_alarm_p=p,
-        fit=fit,
-        findings=found,
-        unexplained=rest,
+    answer = assembled(
+        found, fit, p, left,
         loosely_built=explained.loosely_built,
         ended_early=patience.ended,
         next_experiment=plan.experiment,
         not_testable=hidden,
         smallest_detectable=smallest,
-        says=[
-            *summary(found, fit, rest, p, explained.loosely_built),
-            *([ENDED_EARLY] if patience.ended else []),
-            *plan.says,
-        ],
         picture=picture(outcome, model.drivers()),
-    )
+    )  # fmt: skip
+    says = [*summary(answer), *([ENDED_EARLY] if patience.ended else []), *plan.says]
+    return answer.model_copy(update={"says": says})
 
 
 def _stale_p(found: list[Finding]) -> list[float]:
@@ -95,14 +90,6 @@ def _columns(model: Model) -> tuple[list[int], str]:
     units = model.readings.units
     metres = [i for i, unit in enumerate(units) if unit == "m"]
     return (metres, "m") if metres else (list(range(len(units))), units[0])
-
-
-def _fit_and_rest(
-    outcome: Outcome, valid: BoolArray, held_out: Sequence[Model]
-) -> tuple[Fit, Unexplained, float]:
-    """How well it fits, here and on held-out data; what is left, and its p."""
-    fit = _fit(outcome, valid, outcome.explained.search.prepared.floor, held_out)
-    return fit, *unexplained(outcome, _left(fit))
 
 
 def _fit(outcome: Outcome, valid: BoolArray, floor: FloatArray, held_out: Sequence[Model]) -> Fit:
@@ -124,23 +111,6 @@ def _fit(outcome: Outcome, valid: BoolArray, floor: FloatArray, held_out: Sequen
         unit=unit,
         holdout="run" if held_out else "blocks",
     )
-
-
-def _left(fit: Fit) -> float:
-    """Share of the mismatch's power that is left above the noise."""
-    missing = fit.rms_before_m**2 - fit.noise_floor_m**2
-    left = fit.rms_after_m**2 - fit.noise_floor_m**2
-    return float(np.clip(left / missing, 0.0, 1.0)) if missing > 1e-30 else 0.0
-
-
-def _verdict(found: list[Finding], p: float, rest_p: float, share: float) -> Verdict:
-    if not found:
-        return "nothing_missing" if p > MISSING else "unexplained"
-    if all(finding.effect == "unknown" for finding in found):
-        return "unexplained"
-    if any(finding.effect == "unknown" for finding in found):
-        return "partly_explained"
-    return "partly_explained" if rest_p < MISSING and share > REST_SHARE else "explained"
 
 
 __all__ = ["Explained", "diagnose_model"]

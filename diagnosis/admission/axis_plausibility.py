@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from diagnosis.answer.records import Finding, Fit
 from diagnosis.plants.contract import Model
-from diagnosis.result import Finding, Fit
 from foundation.errors import RecordingError
 
 SHORTEST_S, LONGEST_S = 2e-5, 5.0
@@ -60,7 +60,7 @@ def check_outcome(
         if size is None or finding.effect not in ("inertia", "effort_gain"):
             continue
         believed = inertia if finding.effect == "inertia" and inertia else 1.0
-        ratio = float(np.mean(size.value)) / believed
+        ratio = size.components[0][0] / believed
         if not 1.0 / FACTOR < ratio < FACTOR:
             raise RecordingError(
                 f"{source}: {finding.effect} would have to be {ratio:.3g} times what the robot "

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
+from diagnosis.answer.records import ParameterResult
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.file_tolerances import giving_way, pull
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.evidence.noise_estimation import blocks_of
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate, Term
-from diagnosis.result import ParameterResult
 
 NORMAL_95 = 1.959964
 
@@ -69,25 +67,26 @@ def parameters(
         elif numbers:
             low, high = _ends(candidate, term, numbers[0], spread[numbers[0]])
             ci = sorted([low, high])
-            results[name] = ParameterResult(value=_tame(float(value)), ci95=ci, unit=units[name])
+            if np.isinf(value) and np.isinf(ci[0]):
+                continue  # nothing of it, as in the robot file
+            results[name] = ParameterResult(value=float(value), ci95=ci, unit=units[name])
     return results
 
 
 def _ends(candidate: Candidate, term: Term, number: int, spread: float) -> tuple[float, float]:
     coordinate = candidate.coordinates[number]
-    back: Callable[[float], float] = float
-    if coordinate.how == "log":
-        back = lambda x: float(np.exp(min(x, 700.0)))  # noqa: E731
-    elif coordinate.how == "reciprocal":
-        back = lambda x: _tame(1.0 / x if x > 0.0 else np.inf)  # noqa: E731
     at = float(term.at[number])
-    low = max(at - NORMAL_95 * spread, coordinate.low)
-    return back(low), back(min(at + NORMAL_95 * spread, coordinate.high))
-
-
-def _tame(value: float) -> float:
-    """JSON has no infinity."""
-    return float(np.clip(value, -1e300, 1e300))
+    low, high = at - NORMAL_95 * spread, at + NORMAL_95 * spread
+    # Beyond a bound the fit was not let: the interval has no end there. At nothing it ends.
+    if low <= coordinate.low:
+        low = 0.0 if coordinate.low == 0.0 and coordinate.how != "log" else -np.inf
+    if high >= coordinate.high:
+        high = np.inf
+    if coordinate.how == "log":
+        return float(np.exp(low)), float(np.exp(min(high, 700.0)))
+    if coordinate.how == "reciprocal":
+        return (1.0 / low if low > 0.0 else np.inf), (1.0 / high if high > 0.0 else np.inf)
+    return low, high
 
 
 def _wave(

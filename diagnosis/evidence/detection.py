@@ -10,6 +10,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from diagnosis.answer.verdict import ALARM
 from diagnosis.estimation.budget import Patience
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
@@ -23,8 +24,6 @@ from diagnosis.evidence.noise_estimation import Prepared
 from diagnosis.evidence.pair_scores import start_of
 from diagnosis.evidence.score_test import Calibration, Scores, calibrate
 from diagnosis.plants.candidate import Candidate, Term
-
-ALPHA = 0.003
 
 Progress = Callable[[str], None]
 
@@ -138,7 +137,7 @@ class Detection:
 
     def any_shows(self, trials: Sequence[Trial]) -> bool:
         """Whether some named candidate does more than chance of what a solution leaves."""
-        return bool(trials) and self.p(min(trial.log_p for trial in trials)) <= ALPHA
+        return bool(trials) and self.p(min(trial.log_p for trial in trials)) <= ALARM
 
     def _jump_trials(self, solution: Solution, taken: set[tuple[str, ...]]) -> list[Trial]:
         return [

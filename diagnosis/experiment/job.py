@@ -7,8 +7,8 @@ from typing import Any
 
 import yaml
 
+from diagnosis.answer.records import NextExperiment
 from diagnosis.experiment.motions import Motion
-from diagnosis.result import NextExperiment
 
 
 def job_of(motion: Motion, robot: str, repeats: int) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from diagnosis.answer.records import NextExperiment
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.noise import Whitener
 from diagnosis.estimation.side_by_side import side_by_side
@@ -21,7 +22,6 @@ from diagnosis.experiment.ties import Tie
 from diagnosis.observations.readings import BoolArray, FloatArray
 from diagnosis.plants.contract import Model
 from diagnosis.plants.delta import DeltaModel
-from diagnosis.result import NextExperiment
 from diagnosis.selection.ambiguity import Standing
 from models.linkage import Linkage
 

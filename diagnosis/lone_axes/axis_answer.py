@@ -7,6 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
+from diagnosis.answer.records import (
+    Channel,
+    Evidence,
+    Finding,
+    ParameterResult,
+    Picture,
+    Unexplained,
+    Where,
+)
 from diagnosis.estimation.covariance import NORMAL_95, parameters
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
@@ -16,15 +25,6 @@ from diagnosis.lone_axes.axis_search import AxisSearch
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate
 from diagnosis.plants.forced_axis import EffortAxisModel
-from diagnosis.result import (
-    Channel,
-    Evidence,
-    Finding,
-    ParameterResult,
-    Picture,
-    Unexplained,
-    Where,
-)
 from models.effects.lone_axis import said
 
 REGIMES = {
@@ -128,8 +128,11 @@ def doubtful(outcome: AxisOutcome) -> int | None:
         nothing = term.candidate.kind.nothing
         if size is None or not np.isfinite(nothing) or term.candidate.effect in OTHER_NOTHING:
             continue
-        low, high = (float(np.min(size.ci95)), float(np.max(size.ci95)))
-        if low <= nothing <= high:
+        if (
+            min(low for _, low, _ in size.components)
+            <= nothing
+            <= max(high for _, _, high in size.components)
+        ):
             return number
     return None
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from diagnosis.admission.axis_plausibility import check_direction, check_outcome, check_times
+from diagnosis.answer.records import Diagnosis, Finding, Fit, NotTestable, Verdict
 from diagnosis.estimation.estimate import Solution
 from diagnosis.evidence.noise_estimation import Prepared, prepare
 from diagnosis.lone_axes.axis_answer import AxisOutcome, doubtful, findings, picture, unexplained
@@ -20,7 +21,6 @@ from diagnosis.plants.commanded_axis import AxisModel
 from diagnosis.plants.contract import Model
 from diagnosis.plants.forced_axis import EffortAxisModel
 from diagnosis.plants.range_sensor import RangeSensorModel
-from diagnosis.result import Diagnosis, Finding, Fit, NotTestable, Verdict
 from diagnosis.selection.detection_limits import limits
 from foundation.errors import RecordingError
 from models.effects.lone_axis import COMPONENT

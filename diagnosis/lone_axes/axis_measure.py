@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from diagnosis.result import Finding
+from diagnosis.answer.records import Finding
 
 Pair = frozenset[str]
 _TABLE: tuple[tuple[Pair, str], ...] = (

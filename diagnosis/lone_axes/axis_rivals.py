@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from diagnosis.answer.records import Alternative
 from diagnosis.estimation.estimate import Solution
 from diagnosis.lone_axes.axis_search import AxisSearch
 from diagnosis.plants.candidate import Candidate, Term
-from diagnosis.result import Alternative
 
 LIMIT = 9.0
 """Scaled chi-square within which two explanations count as tied."""

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import log_ndtr
 
+from diagnosis.answer.verdict import ALARM
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.penalties import Trial, price
 from diagnosis.estimation.splines import FreeShape
 from diagnosis.evidence.chi2_tail import log_sf, log_sfs
-from diagnosis.evidence.detection import ALPHA
 from diagnosis.lone_axes.axis_jumps import scan
 from diagnosis.lone_axes.axis_tidy import ALIKE, tidied
 from diagnosis.observations.readings import IntArray
@@ -84,7 +84,7 @@ class AxisSearch(Search):
         gain = np.maximum(scores.gain - self.blur * self.fitter.rows, 0.0)
         df = np.array([entry.df for entry in self.prepared.bank.entries])
         p = self.p(float(log_sfs(gain, df).min(initial=0.0)))
-        if found.terms or found.frees or p > ALPHA:
+        if found.terms or found.frees or p > ALARM:
             return p
         steady = max((self.steadiness(self.empty, s) for s in self._tried(self.empty)), default=0.0)
         return max(p, self.p(float(log_ndtr(-steady) + np.log(2.0))))
@@ -145,7 +145,7 @@ class AxisSearch(Search):
     def _jointly(self, solution: Solution) -> Solution | None:
         """Effects that do little alone and much together, as the terms of a curve do."""
         lasting = [t.start for t in self.trials(solution) if not t.start.candidate.kind.event]
-        if len(lasting) < TOGETHER or self.p(self.smallest_log_p(solution)) > ALPHA:
+        if len(lasting) < TOGETHER or self.p(self.smallest_log_p(solution)) > ALARM:
             return None
         terms = (*solution.terms, *lasting[:TOGETHER])
         grown = self.fitter.solve(terms, solution.frees, solution.nuisances)
@@ -227,7 +227,7 @@ class AxisSearch(Search):
             return False
         scale = self.excess(full)
         gain = max(gain - self.blur * self.fitter.rows, 0.0)
-        if self.p(log_sf(gain / scale, df)) > ALPHA:
+        if self.p(log_sf(gain / scale, df)) > ALARM:
             return False
         if gain < self.least_share * (self.empty.cost - self.fitter.rows):
             return False

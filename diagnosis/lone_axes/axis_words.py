@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from diagnosis.answer.records import Finding, Fit, Unexplained
 from diagnosis.lone_axes.axis_measure import telling_apart
-from diagnosis.result import Finding, Fit, Unexplained
 from models.effects.lone_axis import said
 
 MISSING = 0.01

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from diagnosis.answer.records import Channel, Diagnosis, Finding, Fit, Picture, Verdict
 from diagnosis.estimation.estimate import Solution
 from diagnosis.lone_axes.axis_answer import AxisOutcome, doubtful, findings, unexplained
 from diagnosis.lone_axes.axis_holdout import held_blocks, other_run
@@ -17,7 +18,6 @@ from diagnosis.lone_axes.servo_rivals import rivals, swapped
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.servo_delta import CHANNEL, UNIT, ServoModel
-from diagnosis.result import Channel, Diagnosis, Finding, Fit, Picture, Verdict
 from diagnosis.selection.detection_limits import limits
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from diagnosis.answer.records import Alternative, Finding
 from diagnosis.estimation.estimate import Solution
 from diagnosis.lone_axes.axis_answer import AxisOutcome
 from diagnosis.lone_axes.axis_search import AxisSearch
-from diagnosis.result import Alternative, Finding
 
 LIMIT = 9.0
 """Scaled chi-square within which two explanations count as tied."""

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from diagnosis.report.sizes import NO_LIMIT, Size, number, significant
+from diagnosis.report.sizes import Size, number, significant
 
 NEAR = 16.0
 """Labels closer than this [% of the line] would run into each other."""
@@ -25,8 +25,8 @@ class Pair:
 def interval_bar(size: Size, nothing: float = 0.0, smallest: float = math.nan) -> str:
     """The interval against 'nothing wrong' and the smallest size that would have been seen."""
     ends = [size.value, size.low, size.high, nothing]
-    known = [x for x in ends if math.isfinite(x) and abs(x) < NO_LIMIT]
-    if not math.isfinite(size.value) or abs(size.value) >= NO_LIMIT:
+    known = [x for x in ends if math.isfinite(x)]
+    if not math.isfinite(size.value):
         return ""
     if math.isfinite(smallest) and abs(smallest) < 3.0 * max(abs(x) for x in known):
         smallest = math.copysign(smallest, size.value)

@@ -6,13 +6,13 @@ import html
 import math
 from collections.abc import Iterable, Sequence
 
+from diagnosis.answer.records import Diagnosis, Finding, ParameterResult
 from diagnosis.report import sureness, words
 from diagnosis.report.bars import interval_bar
 from diagnosis.report.drawing.machine import badge
 from diagnosis.report.drawing.scene import hue
 from diagnosis.report.sizes import Size, number, scale_of, sizes, told
 from diagnosis.report.summary import finding_title, where_line
-from diagnosis.result import Diagnosis, Finding, ParameterResult
 
 NOT_FROM_ZERO = frozenset(
     {"time", "time_constant", "period", "height", "frequency", "stiffness", "times_s", "speed"}
@@ -70,7 +70,7 @@ def _smallest(
         same = (one.effect, one.component, one.parameter) == (
             finding.effect, finding.component, name,
         )  # fmt: skip
-        if same and not isinstance(result.value, list):
+        if same and isinstance(result.value, float):
             scale = scale_of(one.unit, name, result.value)
             # A smallest scale may be given as 1.003 or as 0.003 from what the file says.
             value = one.value - scale.zero if one.value > 0.5 * scale.zero else one.value

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from diagnosis.answer.records import Diagnosis
 from diagnosis.report.sizes import quantity
-from diagnosis.result import Diagnosis
 from models.effects import VOCABULARY
 
 ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)

@@ -15,6 +15,7 @@ from typing import Any
 import yaml
 
 from charts.page import columns, heading, page, paragraph, table
+from diagnosis.answer.records import Diagnosis
 from diagnosis.report import sureness, words
 from diagnosis.report.bars import Pair, pair_bars
 from diagnosis.report.cards import all_numbers, finding_cards
@@ -30,7 +31,6 @@ from diagnosis.report.summary import (
     span_s,
     unexplained_line,
 )
-from diagnosis.result import Diagnosis
 from foundation.errors import RecordingError
 from models.robot import RobotModel
 

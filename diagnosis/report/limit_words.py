@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from diagnosis.answer.records import Diagnosis
 from diagnosis.report import words
 from diagnosis.report.sizes import quantity
-from diagnosis.result import Diagnosis
 
 MOST_NAMED = 4
 """Effects that a sentence names; the rest are counted."""

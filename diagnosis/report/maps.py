@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from charts.page import columns, paragraph
+from diagnosis.answer.records import FloatArray
 from diagnosis.report import words
 from diagnosis.report.residuals import BoolArray, Mismatch
 from diagnosis.report.sizes import number, significant
-from diagnosis.result import FloatArray
 
 CELLS = 24
 FEWEST = 4

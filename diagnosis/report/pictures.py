@@ -13,6 +13,7 @@ from charts.figures import LineChart
 from charts.page import HINT, columns, heading, paragraph
 from charts.spec import Colour, Series, Span, Style
 from charts.thin import keep
+from diagnosis.answer.records import Diagnosis, Finding, FloatArray, Picture
 from diagnosis.report import words
 from diagnosis.report.bars import Pair, pair_bars
 from diagnosis.report.drawing.scene import hue
@@ -29,7 +30,6 @@ from diagnosis.report.residuals import (
 )
 from diagnosis.report.sizes import scale_of
 from diagnosis.report.summary import stretches
-from diagnosis.result import Diagnosis, Finding, FloatArray, Picture
 
 POINTS = 60_000
 """Single readings shown over all charts together; keeps the file small."""

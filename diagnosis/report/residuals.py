@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from diagnosis.answer.records import Channel, FloatArray, Picture
 from diagnosis.report import words
 from diagnosis.report.sizes import scale_of
-from diagnosis.result import Channel, FloatArray, Picture
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from diagnosis.result import Finding, Fit, Unexplained
+from diagnosis.answer.records import Diagnosis
+from diagnosis.answer.verdict import FAINT_REST
 
 REGIMES = {
     "gear_backlash": "after reversals and stops of {c}",
@@ -40,14 +39,14 @@ def regime(effect: str, component: str) -> str:
     return REGIMES.get(effect, "everywhere").format(c=component)
 
 
-def summary(
-    findings: Sequence[Finding], fit: Fit, unexplained: Unexplained, p: float, loose: bool
-) -> list[str]:
+def summary(answer: Diagnosis) -> list[str]:
     """Plain sentences, most important first."""
+    findings, fit, unexplained = answer.findings, answer.fit, answer.unexplained
     scale, unit = (1e3, "mm") if fit.unit == "m" else (1e3, f"m{fit.unit}")
-    if not findings:
-        found = f"Nothing is missing in the model (p = {p:.2g})." if p > 0.01 else unexplained.says
-        lines = [found]
+    if answer.verdict == "nothing_missing":
+        lines = [f"Nothing is missing in the model (p = {answer.false_alarm_p:.2g})."]
+    elif not findings:
+        lines = [unexplained.says]
     else:
         lines = [f"{number}. {finding.says}." for number, finding in enumerate(findings, start=1)]
         for finding in findings:
@@ -57,7 +56,7 @@ def summary(
                     f"This recording cannot tell {finding.effect} at {finding.component} from "
                     f"{', '.join(others)}."
                 )
-    if loose:
+    if answer.loosely_built:
         lines.append("Besides, the machine is a little off everywhere, as build tolerances are.")
     lines.append(
         f"Mismatch {scale * fit.rms_before_m:.2f} {unit} before, {scale * fit.rms_after_m:.2f} "
@@ -65,6 +64,6 @@ def summary(
         f"{scale * fit.holdout_rms_before_m:.2f} {unit} before, "
         f"{scale * fit.holdout_rms_after_m:.2f} {unit} after."
     )
-    if findings and unexplained.share_of_mismatch > 0.05:
+    if findings and unexplained.share_of_mismatch > FAINT_REST:
         lines.append(unexplained.says)
     return lines

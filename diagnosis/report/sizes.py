@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from diagnosis.result import ParameterResult
+from diagnosis.answer.records import ParameterResult
 
 NOT_KNOWN = "not known"
+NO_LIMIT = "any size"
 DEG = math.degrees(1.0)
 SMALL_S = 1.0
 """Times under a second are given in ms."""
 
-NO_LIMIT = 1e250
-"""The answer writes this or more where an interval has no end (JSON has no infinity)."""
 HIDDEN = frozenset({"phase", "start", "drag", "friction", "stiffness"})
 """Second parameters that tell a mechanic nothing; they stand in the table of all numbers."""
 
@@ -52,16 +51,19 @@ class Size:
     @property
     def text(self) -> str:
         """'0.50 degrees (95 % sure between 0.48 and 0.52)'."""
-        if not math.isfinite(self.value):
+        if math.isnan(self.value):
             return NOT_KNOWN
         digits = decimals(self.value, self.low, self.high)
         if self.unit == "s":
             digits = min(digits, FINEST_S)
+        if math.isinf(self.value):
+            above = number(self.low, significant(self.low), self.signed)
+            return f"above {above} {self.unit}" if math.isfinite(self.low) else NO_LIMIT
         shown = f"{number(self.value, digits, self.signed)} {self.unit}".strip()
-        if not (math.isfinite(self.low) and math.isfinite(self.high)):
+        if math.isnan(self.low) or math.isnan(self.high):
             return f"{shown} (no interval known)"
         low, high = (number(x, digits, self.signed) for x in (self.low, self.high))
-        if abs(self.high) >= NO_LIMIT:
+        if math.isinf(self.high):
             return f"{shown} (95 % sure above {low})"
         return f"{shown} (95 % sure between {low} and {high})"
 
@@ -130,14 +132,13 @@ def shown_name(effect: str, parameter: str) -> str:
 
 def sizes(effect: str, parameter: str, result: ParameterResult) -> list[Size]:
     """A parameter as shown; a vector gives one size a component."""
-    values = result.value if isinstance(result.value, list) else [result.value]
+    values = result.components
     name = shown_name(effect, parameter)
     names = [name]
     if len(values) > 1:
         names = [f"{name} {_component(k, len(values))}" for k in range(len(values))]
     found = []
-    for k, value in enumerate(values):
-        low, high = _interval(result.ci95, k)
+    for k, (value, low, high) in enumerate(values):
         moment = (effect, parameter) in _MOMENTS
         scale = Scale(1.0, "s") if moment else scale_of(result.unit, parameter, value)
         low, high = sorted((scale(low), scale(high)))
@@ -147,10 +148,10 @@ def sizes(effect: str, parameter: str, result: ParameterResult) -> list[Size]:
 
 def quantity(value: float, unit: str, parameter: str = "", digits: int = 2) -> str:
     """A single value without interval, to `digits` significant digits."""
-    if not math.isfinite(value):
+    if math.isnan(value):
         return NOT_KNOWN
-    if abs(value) >= NO_LIMIT:
-        return "any size"
+    if math.isinf(value):
+        return NO_LIMIT
     scale = scale_of(unit, parameter, value)
     shown = scale(value)
     return f"{number(shown, significant(shown, digits), scale.signed)} {scale.unit}".strip()
@@ -179,7 +180,7 @@ def significant(value: float, digits: int = 3) -> int:
 
 def decimals(value: float, low: float, high: float) -> int:
     """Decimals at which the interval has two significant digits; three of the value without one."""
-    half = math.nan if abs(high) >= NO_LIMIT else (high - low) / 2.0
+    half = (high - low) / 2.0
     if math.isfinite(half) and half > 0.0:
         return min(9, max(significant(half, 2), 0))
     return max(significant(value, 3), 0)
@@ -193,14 +194,3 @@ def told(parameters: Mapping[str, ParameterResult]) -> dict[str, ParameterResult
 
 def _component(k: int, of: int) -> str:
     return f"about {VECTOR_PARTS[k]}" if of == len(VECTOR_PARTS) else f"({k + 1})"
-
-
-def _interval(ci95: Sequence[float] | Sequence[list[float]], k: int) -> tuple[float, float]:
-    """Interval of component `k`; NaN where the answer gives none."""
-    if ci95 and isinstance(ci95[0], list):
-        pair = ci95[k] if k < len(ci95) else []
-    else:
-        pair = list(ci95) if k == 0 else []  # type: ignore[arg-type]
-    if not isinstance(pair, list) or len(pair) != 2:
-        return math.nan, math.nan
-    return float(pair[0]), float(pair[1])

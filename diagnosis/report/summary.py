@@ -7,11 +7,11 @@ from collections.abc import Iterator
 
 from rich.markup import escape
 
+from diagnosis.answer.records import Diagnosis, Finding, Where
 from diagnosis.report import sureness, words
 from diagnosis.report.fit_words import fit_lines, fit_title
 from diagnosis.report.limit_words import faintest_line, untested_line
 from diagnosis.report.sizes import sizes, told
-from diagnosis.result import Diagnosis, Finding, Where
 
 MOST_NAMED = 4
 """Things of one kind that a sentence names; the rest are counted."""

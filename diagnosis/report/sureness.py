@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from diagnosis.result import Diagnosis, Finding
+from diagnosis.answer.records import Diagnosis, Finding
 
 BEYOND_DOUBT_P = 1e-6
 VERY_SURE_P = 1e-3

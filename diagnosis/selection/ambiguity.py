@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+from diagnosis.answer.records import Alternative
 from diagnosis.estimation.budget import Until
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.penalties import Trial
 from diagnosis.evidence.chi2_tail import log_sf
 from diagnosis.plants.candidate import Candidate, Term
 from diagnosis.plants.shared_parameters import apart, whole_groups
-from diagnosis.result import Alternative
 from diagnosis.selection.equivalents import twins
 from diagnosis.selection.leave_out import BETTER
 from diagnosis.selection.stepwise import Search

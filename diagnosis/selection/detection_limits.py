@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import chdtri
 
-from diagnosis.evidence.detection import ALPHA
+from diagnosis.answer.records import NotTestable, SmallestDetectable
+from diagnosis.answer.verdict import ALARM
 from diagnosis.evidence.library import Entry
 from diagnosis.observations.readings import FloatArray
-from diagnosis.result import NotTestable, SmallestDetectable
 from diagnosis.selection.stepwise import Search
 
 POWER_SIGMA = 0.84
@@ -27,7 +27,7 @@ def limits(search: Search) -> tuple[list[NotTestable], list[SmallestDetectable]]
         if not c.members
     ]  # fmt: skip
     tests = search.calibration.tests + search.event_tests
-    sigma = float(np.sqrt(chdtri(1, ALPHA / tests))) + POWER_SIGMA
+    sigma = float(np.sqrt(chdtri(1, ALARM / tests))) + POWER_SIGMA
     smallest: dict[tuple[str, ...], SmallestDetectable] = {}
     for number, entry in enumerate(bank.entries):
         if entry.candidate is None or entry.shape is None or not entry.shape.linear:

@@ -8,11 +8,11 @@ from functools import partial
 
 import numpy as np
 
+from diagnosis.answer.verdict import ALARM
 from diagnosis.estimation.discrepancy import EXACT, blur_of
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.penalties import free_price, price_of
 from diagnosis.evidence.chi2_tail import log_sf
-from diagnosis.evidence.detection import ALPHA
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate, Term
 from diagnosis.selection.outside_contact import gain_elsewhere, local_terms
@@ -128,7 +128,7 @@ class LeavingOut(Trying):
 
     def _shows(self, gain: float, new: Candidate) -> bool:
         """Whether a gain in chi-square is more than chance."""
-        return self.p(log_sf(gain, len(new.moved))) <= ALPHA
+        return self.p(log_sf(gain, len(new.moved))) <= ALARM
 
     def drop(
         self,

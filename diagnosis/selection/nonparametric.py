@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
+from diagnosis.answer.verdict import ALARM
 from diagnosis.estimation.budget import Until
 from diagnosis.estimation.build_tolerances import effects_of_building
 from diagnosis.estimation.discrepancy import FREE
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.penalties import FREE_PRICE, free_price, price, price_of
 from diagnosis.estimation.splines import FreeShape
-from diagnosis.evidence.detection import ALPHA
 from diagnosis.selection.stepwise import Search
 
 MOST_RIVALS = 2
@@ -28,7 +28,7 @@ def with_free_shapes(search: Search, solution: Solution) -> Solution:
     for _ in range(MOST_FREES):
         if solution.frees and not search.patience.lasts(Until.SHAPED):
             return solution
-        if not solution.terms and not solution.frees and search.first_p() > ALPHA:
+        if not solution.terms and not solution.frees and search.first_p() > ALARM:
             return solution
         taken = {free.port for free in solution.frees}
         if taken and all(free.port in taken for free in free_rivals(search, solution)):
@@ -127,5 +127,5 @@ def free_rivals(search: Search, solution: Solution) -> list[FreeShape]:
     return [
         free
         for free, gain, log_p in ranked[:MOST_RIVALS]
-        if gain > least and search.p(log_p) < ALPHA
+        if gain > least and search.p(log_p) < ALARM
     ]

@@ -7,11 +7,11 @@ from functools import cached_property
 
 import numpy as np
 
+from diagnosis.answer.verdict import ALARM
 from diagnosis.estimation.budget import Until
 from diagnosis.estimation.build_tolerances import effects_of_building, usual
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
-from diagnosis.evidence.detection import ALPHA
 from diagnosis.plants.candidate import Term
 from diagnosis.selection.outside_contact import blurred, clear_rows
 from diagnosis.selection.stepwise import CHOICE, PILE, Search
@@ -55,7 +55,7 @@ class LooselyBuilt:
             return False
         rest = search.trials(solution)
         static = bool(rest) and rest[0].start.candidate.effect in tolerances
-        rest_is_static = static and search.p(rest[0].log_p) < ALPHA
+        rest_is_static = static and search.p(rest[0].log_p) < ALARM
         return len(solution.terms) >= PILE or rest_is_static or self._small(solution)
 
     def needed(self, solution: Solution) -> Needed | None:

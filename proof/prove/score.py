@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.result import Diagnosis, Finding
+from diagnosis.answer.records import Diagnosis, Finding, ParameterResult
 from proof.hidden.hidden import Value
 
 Name = tuple[str, str]
@@ -129,22 +129,21 @@ def _mark_sizes(
             if name not in match.parameters or (name == "time" and "when" in line):
                 continue
             size = match.parameters[name]
-            marks.covered += _inside(value, size.ci95)
+            marks.covered += _inside(value, size)
             main = value == line["value"]
             if bound is not None and main and name in bound:
-                off = np.abs(np.atleast_1d(size.value) - np.atleast_1d(value))
+                off = np.abs(np.array([v for v, _, _ in size.components]) - np.atleast_1d(value))
                 marks.over_bound += (off / np.array(bound[name])).tolist()
 
 
 def _event_error(finding: Finding, when_s: float) -> float:
     if "time" in finding.parameters:
-        value = finding.parameters["time"].value
-        return abs(float(np.atleast_1d(value)[0]) - when_s)
+        return abs(finding.parameters["time"].components[0][0] - when_s)
     starts = [start for start, _ in finding.where.times_s]
     return min((abs(start - when_s) for start in starts), default=float("inf"))
 
 
-def _inside(value: Value, limits: list[float] | list[list[float]]) -> list[bool]:
-    pairs = np.atleast_2d(np.asarray(limits, dtype=float))
+def _inside(value: Value, size: ParameterResult) -> list[bool]:
     values = np.atleast_1d(np.asarray(value, dtype=float))
-    return [bool(low <= v <= high) for v, (low, high) in zip(values, pairs, strict=True)]
+    ends = [(low, high) for _, low, high in size.components]
+    return [bool(low <= v <= high) for v, (low, high) in zip(values, ends, strict=True)]

@@ -88,7 +88,9 @@ def run_case(
     return outcome
 
 
-def _ends(ci95: Sequence[float] | Sequence[Sequence[float]]) -> tuple[float, float] | None:
+def _ends(
+    ci95: Sequence[float | None] | Sequence[Sequence[float | None]],
+) -> tuple[float, float] | None:
     low, high = ci95[0], ci95[-1]
     return (low, high) if isinstance(low, float) and isinstance(high, float) else None
 

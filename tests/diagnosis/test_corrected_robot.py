@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.corrected_robot import corrected_text, save_corrected
-from diagnosis.result import (
+from diagnosis.answer.corrected_robot import corrected_text, save_corrected
+from diagnosis.answer.records import (
     Alternative,
     Diagnosis,
     Evidence,

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from diagnosis.answer.records import Finding
 from diagnosis.api import diagnose_recordings
-from diagnosis.result import Finding
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording
 

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from diagnosis.answer.records import Finding
 from diagnosis.api import diagnose_recordings
 from diagnosis.estimation.splines import way
-from diagnosis.result import Finding
 from models.chain import Chain, Commands
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording

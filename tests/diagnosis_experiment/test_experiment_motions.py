@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 import yaml
 
+from diagnosis.answer.records import NextExperiment
 from diagnosis.experiment import MotionLimits, write_job
 from diagnosis.experiment.job import job_of
 from diagnosis.experiment.motions import motions
 from diagnosis.experiment.safe import is_safe
 from diagnosis.experiment.timeline import duration_s
-from diagnosis.result import NextExperiment
 from firmware_py.planner.check import check_job
 from firmware_py.robot_file import CONFIG_FOLDER, find, load_robot
 from models.linkage import Linkage, forward

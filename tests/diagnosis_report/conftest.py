@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.result import (
+from diagnosis.answer.records import (
     Alternative,
     Channel,
     Diagnosis,

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from diagnosis.answer.records import Alternative, Channel, Picture
 from diagnosis.report.drawing import machine_drawing
 from diagnosis.report.drawing.culprits import lone_parts_of, parts_of
 from diagnosis.report.drawing.delta import DeltaDrawing
@@ -16,7 +17,6 @@ from diagnosis.report.drawing.scene import hull
 from diagnosis.report.maps import CELLS, grid_of, place_maps
 from diagnosis.report.regimes import regimes
 from diagnosis.report.residuals import binned, explained_by, mismatches, smoothed
-from diagnosis.result import Alternative, Channel, Picture
 from models.effects import VOCABULARY
 from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 

@@ -11,10 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from diagnosis.answer.records import (
+    Alternative,
+    Evidence,
+    Fit,
+    NextExperiment,
+    ParameterResult,
+    Picture,
+)
 from diagnosis.report.bars import interval_bar, pair_bars
 from diagnosis.report.html import report_html, write_report
 from diagnosis.report.sizes import Size
-from diagnosis.result import Alternative, Evidence, Fit, NextExperiment, ParameterResult, Picture
 from foundation.errors import RecordingError
 
 VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")

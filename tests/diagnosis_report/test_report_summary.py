@@ -9,12 +9,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from diagnosis.pipeline import ENDED_EARLY
-from diagnosis.report.sizes import number, quantity, sizes
-from diagnosis.report.summary import headline, plain_lines, summary_lines, where_line
-from diagnosis.report.sureness import odds
-from diagnosis.report.words import EFFECTS, effect, followed, listed, spelled
-from diagnosis.result import (
+from diagnosis.answer.records import (
     Evidence,
     Fit,
     NotTestable,
@@ -23,6 +18,11 @@ from diagnosis.result import (
     Unexplained,
     Where,
 )
+from diagnosis.pipeline import ENDED_EARLY
+from diagnosis.report.sizes import number, quantity, sizes
+from diagnosis.report.summary import headline, plain_lines, summary_lines, where_line
+from diagnosis.report.sureness import odds
+from diagnosis.report.words import EFFECTS, effect, followed, listed, spelled
 from models.effects import VOCABULARY
 from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 
@@ -195,7 +195,7 @@ def test_a_linear_axis_has_millimetres_and_newtons(make: Any, parts: Any) -> Non
         (1.0035, "1", "scale", "+0.35 %"),
         (0.12, "kg", "mass", "+120 g"),
         (-0.0089, "1", "strain", "\u22128.9 mm per m"),
-        (1e300, "N m/rad", "stiffness", "any size"),
+        (math.inf, "N m/rad", "stiffness", "any size"),
         (math.nan, "m", "offset", "not known"),
     ],
 )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from diagnosis.answer.records import Finding
 from diagnosis.report.drawing.scene import Mark
-from diagnosis.result import Finding
 
 ARMS = ("1", "2", "3")
 AXES = ("x", "y", "z")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 
+from diagnosis.answer.records import Finding
 from diagnosis.report import words
 from diagnosis.report.drawing.culprits import marks_of
 from diagnosis.report.drawing.delta import DeltaDrawing
 from diagnosis.report.drawing.lone import axis_scene, sensor_scene, widened
 from diagnosis.report.drawing.scene import Scene, hue
-from diagnosis.result import Finding
 from models.robot import DeltaRobot, RangeSensor, RobotModel
 
 

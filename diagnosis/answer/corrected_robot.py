@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from datetime import date
@@ -10,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from diagnosis.result import Diagnosis, Finding
+from diagnosis.answer.records import Diagnosis, Finding
 from foundation.errors import RecordingError
 from foundation.strict_yaml import Document
 from models.belief import merged
@@ -82,8 +83,13 @@ def sure(finding: Finding) -> bool:
 
 
 def _entry(finding: Finding, recordings: list[str]) -> EffectEntry:
-    values: dict[str, Any] = {n: _fixed(one.value) for n, one in finding.parameters.items()}
-    intervals: dict[str, Any] = {n: _fixed(one.ci95) for n, one in finding.parameters.items()}
+    sizes = {n: one for n, one in finding.parameters.items() if one.value is not None}
+    values: dict[str, Any] = {n: _fixed(one.value) for n, one in sizes.items()}
+    intervals: dict[str, Any] = {
+        n: _fixed(one.ci95)
+        for n, one in sizes.items()
+        if all(math.isfinite(low) and math.isfinite(high) for _, low, high in one.components)
+    }
     origin = FoundBy(
         recordings=tuple(Path(name).name for name in recordings),
         on=date.today().isoformat(),

@@ -6,13 +6,28 @@ line) read these records; the `Picture` is for drawings only and not part of the
 
 from __future__ import annotations
 
-from typing import Any, Literal
+import math
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+HUGE = 1e100
+"""No machine has a size beyond this: it stands for one that does not exist."""
+
+
+def _existing(value: Any) -> Any:
+    """None for what is infinite or stands for it, which JSON has no number for."""
+    if isinstance(value, int | float) and not abs(value) < HUGE and not math.isnan(value):
+        return None
+    return value
+
 
 Verdict = Literal["nothing_missing", "explained", "partly_explained", "unexplained"]
-Number = float | list[float]
+End = Annotated[float | None, BeforeValidator(_existing)]
+"""A number; None where it does not exist (an interval without an end, an infinite stiffness)."""
+Number = Annotated[float | list[float] | None, BeforeValidator(_existing)]
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 
 
@@ -21,11 +36,37 @@ class _Record(BaseModel):
 
 
 class ParameterResult(_Record):
-    """A size with its 95 % interval; a vector has one interval a component."""
+    """A size with its 95 % interval; a vector has one interval a component.
+
+    None: there is no such value. A stiffness of None is a part that does not yield, an end of None
+    an interval without an end.
+    """
 
     value: Number
-    ci95: list[float] | list[list[float]]
+    ci95: Sequence[End] | Sequence[Sequence[End]]
     unit: str
+
+    @property
+    def components(self) -> list[tuple[float, float, float]]:
+        """Value, low and high end of each component; infinite where there is none, NaN where the
+        answer gives no interval.
+        """
+        values = self.value if isinstance(self.value, list) else [self.value]
+        ends: list[Any] = list(self.ci95)
+        if not ends or not isinstance(ends[0], list | tuple):
+            ends = [ends]
+        found = []
+        for number, value in enumerate(values):
+            pair = ends[number] if number < len(ends) else []
+            low, high = pair if len(pair) == 2 else (math.nan, math.nan)
+            found.append(
+                (
+                    math.inf if value is None else value,
+                    -math.inf if low is None else low,
+                    math.inf if high is None else high,
+                )
+            )
+        return found
 
 
 class Where(_Record):
@@ -95,11 +136,15 @@ class Fit(_Record):
 
 
 class Unexplained(_Record):
-    """What no finding explains."""
+    """What no finding explains: nothing where the residual is consistent with noise."""
 
     share_of_mismatch: float
-    depends_on: list[str]
-    says: str
+    depends_on: list[str] = Field(default_factory=list)
+    component: str = ""
+    """Where what is left enters."""
+    p: float | None = None
+    """Calibrated p of its being noise."""
+    says: str = ""
 
 
 class NextExperiment(_Record):

@@ -8,6 +8,15 @@ from functools import partial
 
 import numpy as np
 
+from diagnosis.answer.records import (
+    Channel,
+    Evidence,
+    Finding,
+    ParameterResult,
+    Picture,
+    Where,
+)
+from diagnosis.answer.verdict import Rest, seen
 from diagnosis.estimation import profile_likelihood as profile
 from diagnosis.estimation.build_tolerances import usual
 from diagnosis.estimation.covariance import covariance, parameters
@@ -17,19 +26,9 @@ from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.estimation.splines import FreeShape
 from diagnosis.evidence.change_points import Stale, moment
 from diagnosis.evidence.chi2_tail import log_sf
-from diagnosis.evidence.detection import ALPHA
 from diagnosis.evidence.hysteresis import has_memory, tied_drivers
 from diagnosis.observations.readings import FloatArray, IntArray, Readings
 from diagnosis.report.sentences import regime
-from diagnosis.result import (
-    Channel,
-    Evidence,
-    Finding,
-    ParameterResult,
-    Picture,
-    Unexplained,
-    Where,
-)
 from diagnosis.selection.ambiguity import Standing
 from diagnosis.selection.model_choice import Explained
 
@@ -86,7 +85,7 @@ def _named(
         low, high = (float(np.clip(x - shift, begin, end)) for x in jump.interval_s)
         intervals = {"time": (low, high)}
         times = [(jump.time_s - shift, end)]
-        plain["time"] -= shift
+        plain["time"] = jump.time_s - shift
     sizes = parameters(term, cov[part, part], intervals)
     if jump is not None:
         sizes["time"] = sizes["time"].model_copy(update={"value": plain["time"]})
@@ -220,21 +219,21 @@ def _stale(outcome: Outcome, run: Stale) -> Finding:
     )  # fmt: skip
 
 
-def unexplained(outcome: Outcome, share: float) -> tuple[Unexplained, float]:
-    """What is left, what it follows, and its p."""
+def rest(outcome: Outcome) -> Rest:
+    """What the tests say of what is left."""
     search, solution = outcome.explained.search, outcome.explained.solution
     scores = search.scores(solution)
-    entries = search.prepared.bank.entries
-    ranked = [(entry.free, float(scores.log_p[i])) for i, entry in enumerate(entries) if entry.free]
-    ranked += [(free, log_p) for free, _, log_p in search.fine_scores(solution)]
-    best, log_p = min(ranked, key=lambda item: item[1])
+    ranked = [
+        (entry.free, float(scores.gain[i]), float(scores.log_p[i]))
+        for i, entry in enumerate(search.prepared.bank.entries)
+        if entry.free
+    ]
+    free, gain, log_p = min([*ranked, *search.fine_scores(solution)], key=lambda item: item[2])
     p = search.p(float(min(log_p, scores.log_p.min())))
-    if p > ALPHA or best is None:
-        return Unexplained(share_of_mismatch=share, depends_on=[], says="What is left is noise."), p
-    says = (
-        f"What is left is more than noise (p = {p:.2g}); it follows {best.driver} at {best.port}."
-    )
-    return Unexplained(share_of_mismatch=share, depends_on=best.depends_on, says=says), p
+    if not seen(p):
+        return Rest(p)
+    share = float(np.clip(gain / solution.cost, 1e-9, 1.0))
+    return Rest(p, tuple(free.depends_on), free.port, share)
 
 
 def picture(outcome: Outcome, drivers: dict[str, FloatArray]) -> Picture:

@@ -1,0 +1,78 @@
+"""The one place where an answer is put together, so that its parts agree."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from diagnosis.answer.records import Diagnosis, Finding, Fit, Unexplained
+from diagnosis.answer.verdict import Rest, at_floor, is_noise, left_over, seen, verdict
+
+
+def assembled(
+    findings: Sequence[Finding], fit: Fit, p: float, rest: Rest, **more: Any
+) -> Diagnosis:
+    """The answer: findings and figures that agree, what is left, the verdict.
+
+    p: calibrated p of 'nothing is missing', before any finding. more: further fields of
+    `Diagnosis`.
+    """
+    fit = with_floor(fit, rest)
+    share = left_over(fit, rest)
+    found = sharing(findings, 1.0 - share)
+    return Diagnosis(
+        verdict=verdict(found, fit, p, rest),
+        false_alarm_p=p,
+        fit=fit,
+        findings=found,
+        unexplained=unexplained(fit, rest, share),
+        **more,
+    )
+
+
+def with_floor(fit: Fit, rest: Rest) -> Fit:
+    """The noise floor no higher than what is left; lower where a test explains some of that.
+
+    A floor is estimated with many columns at once and is uncertain; a fit of a few sizes that
+    leaves less shows that the noise is less.
+    """
+    most = fit.rms_after_m
+    if seen(rest.p):
+        most *= math.sqrt(max(1.0 - rest.share, 0.0))
+    return fit.model_copy(update={"noise_floor_m": min(fit.noise_floor_m, most)})
+
+
+def sharing(findings: Sequence[Finding], most: float) -> list[Finding]:
+    """Findings whose shares add up to no more than `most`: what two explain alike counts once."""
+    total = sum(finding.share_of_mismatch for finding in findings)
+    if total <= most:
+        return list(findings)
+    return [
+        one.model_copy(update={"share_of_mismatch": one.share_of_mismatch * most / total})
+        for one in findings
+    ]
+
+
+def unexplained(fit: Fit, rest: Rest, share: float) -> Unexplained:
+    """What no finding explains."""
+    if is_noise(fit, rest):
+        return Unexplained(share_of_mismatch=0.0, p=rest.p, says="What is left is noise.")
+    times = fit.rms_after_m / fit.noise_floor_m if fit.noise_floor_m > 0.0 else math.inf
+    if not seen(rest.p):
+        says = (
+            f"What is left is {times:.2g} times the noise floor, and no test tells what it follows."
+        )
+        return Unexplained(share_of_mismatch=share, p=rest.p, says=says)
+    how = f"p = {rest.p:.2g}"
+    if not at_floor(fit):
+        how = f"{how}, {times:.2g} times the noise floor"
+    place = f" at {rest.component}" if rest.component else ""
+    follows = f"; it follows {', '.join(rest.depends_on)}{place}" if rest.depends_on else ""
+    return Unexplained(
+        share_of_mismatch=share,
+        depends_on=list(rest.depends_on),
+        component=rest.component,
+        p=rest.p,
+        says=f"What is left is more than noise ({how}){follows}.",
+    )

@@ -1,0 +1,79 @@
+"""The verdict, for every kind of machine: made from the figures that stand in the same answer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from diagnosis.answer.records import Finding, Fit, Verdict
+
+ALARM = 0.003
+"""Chance that a sound machine is said to have something missing: one recording in three hundred,
+as rare as a result beyond three standard deviations. The one level of the engine: it is family-wise
+(all that is tested counts), and holds for the first alarm, for every further effect, and for what
+is left."""
+AT_FLOOR = 1.1
+"""Times the noise floor up to which a residual is at the floor. The floor is an estimate: from 50
+independent readings it is known to 10 %."""
+FAINT_REST = 0.05
+"""Share of the mismatch that may be left although a test sees it: the model is said to explain the
+recording, and the answer names what is left."""
+GREW = 1.01
+"""Times the held-out mismatch before, from which on it grew. Both are of the same readings, so
+noise cancels; findings that do not come back (lost steps) move it by less than this."""
+NAMELESS = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """What the tests say of the residual of the chosen explanation."""
+
+    p: float
+    """Calibrated p of its being noise."""
+    depends_on: tuple[str, ...] = ()
+    """Covariates of the best test."""
+    component: str = ""
+    """Where that enters."""
+    share: float = 0.0
+    """Share of the residual's chi-square that the best test explains."""
+
+
+def seen(p: float) -> bool:
+    """Whether a calibrated p raises the alarm."""
+    return not p > ALARM
+
+
+def at_floor(fit: Fit) -> bool:
+    """Whether the residual is no larger than the noise that the answer states."""
+    return fit.rms_after_m <= AT_FLOOR * fit.noise_floor_m
+
+
+def is_noise(fit: Fit, rest: Rest) -> bool:
+    """Whether the residual is consistent with measurement noise: by the tests and by its size."""
+    return not seen(rest.p) and at_floor(fit)
+
+
+def grew(fit: Fit) -> bool:
+    """Whether the held-out mismatch grew by what was found."""
+    return fit.holdout_rms_after_m > GREW * fit.holdout_rms_before_m
+
+
+def left_over(fit: Fit, rest: Rest) -> float:
+    """Share of the mismatch's power above the noise that nothing explains; 0 where it is noise."""
+    if is_noise(fit, rest):
+        return 0.0
+    missing = fit.rms_before_m**2 - fit.noise_floor_m**2
+    left = fit.rms_after_m**2 - fit.noise_floor_m**2
+    return min(max(left / missing, 0.0), 1.0) if missing > 0.0 else 1.0
+
+
+def verdict(findings: Sequence[Finding], fit: Fit, p: float, rest: Rest) -> Verdict:
+    """What may be said of findings, figures, p of 'nothing is missing' and the residual's test."""
+    if not findings:
+        return "nothing_missing" if not seen(p) and is_noise(fit, rest) else "unexplained"
+    unknown = [finding.effect == NAMELESS for finding in findings]
+    if all(unknown):
+        return "unexplained"
+    faint = not seen(rest.p) or left_over(fit, rest) <= FAINT_REST
+    whole = not any(unknown) and at_floor(fit) and faint and not grew(fit)
+    return "explained" if whole else "partly_explained"

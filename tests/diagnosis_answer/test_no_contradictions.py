@@ -1,0 +1,124 @@
+"""Whatever the engine hands over, the answer agrees with itself."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from diagnosis.answer.assembly import assembled
+from diagnosis.answer.consistency import contradictions
+from diagnosis.answer.records import Diagnosis, Evidence, Finding, Fit, ParameterResult, Where
+from diagnosis.answer.verdict import ALARM, AT_FLOOR, GREW, Rest
+
+RMS = st.floats(1e-6, 1.0)
+PS = st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 1e-300, ALARM, 1.0]))
+SHARES = st.floats(0.0, 1.0)
+
+
+def finding(effect: str = "gear_backlash", share: float = 0.5, **sizes: ParameterResult) -> Finding:
+    return Finding(
+        effect=effect,
+        component="motor1",
+        says="",
+        parameters=sizes or {"width": ParameterResult(value=0.01, ci95=[0.009, 0.011], unit="rad")},
+        where=Where(axes=["range_x"], times_s=[(0.0, 1.0)], regime="everywhere"),
+        evidence=Evidence(delta_chi2=100.0, p=1e-9),
+        share_of_mismatch=share,
+    )
+
+
+FINDINGS = st.lists(
+    st.builds(finding, st.sampled_from(["gear_backlash", "unknown", "home_offset"]), SHARES),
+    max_size=4,
+)
+FITS = st.builds(
+    lambda before, after, floor, held_before, held_after: Fit(
+        rms_before_m=before, rms_after_m=after, noise_floor_m=floor,
+        holdout_rms_before_m=held_before, holdout_rms_after_m=held_after,
+    ),
+    RMS, RMS, RMS, RMS, RMS,
+)  # fmt: skip
+RESTS = st.builds(
+    Rest, PS, st.sampled_from([("theta_1",), ("time", "range_x")]), st.just("motor1"),
+    st.floats(1e-9, 1.0),
+)  # fmt: skip
+
+
+@given(FINDINGS, FITS, PS, RESTS)
+def test_no_answer_contradicts_itself(
+    findings: list[Finding], fit: Fit, p: float, rest: Rest
+) -> None:
+    answer = assembled(findings, fit, p, rest)
+    assert contradictions(answer) == []
+    assert Diagnosis.model_validate(answer.to_json()).verdict == answer.verdict
+
+
+def sound(**changes: Any) -> Diagnosis:
+    fit = Fit(
+        rms_before_m=5.0, rms_after_m=1.0, noise_floor_m=1.0, holdout_rms_before_m=5.0,
+        holdout_rms_after_m=1.1,
+    )  # fmt: skip
+    answer = assembled([finding(share=0.9)], fit, 1e-9, Rest(0.5, share=0.0))
+    assert contradictions(answer) == []
+    assert answer.verdict == "explained"
+    return answer.model_copy(update=changes)
+
+
+def fit_of(**changes: float) -> Fit:
+    return sound().fit.model_copy(update=changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"verdict": "nothing_missing"}, "there are findings"),
+        ({"verdict": "nothing_missing", "findings": []}, "with p = 1e-09"),
+        ({"verdict": "unexplained"}, "a named effect is a finding"),
+        ({"findings": [finding("unknown")]}, "not by named effects alone"),
+        ({"verdict": "partly_explained", "findings": []}, "nothing that has a name"),
+        ({"fit": fit_of(rms_after_m=1.01 * AT_FLOOR)}, "above the noise floor"),
+        ({"fit": fit_of(holdout_rms_after_m=5.01 * GREW)}, "held-out mismatch grew"),
+        ({"findings": [finding(share=0.6), finding(share=0.6)]}, "add up to 1.2"),
+        ({"probability_nothing_missing": 1.2}, "between 0 and 1"),
+        ({"says": ["Nothing is missing in the model."]}, "the verdict does not"),
+    ],
+)
+def test_a_contradiction_is_seen(changes: dict[str, Any], says: str) -> None:
+    assert any(says in line for line in contradictions(sound(**changes)))
+
+
+@pytest.mark.parametrize(
+    ("effect", "name", "value", "ci95", "says"),
+    [
+        ("lost_steps", "steps", 0.42, [0.3, 0.5], "less than one step"),
+        ("home_offset", "angle", 0.1, [0.1, 0.1], "no width"),
+        ("following_lag", "dead_time", 2.0, [0.65, 2.0], "at its bound"),
+        ("gear_backlash", "width", 0.0, [0.0, 0.1], "no size"),
+        ("home_offset", "angle", 0.1, [0.2, 0.3], "outside its interval"),
+    ],
+)
+def test_a_size_that_cannot_be_is_seen(
+    effect: str, name: str, value: float, ci95: list[float], says: str
+) -> None:
+    one = finding(effect, **{name: ParameterResult(value=value, ci95=ci95, unit="rad")})
+    assert any(says in line for line in contradictions(sound(findings=[one])))
+
+
+@pytest.mark.parametrize("endless", [1e300, float("inf")])
+def test_what_does_not_exist_is_null(endless: float) -> None:
+    stiff = ParameterResult(value=endless, ci95=[1000.0, endless], unit="N m/rad")
+    assert stiff.model_dump(mode="json") == {
+        "value": None, "ci95": [1000.0, None], "unit": "N m/rad",
+    }  # fmt: skip
+    assert contradictions(sound(findings=[finding(stiffness=stiff)])) == []
+
+
+def test_a_fit_below_the_floor_lowers_the_floor() -> None:
+    low = fit_of(rms_after_m=0.8)
+    assert assembled([finding()], low, 0.0, Rest(0.5, share=0.0)).fit.noise_floor_m == 0.8
+    more = assembled([finding()], low, 0.0, Rest(1e-9, ("time",), "motor1", 0.19))
+    assert more.fit.noise_floor_m == pytest.approx(0.72)
+    assert more.verdict == "partly_explained" or more.unexplained.share_of_mismatch < 0.05
