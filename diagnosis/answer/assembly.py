@@ -9,6 +9,9 @@ from typing import Any
 from diagnosis.answer.records import Diagnosis, Finding, Fit, Unexplained
 from diagnosis.answer.verdict import Rest, at_floor, is_noise, left_over, seen, verdict
 
+LEAST = 1e-9
+"""Share of the residual that a test explains at least when it says that the residual is no noise."""
+
 
 def assembled(
     findings: Sequence[Finding], fit: Fit, p: float, rest: Rest, **more: Any
@@ -39,7 +42,7 @@ def with_floor(fit: Fit, rest: Rest) -> Fit:
     """
     most = fit.rms_after_m
     if seen(rest.p):
-        most *= math.sqrt(max(1.0 - rest.share, 0.0))
+        most *= math.sqrt(max(1.0 - max(rest.share, LEAST), 0.0))
     return fit.model_copy(update={"noise_floor_m": min(fit.noise_floor_m, most)})
 
 
