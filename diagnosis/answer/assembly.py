@@ -10,7 +10,7 @@ from diagnosis.answer.records import Diagnosis, Finding, Fit, Unexplained
 from diagnosis.answer.verdict import Rest, at_floor, is_noise, left_over, seen, verdict
 
 LEAST = 1e-9
-"""Share of the residual that a test explains at least when it says that the residual is no noise."""
+"""Share of the residual that a test explains at least when it finds more than noise in it."""
 
 
 def assembled(
