@@ -4,19 +4,42 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from command_line.output import console, duration, facts, print_json
+from command_line.output import console, duration, facts, print_json, say, warn
+from firmware_py.compensation.coverage import Coverage, coverage_of
 from firmware_py.planner.check import check_job as dry_run
 from firmware_py.planner.summary import CheckSummary
 from firmware_py.robot_file import find
 
 
-def check_job(job: Path, json_out: bool) -> None:
+def check_job(job: Path, robot: str | None, json_out: bool) -> None:
     """Print the dry run. Raises any DeltactlError when the job must not run."""
-    summary = dry_run(find(str(job)))
+    path = find(str(job))
+    robot_file = None if robot is None else find(robot)
+    summary = dry_run(path, robot_file=robot_file)
+    covered = coverage_of(path, robot_file)
     if json_out:
-        print_json(summary.as_json())
+        print_json(
+            summary.as_json()
+            | {
+                "effects": [one.as_json() for one in covered.effects],
+                "warning": covered.warning or None,
+            }
+        )
         return
     console.print(facts(f"{summary.job} may run", _rows(summary)))
+    say_covered(covered)
+
+
+def say_covered(covered: Coverage) -> None:
+    """What is compensated, what is not and why; nothing where no effect is known."""
+    for one in covered.effects:
+        name = f"{one.effect} on {one.component}"
+        if one.how:
+            say(f"compensated: {name}, {one.how}")
+        else:
+            say(f"not compensated: {name}: {one.why_not}")
+    if covered.warning:
+        warn(f"warning: {covered.warning}")
 
 
 def _rows(summary: CheckSummary) -> list[tuple[str, str]]:

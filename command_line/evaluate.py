@@ -94,7 +94,7 @@ def _check_installed() -> None:
 
 def _models(network: InverseNetwork, robot: RobotFile, calibrated: Calibrated) -> dict[str, Angles]:
     """The network, and what it is compared with."""
-    from models.inverse_kinematics import CalibratedInverse
+    from models.calibrated_inverse import CalibratedInverse
     from models.linkage import Linkage, inverse
     from models.training.calibrated_file import calibrated_robot
 

@@ -9,6 +9,9 @@ import typer
 
 JobArgument = Annotated[Path, typer.Argument(help="Job file; sought here, then in config/.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON document instead of tables.")]
+RobotOption = Annotated[
+    str | None, typer.Option(help="Robot file instead of the job's, as one that was corrected.")
+]
 SocketOption = Annotated[Path | None, typer.Option(help="Socket of the daemon.")]
 
 
@@ -33,6 +36,7 @@ def run(
     ] = False,
     record: Annotated[Path | None, typer.Option(help="Where to record (.mcap).")] = None,
     report: Annotated[Path | None, typer.Option(help="Write an HTML report here.")] = None,
+    robot: RobotOption = None,
     json_out: JsonOption = False,
     socket: SocketOption = None,
 ) -> None:
@@ -43,24 +47,26 @@ def run(
     ```
     deltactl run heart.yaml
     deltactl run circle.yaml --realtime --report circle.html
+    deltactl run heart.yaml --robot corrected.yaml
     deltactl run survey.yaml --simulate --record survey.mcap --json
     ```
     """
     from command_line.run import run_job
 
-    run_job(job, simulate or realtime, realtime, record, report, json_out, socket)
+    run_job(job, robot, simulate or realtime, realtime, record, report, json_out, socket)
 
 
-def check(job: JobArgument, json_out: JsonOption = False) -> None:
-    """Dry run: limits, duration, peak step rate; nothing moves.
+def check(job: JobArgument, robot: RobotOption = None, json_out: JsonOption = False) -> None:
+    """Dry run: limits, duration, peak step rate, what is compensated; nothing moves.
 
     ```
     deltactl check heart.yaml
+    deltactl check heart.yaml --robot corrected.yaml
     ```
     """
     from command_line.check import check_job
 
-    check_job(job, json_out)
+    check_job(job, robot, json_out)
 
 
 def verify(

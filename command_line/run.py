@@ -10,9 +10,11 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
+from command_line.check import say_covered
 from command_line.follow import follow
 from command_line.output import print_json, say, warn
 from command_line.show import show_tracking, write_report
+from firmware_py.compensation.coverage import coverage_of
 from firmware_py.controller.contract import JobResult
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.job_file import load_job
@@ -27,6 +29,7 @@ VIRTUAL_POLL_S = 0.5
 
 def run_job(
     job: Path,
+    robot: str | None,
     simulate: bool,
     realtime: bool,
     record: Path | None,
@@ -42,13 +45,21 @@ def run_job(
             f"--record {record}: a recording's name ends in .mcap;"
             " 'deltactl export' makes other files of it afterwards"
         )
+    robot_file = None if robot is None else find(robot)
     if not simulate and daemon_answers(socket):
+        if robot_file is not None:
+            raise ConfigError(
+                f"--robot {robot}: the daemon runs the robot file it was started with; put this"
+                " file in its place ('deltactl off', then 'deltactl on'), or use --simulate"
+            )
         result = _through_daemon(path, record, socket, json_out)
     else:
         if socket is not None and not simulate:
             raise ServiceError(f"no daemon answers at {socket}; start it, or leave --socket out")
         _say_where(simulate, json_out)
-        result = _in_this_process(path, record, realtime, json_out)
+        if not json_out:
+            say_covered(coverage_of(path, robot_file))
+        result = _in_this_process(path, robot_file, record, realtime, json_out)
     _show(result, report, json_out)
     if result.outcome != "done":
         why = f": {result.why}" if result.why else ""
@@ -75,10 +86,12 @@ def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet:
         return follow(client, number, time.sleep, POLL_S, quiet)
 
 
-def _in_this_process(path: Path, record: Path | None, realtime: bool, quiet: bool) -> JobResult:
+def _in_this_process(
+    path: Path, robot_file: Path | None, record: Path | None, realtime: bool, quiet: bool
+) -> JobResult:
     from firmware_py.controller.build import build_controller
 
-    robot = find(load_job(path).robot, beside=path)
+    robot = robot_file or find(load_job(path).robot, beside=path)
     controller = build_controller(
         robot, simulated=True, realtime=realtime, recordings=Path("recordings")
     )

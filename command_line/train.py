@@ -59,20 +59,27 @@ def train(
     """Train a network that turns positions into arm angles.
 
     zhao: 8 x 50 sigmoid, Adam. uzunovic: 3-25-3, Levenberg-Marquardt. ours: calibrate the robot,
-    then teach its inverse to small networks (of geometry alone: one that its arms share).
+    then teach its inverse to small networks (of geometry alone: one that its arms share; of a
+    robot file with effects: the exact inverse of what it knows).
 
     ```
     deltactl train data --recipe zhao --out zhao.tflite
     deltactl train --robot zhao-2023.yaml --out nominal.tflite
+    deltactl train --robot corrected.yaml --out corrected.tflite
     ```
     """
     with needs("training", "train"):
+        from models.training import corrected
         from models.training import train as training
     started_s = time.monotonic()
     source = _source(dataset, robot, samples, seed)
     training.check_writable(out)
     with _bar(quiet=json_out) as show:
-        if dataset is None and recipe is Recipe.OURS:
+        if dataset is None and recipe is Recipe.OURS and source.robot.effects:
+            task, _ = training.exact_task(source, seed)
+            effort = corrected.with_iterations(corrected.EFFORT, epochs)
+            written = corrected.train_corrected(task, out, effort, show)
+        elif dataset is None and recipe is Recipe.OURS:
             task, settings = training.exact_task(source, seed)
             settings = training.with_iterations(settings, epochs)
             written = training.train_exact(task, settings, out, show)

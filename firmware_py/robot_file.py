@@ -126,6 +126,9 @@ class RobotFile(DeltaRobot):
     limits: Limits = Limits()
     homing: Homing = Homing()
     recordings: KeptRecordings = KeptRecordings()
+    networks: dict[str, str] = Field(default_factory=dict)
+    """A network that jobs name -> the file to take in its place, trained for this file's effects;
+    so that jobs need not be edited when a robot is corrected."""
     as_built: AsBuilt = AsBuilt()
 
     @property
@@ -133,6 +136,16 @@ class RobotFile(DeltaRobot):
         """The effects of the simulated robot."""
         built = self.as_built.effects
         return self.effects if built is None else built
+
+    def is_machine_of(self, other: RobotFile) -> bool:
+        """Whether both files are of one machine, of which they may believe different effects."""
+        believed = {
+            "effects": (),
+            "networks": {},
+            "as_built": AsBuilt(),
+            "recordings": KeptRecordings(),
+        }
+        return self.model_copy(update=believed) == other.model_copy(update=believed)
 
     def clashes(self) -> Iterator[tuple[tuple[str, ...], str]]:
         """Where sections contradict each other: the key at fault, and what is wrong with it."""

@@ -12,24 +12,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from foundation.errors import LimitExceeded
-from models.chain.active import Active, at, of_entries
-from models.chain.commands import Commands
-from models.chain.delta import Chain
-from models.effects.flow import Flow, Load
-from models.effects.port import Port
-from models.linkage import Linkage, inverse, inverse_one
-from models.robot import ARMS, AnyDrive, DeltaRobot, FloatArray, Geometry
-
-INVERTIBLE = frozenset(
-    {
-        *("gear_ratio", "transmission_error", "joint_compliance", "payload", "home_offset"),
-        *("upper_arm_length", "forearm_length", "base_radius", "motor_azimuth"),
-    }
-)
-"""Effects that give every commanded angle one true angle, and every pose one position."""
-ROUNDS = 12
-CLOSE_RAD = 1e-9
-"""Angles are right to a ten-thousandth of a microstep and better."""
+from models.linkage import Linkage, inverse_one
+from models.robot import ARMS, AnyDrive, FloatArray, Geometry
 
 CountArray = np.ndarray[Any, np.dtype[np.int64]]
 
@@ -65,88 +49,9 @@ class GeometricInverse:
         round to another count now and then.
         """
         return np.array(
-            [inverse_one(self.linkage, *target) for target in _targets(position_m)],
+            [inverse_one(self.linkage, *target) for target in targets_of(position_m)],
             dtype=np.float64,
         ).reshape(-1, ARMS)
-
-
-class CalibratedInverse:
-    """Geometry with the robot file's known effects taken into account, turned round.
-
-    Lengths and directions enter the closed form; what gears and arms add to an angle is taken off
-    it again, round by round, until the chain answers with the angle that is wanted. Targets are
-    positions of the platform itself: effects in sensors, and the frame they stand in, do not
-    matter. Effects that remember (play, friction, lag) or that happen once have no inverse of
-    this kind and are left out.
-    """
-
-    def __init__(self, robot: DeltaRobot):
-        known = [active for active in of_entries(robot.effects) if active.kind.name in INVERTIBLE]
-        plain = robot.model_copy(update={"effects": ()})
-        self.effects = tuple(f"{active.kind.name} on {active.component}" for active in known)
-        self.linkage = _linkage_with(Linkage.of(robot.geometry), at(known, Port.LINKAGE))
-        self._chain = Chain(plain)
-        self._angle_effects = [
-            active for port in (Port.MOTOR, Port.GEAR, Port.ARM) for active in at(known, port)
-        ]
-
-    def angles_rad(self, x_m: float, y_m: float, z_m: float) -> tuple[float, float, float]:
-        """Commanded arm angles [rad] of one target [m]. Raises UnreachablePoint."""
-        wanted = inverse_one(self.linkage, x_m, y_m, z_m)
-        if not self._angle_effects:
-            return wanted
-        first, second, third = self._commanded(np.array([wanted]))[0].tolist()
-        return first, second, third
-
-    def angles_rad_many(self, position_m: FloatArray) -> FloatArray:
-        """Angles [rad] of targets [m], both (n, 3). Raises UnreachablePoint.
-
-        Target by target, as `GeometricInverse` and for its reason.
-        """
-        rows = [self.angles_rad(*target) for target in _targets(position_m)]
-        return np.array(rows, dtype=np.float64).reshape(-1, ARMS)
-
-    def angles_rad_at_once(self, position_m: FloatArray) -> FloatArray:
-        """The same for studies: fast, NaN where unreachable, not equal to the last bit."""
-        return self._commanded(inverse(self.linkage, position_m).angles_rad)
-
-    def _commanded(self, wanted_rad: FloatArray) -> FloatArray:
-        commanded = wanted_rad
-        for _ in range(ROUNDS):
-            missing = wanted_rad - self._achieved(commanded)
-            commanded = commanded + missing
-            if not np.nanmax(np.abs(missing), initial=0.0) > CLOSE_RAD:
-                break
-        return commanded
-
-    def _achieved(self, commanded_rad: FloatArray) -> FloatArray:
-        """What the chain makes of commanded angles, (n, 3), before the linkage's own homes."""
-        t_s = np.arange(len(commanded_rad), dtype=np.float64)
-        course = self._chain.course(Commands.of_angles(t_s, commanded_rad))
-        flow = Flow(
-            t_s=t_s,
-            fresh=np.ones(len(t_s), dtype=np.bool_),
-            start_s=0.0,
-            angles_rad=commanded_rad.copy(),
-            load_of=course.load,
-        )
-        for active in self._angle_effects:
-            active.act(flow)
-        return flow.angles_rad
-
-
-def _linkage_with(linkage: Linkage, effects: list[Active]) -> Linkage:
-    names = ("radius_m", "upper_arm_m", "forearm_m", "azimuth_rad", "home_offset_rad")
-    nowhere = np.zeros((1, ARMS))
-    flow = Flow(np.zeros(1), np.ones(1, dtype=np.bool_), 0.0, nowhere, _no_load)
-    flow.linkage = {name: np.array(getattr(linkage, name)) for name in names}
-    for active in effects:
-        active.act(flow)
-    return linkage.with_(**flow.linkage)
-
-
-def _no_load() -> Load:
-    return Load(np.zeros((1, ARMS)), np.zeros((1, ARMS)))
 
 
 class TargetMapper:
@@ -186,7 +91,7 @@ class TargetMapper:
 
         Raises UnreachablePoint or LimitExceeded at the first target that fails.
         """
-        rows = [self.counts(*target) for target in _targets(position_m)]
+        rows = [self.counts(*target) for target in targets_of(position_m)]
         return np.array(rows, dtype=np.int64).reshape(-1, ARMS)
 
     def angles_to_counts(self, angles_rad: FloatArray) -> CountArray:
@@ -224,7 +129,7 @@ class TargetMapper:
         )
 
 
-def _targets(position_m: FloatArray) -> list[tuple[float, float, float]]:
+def targets_of(position_m: FloatArray) -> list[tuple[float, float, float]]:
     """Rows as plain floats: arithmetic on numpy scalars is several times slower."""
     rows: list[tuple[float, float, float]]
     rows = np.asarray(position_m, dtype=np.float64).reshape(-1, ARMS).tolist()

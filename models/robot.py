@@ -25,7 +25,10 @@ Angle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within
 Mass = Annotated[float, Field(ge=0.0, lt=1000.0, description="kilograms of a moving part")]
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 
-MACHINE_SECTIONS = ("steps", "inputs", "ranging", "limits", "homing", "as_built")
+MACHINE_SECTIONS = (
+    *("steps", "inputs", "ranging", "limits", "homing"),
+    *("recordings", "networks", "as_built"),
+)
 """Sections of a robot file that belong to the machine's wiring, not to its model."""
 
 

@@ -19,7 +19,7 @@ from firmware_py.planner.step_gate import StepGate
 from firmware_py.robot_file import RobotFile
 from foundation.clock import NS_PER_S, ns, sleep_s
 from foundation.errors import NotReady, PulseFault
-from models.linkage import Linkage, forward
+from models.chain import Chain, Commands
 from models.robot import AXES, FloatArray
 
 
@@ -30,13 +30,14 @@ def expected_ranges_m(robot: RobotFile) -> FloatArray | None:
     """
     if robot.sensors is None:
         return None
-    pose = forward(Linkage.of(robot.geometry), np.deg2rad(robot.homing.angle_deg))
-    if not np.all(np.isfinite(pose.position_m)):
+    home = Commands.of_angles(np.zeros(1), np.deg2rad([robot.homing.angle_deg]))
+    ranges_m: FloatArray = Chain(robot).simulate(home).ranges[0]
+    if not np.all(np.isfinite(ranges_m)):
         raise NotReady(
             "homing refused: the linkage cannot be assembled at homing.angle_deg"
             f" {robot.homing.angle_deg}; correct the robot file"
         )
-    return robot.sensors.offsets_m + robot.sensors.axes @ pose.position_m
+    return ranges_m
 
 
 def check_plausible(robot: RobotFile, measured_m: FloatArray) -> str:

@@ -45,7 +45,8 @@ def prepare(
     document = Document.read(job_file)
     job = document.check(JobFile)
     wanted = find(job.robot, beside=job_file)
-    if wanted.resolve() != robot_file.resolve() and load_robot(wanted) != robot:
+    same = wanted.resolve() == robot_file.resolve()
+    if not same and not robot.is_machine_of(load_robot(wanted)):
         raise ConfigError(
             f"{job_file}: is for robot file {job.robot}, but this robot runs {robot_file.name};"
             " change 'robot' in the job, or start the daemon with the other file"

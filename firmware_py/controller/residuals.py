@@ -11,7 +11,8 @@ import numpy as np
 from drivers.ranging.contract import Reading
 from drivers.steps.contract import Counts, Ticks
 from firmware_py.robot_file import RobotFile
-from models.linkage import Linkage, forward
+from models.calibrated_inverse import CalibratedInverse
+from models.linkage import forward
 from models.robot import AXES, FloatArray
 
 Int64Array = np.ndarray[Any, np.dtype[np.int64]]
@@ -61,7 +62,7 @@ class Expectation:
     """Knows the edges sent, and so where the arms should be when a sample was taken."""
 
     def __init__(self, robot: RobotFile):
-        self._linkage = Linkage.of(robot.geometry)
+        self._belief = CalibratedInverse(robot)
         self._step_rad = robot.drive.rad_per_step
         self._sensors = robot.sensors
         self.reset((0, 0, 0), 0)
@@ -89,9 +90,9 @@ class Expectation:
         self._take_edges()
         t_ns = np.array([one.t_ns for one in readings])
         rows = np.searchsorted(self._times_ns, t_ns, side="right") - 1
-        angles_rad = self._counts[np.maximum(rows, 0)] * self._step_rad
+        angles_rad = self._belief.achieved_rad(self._counts[np.maximum(rows, 0)] * self._step_rad)
         nudged = angles_rad[:, np.newaxis, :] + NUDGE_RAD * np.vstack([np.zeros(3), np.eye(3)])
-        positions_m = forward(self._linkage, nudged).position_m
+        positions_m = forward(self._belief.linkage, nudged).position_m
         axis = np.array([AXES.index(one.axis) for one in readings])
         ranges_m = np.einsum("nki,ni->nk", positions_m, self._sensors.axes[axis])
         slope_m = (ranges_m[:, 1:] - ranges_m[:, :1]) / NUDGE_RAD

@@ -44,12 +44,15 @@ def make_plan(job: JobFile, robot: RobotFile, kinematics: InverseKinematics) -> 
     return Plan(job, robot, kinematics, first, again, float(path.dwell_s[0]))
 
 
-def check_job(job_path: Path, from_counts: Counts | None = None) -> CheckSummary:
+def check_job(
+    job_path: Path, from_counts: Counts | None = None, robot_file: Path | None = None
+) -> CheckSummary:
     """Dry run of a job file from home (or other counts): what it would do.
 
-    Raises MissingFile, ConfigError, NetworkError, UnreachablePoint or LimitExceeded.
+    `robot_file`: instead of the one the job names. Raises MissingFile, ConfigError,
+    NetworkError, UnreachablePoint or LimitExceeded.
     """
-    plan = plan_of(job_path)
+    plan = plan_of(job_path, None if robot_file is None else load_robot(robot_file))
     return summarise(plan, from_counts or home_counts(plan.robot))
 
 

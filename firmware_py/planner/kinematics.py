@@ -7,7 +7,13 @@ from pathlib import Path
 from firmware_py.job_file import CalibratedIk, JobFile, NetworkIk
 from firmware_py.robot_file import RobotFile, find
 from foundation.errors import ConfigError
-from models.inverse_kinematics import CalibratedInverse, GeometricInverse, InverseKinematics
+from models.calibrated_inverse import CalibratedInverse
+from models.inverse_kinematics import GeometricInverse, InverseKinematics
+
+
+def network_file(chosen: NetworkIk, robot: RobotFile, job_path: Path | None) -> Path:
+    """The network a job means, or what the robot file says to take instead. Raises MissingFile."""
+    return find(robot.networks.get(chosen.file, chosen.file), beside=job_path)
 
 
 def kinematics_of(job: JobFile, robot: RobotFile, job_path: Path | None) -> InverseKinematics:
@@ -21,7 +27,7 @@ def kinematics_of(job: JobFile, robot: RobotFile, job_path: Path | None) -> Inve
         # Not at the top: the TFLite runtime takes a third of a second to load.
         from models.network import InverseNetwork
 
-        return InverseNetwork.open(find(chosen.file, beside=job_path), robot)
+        return InverseNetwork.open(network_file(chosen, robot, job_path), robot)
     calibrated = CalibratedInverse(robot)
     if calibrated.effects:
         return calibrated

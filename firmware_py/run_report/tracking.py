@@ -10,7 +10,7 @@ import numpy as np
 
 from firmware_py.robot_file import RobotFile
 from foundation.strict_yaml import Document
-from models.linkage import Linkage, forward
+from models.calibrated_inverse import CalibratedInverse
 from models.robot import AXES, FloatArray
 from recording.columns import Int64Array
 from recording.rounds import gather
@@ -177,9 +177,12 @@ def measured_errors(run: Run, robot: RobotFile) -> tuple[FloatArray, FloatArray]
 
 
 def positions_of_counts(robot: RobotFile, counts: Any) -> FloatArray:
-    """Where the robot file's linkage puts the platform [m] for counts of shape (n, 3)."""
+    """Where the platform is believed to be [m] for counts of shape (n, 3).
+
+    By the robot file's linkage and those of its effects that do not remember.
+    """
     angles_rad = np.asarray(counts, dtype=np.float64) * robot.drive.rad_per_step
-    return forward(Linkage.of(robot.geometry), angles_rad).position_m
+    return CalibratedInverse(robot).position_m(angles_rad)
 
 
 def _against(

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from foundation.strict_yaml import StrictModel
 from models.network.domain import Domain, Range
-from models.robot import Geometry, per_arm
+from models.robot import EffectEntry, Geometry, per_arm
 
 METADATA_NAME = "deltactl"
 """Name of the TFLite metadata entry that carries the JSON."""
@@ -48,6 +48,8 @@ class TrainedRobot(StrictModel):
     fingerprint: str
     """`fingerprint` of `geometry`."""
     geometry: Geometry
+    effects: tuple[EffectEntry, ...] = ()
+    """Those of the robot file's effects that its answers take into account."""
 
 
 class Training(StrictModel):

@@ -148,7 +148,10 @@ def _metadata(
     return NetworkMetadata(
         written_by=f"deltactl {_version()}",
         robot=TrainedRobot(
-            name=task.robot.name, fingerprint=fingerprint(geometry), geometry=geometry
+            name=task.robot.name,
+            fingerprint=fingerprint(geometry),
+            geometry=geometry,
+            effects=trained.effects,
         ),
         architecture=trained.architecture,
         parameters=trained.parameters,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from models.network.domain import Box, Cylinder, Range
-from models.robot import DeltaRobot, FloatArray
+from models.robot import DeltaRobot, EffectEntry, FloatArray
 from models.training.graph import Graph
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
@@ -103,6 +103,8 @@ class Trained:
     """Epochs or iterations, and the RMS error [deg] on the held-out samples at that time."""
     remarks: tuple[tuple[str, str], ...] = ()
     """What else there is to say, as name and words."""
+    effects: tuple[EffectEntry, ...] = ()
+    """Of the robot file: those that the answers take into account."""
 
     def angles_rad_many(self, position_m: FloatArray) -> FloatArray:
         """Angles [rad] of positions [m], both (n, 3), in float64, refusing nothing."""

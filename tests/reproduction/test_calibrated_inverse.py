@@ -11,9 +11,10 @@ from firmware_py.job_file import JobFile, load_job
 from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.robot_file import find, load_robot
 from foundation.errors import ConfigError, RecordingError, UnreachablePoint
+from models.calibrated_inverse import CalibratedInverse
 from models.chain.commands import Commands
 from models.chain.delta import Chain
-from models.inverse_kinematics import CalibratedInverse, GeometricInverse
+from models.inverse_kinematics import GeometricInverse
 from models.linkage import Linkage, forward
 from models.robot import DeltaRobot, EffectEntry
 

@@ -1,0 +1,143 @@
+"""What of a robot's known effects a job takes into account, and what is left as work to do."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from firmware_py.job_file import JobFile, NetworkIk, load_job
+from firmware_py.planner.kinematics import network_file
+from firmware_py.robot_file import RobotFile, find, load_robot
+from models.calibrated_inverse import INVERTIBLE, corrections_of
+from models.effects import VOCABULARY
+from models.robot import EffectEntry
+
+AHEAD = frozenset({"following_lag", "viscous_friction"})
+AT_REVERSALS = frozenset({"gear_backlash", "joint_friction"})
+WARMING = frozenset({"thermal_expansion"})
+READINGS = frozenset(
+    {
+        *("sensor_offset", "sensor_scale", "sensor_crosstalk", "sensor_drift"),
+        *("sensor_latency", "frame_tilt"),
+    }
+)
+WAYS = {
+    **dict.fromkeys(AHEAD, "commanded ahead of time"),
+    **dict.fromkeys(AT_REVERSALS, "taken up where the arm turns round"),
+    **dict.fromkeys(WARMING, "followed as the arms warm up"),
+    **dict.fromkeys(READINGS, "expected in the readings; the motion needs nothing"),
+}
+LEFT = {
+    "resonance": "nothing damps the platform: run slower, or stiffen what rings",
+    "contact": "something is in the way: look at the table, or raise the path",
+    "lost_steps": "happened once: home the robot, and look why",
+    "stale_reading": "happened once: look at the sensor and its cable",
+    "encoder_error": "no encoder has a part in moving",
+}
+"""What no command makes better, and what a person does about it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Covered:
+    """One known effect in one job. how: by what it is compensated; empty where it is not."""
+
+    effect: str
+    component: str
+    says: str
+    how: str
+    why_not: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain types."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """All known effects of a robot in one job, and a warning where there is reason for one."""
+
+    effects: tuple[Covered, ...]
+    warning: str = ""
+
+    @property
+    def compensated(self) -> tuple[Covered, ...]:
+        """Those taken into account."""
+        return tuple(one for one in self.effects if one.how)
+
+    @property
+    def left(self) -> tuple[Covered, ...]:
+        """Those that are work to do."""
+        return tuple(one for one in self.effects if not one.how)
+
+
+def coverage_of(job_path: Path, robot_path: Path | None = None) -> Coverage:
+    """Of a job file, on the robot it names or on another. Raises ConfigError, NetworkError."""
+    job = load_job(job_path)
+    where = find(job.robot, beside=job_path) if robot_path is None else robot_path
+    return coverage(job, load_robot(where), job_path, where)
+
+
+def coverage(
+    job: JobFile, robot: RobotFile, job_path: Path | None, robot_path: Path | None = None
+) -> Coverage:
+    """What the job does about each effect in the robot file."""
+    if job.path.shape in ("joints", "survey"):
+        why = "the path is given in arm angles, which are commanded as they are"
+        return Coverage(tuple(_left(entry, why) for entry in robot.effects))
+    inside, warning = "in the inverse kinematics", ""
+    known = corrections_of(robot)
+    chosen = job.inverse_kinematics
+    if isinstance(chosen, NetworkIk):
+        from models.network.file import NetworkFile
+
+        file = network_file(chosen, robot, job_path)
+        learned = NetworkFile.load(file).metadata.robot.effects
+        inside, warning = "in the network", _network_warning(file.name, known, learned, robot_path)
+        known = tuple(entry for entry in known if entry in learned)
+    covered = []
+    for entry in robot.effects:
+        if entry.effect in INVERTIBLE:
+            is_known = entry.model_copy(update={"found": None}) in known
+            why = "the network does not know it"
+            covered.append(_by(entry, inside) if is_known else _left(entry, why))
+        elif entry.effect in WAYS:
+            covered.append(_by(entry, WAYS[entry.effect]))
+        else:
+            covered.append(_left(entry, LEFT.get(entry.effect, "no command makes it better")))
+    return Coverage(tuple(covered), warning)
+
+
+def _network_warning(
+    name: str,
+    known: tuple[EffectEntry, ...],
+    learned: tuple[EffectEntry, ...],
+    robot_path: Path | None,
+) -> str:
+    """Where a network and a robot file believe different things."""
+    missing = [entry for entry in known if entry not in learned]
+    more = [entry for entry in learned if entry not in known]
+    if not missing and not more:
+        return ""
+    words = ", ".join(f"{one.effect} on {one.component}" for one in missing or more)
+    says = "does not know" if missing else "corrects what the robot file does not know:"
+    robot = "the robot file" if robot_path is None else str(robot_path)
+    return (
+        f"network {name} {says} {words}; train one that agrees with 'deltactl train --robot"
+        f" {robot} --out {Path(name).stem}-corrected.tflite' and name it in the job, or use"
+        " inverse_kinematics: {kind: geometry}"
+    )
+
+
+def _by(entry: EffectEntry, how: str) -> Covered:
+    return Covered(entry.effect, entry.component, _sentence(entry), how)
+
+
+def _left(entry: EffectEntry, why: str) -> Covered:
+    return Covered(entry.effect, entry.component, _sentence(entry), "", why)
+
+
+def _sentence(entry: EffectEntry) -> str:
+    kind = VOCABULARY[entry.effect]
+    given = {p.name: p.default for p in kind.parameters if p.default is not None}
+    return kind.sentence(entry.component, {**given, **entry.parameters})

@@ -1,0 +1,94 @@
+"""What a job says of each effect that the robot file believes in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firmware_py.compensation.coverage import LEFT, WAYS, coverage_of
+from firmware_py.controller.job_queue import prepare
+from firmware_py.planner.check import check_job
+from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from foundation.errors import ConfigError
+from models.calibrated_inverse import INVERTIBLE, CalibratedInverse
+from models.chain import Chain, Commands
+from models.effects import VOCABULARY
+from models.robot import EffectEntry
+
+ROBOT = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
+EFFECTS = """
+effects:
+- {effect: home_offset, component: motor1, parameters: {angle: 0.01}}
+- {effect: joint_friction, component: motor2, parameters: {width: 0.004}}
+- {effect: resonance, component: platform, parameters: {frequency: 5.0, damping: 0.1}}
+"""
+
+
+@pytest.fixture
+def corrected(tmp_path: Path) -> Path:
+    path = tmp_path / "corrected.yaml"
+    path.write_text(ROBOT + EFFECTS)
+    return path
+
+
+def test_a_network_that_does_not_know_is_a_warning_and_geometry_knows(
+    corrected: Path, tmp_path: Path
+) -> None:
+    heart = CONFIG_FOLDER / "heart.yaml"
+    by_network = coverage_of(heart, corrected)
+    assert "home_offset on motor1" in by_network.warning
+    assert f"deltactl train --robot {corrected}" in by_network.warning
+    assert {one.effect for one in by_network.left} == {"home_offset", "resonance"}
+    job = tmp_path / "heart.yaml"
+    job.write_text(
+        heart.read_text().replace("network  ", "geometry").replace("file: zhao-2023.tflite", "")
+    )
+    by_geometry = coverage_of(job, corrected)
+    assert by_geometry.warning == ""
+    assert [one.effect for one in by_geometry.left] == ["resonance"]
+    assert coverage_of(heart).effects == ()
+
+
+def test_a_path_in_arm_angles_is_commanded_as_it_is(corrected: Path) -> None:
+    assert coverage_of(CONFIG_FOLDER / "survey.yaml", corrected).compensated == ()
+
+
+def test_every_effect_of_the_vocabulary_has_its_words() -> None:
+    assert set(INVERTIBLE) | set(WAYS) | set(LEFT) == set(VOCABULARY)
+    assert not set(INVERTIBLE) & set(WAYS)
+    assert not set(WAYS) & set(LEFT)
+
+
+def test_a_job_runs_on_the_corrected_file_of_its_machine_only(
+    corrected: Path, tmp_path: Path
+) -> None:
+    heart = CONFIG_FOLDER / "heart.yaml"
+    robot = load_robot(corrected)
+    assert prepare(1, heart, None, robot, corrected, tmp_path).plan.robot is robot
+    other = tmp_path / "other.yaml"
+    other.write_text(ROBOT.replace("gear_ratio: 10 ", "gear_ratio: 12 "))
+    with pytest.raises(ConfigError, match="is for robot file"):
+        prepare(1, heart, None, load_robot(other), other, tmp_path)
+    assert check_job(heart, robot_file=corrected).robot == "zhao-2023"
+
+
+def test_what_a_corrected_robot_is_believed_to_do_is_what_its_chain_does(corrected: Path) -> None:
+    robot = load_robot(corrected).model_copy(
+        update={
+            "effects": tuple(
+                EffectEntry(effect=effect, component=component, parameters=values)
+                for effect, component, values in (
+                    ("gear_ratio", "motor1", {"scale": 1.01}),
+                    ("transmission_error", "motor2", {"amplitude": 0.002, "period": 0.6}),
+                    ("upper_arm_length", "arm3", {"length_error": 0.002}),
+                )
+            )
+        }
+    )
+    angles_rad = np.deg2rad([[10.0, 20.0, 30.0], [40.0, 45.0, 50.0]])
+    expected = Chain(robot).simulate(Commands.of_angles(np.arange(2.0), angles_rad)).position
+    inverse = CalibratedInverse(robot)
+    np.testing.assert_allclose(inverse.position_m(angles_rad), expected, atol=1e-12)
+    np.testing.assert_allclose(inverse.angles_rad_many(expected), angles_rad, atol=1e-8)
