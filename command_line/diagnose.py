@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from command_line.output import console, errors, print_json, say
 from firmware_py.robot_file import CONFIG_FOLDER, find
+from foundation.errors import ConfigError
 from foundation.extras import needs
 from models.robot import load_robot_model
+
+if TYPE_CHECKING:
+    from diagnosis.observations.column_mapping import Mapping
 
 
 def diagnose_recordings(
@@ -20,8 +25,7 @@ def diagnose_recordings(
     json_file: Path | None,
     report: Path | None,
     save_robot: Path | None,
-    columns: Path | None,
-    set_columns: list[str],
+    columns: list[str],
     next_job: Path | None,
     thorough: bool,
     save_all: bool = False,
@@ -31,14 +35,14 @@ def diagnose_recordings(
         from diagnosis.api import diagnose
     from diagnosis.answer.corrected_robot import save_corrected
     from diagnosis.experiment import write_job
-    from diagnosis.observations.column_mapping import load_mapping, read_mapped
+    from diagnosis.observations.column_mapping import read_mapped
     from diagnosis.report.html import write_report
     from diagnosis.report.summary import summary_lines
     from recording.flat_files import read_flat
 
     robot_file = find(robot)
     quiet = json_file is not None and str(json_file) == "-"
-    mapping = load_mapping(columns, set_columns) if columns or set_columns else None
+    mapping = _mapping(columns) if columns else None
     read = partial(read_mapped, mapping=mapping) if mapping else read_flat
     hidden = quiet or not errors.is_terminal  # elsewhere it would leave an empty line
     shown = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
@@ -67,3 +71,14 @@ def diagnose_recordings(
     for name, path in (("report", report), ("answer", json_file), ("robot file", save_robot)):
         if path is not None:
             say(f"{name}: {path}")
+
+
+def _mapping(columns: list[str]) -> Mapping:
+    """Mapping files and single columns, as `--columns` and `--set` give them."""
+    from diagnosis.observations.column_mapping import load_mapping
+
+    files = [one for one in columns if "=" not in one or Path(one).is_file()]
+    if len(files) > 1:
+        raise ConfigError(f"--columns: one mapping file at most, not {' and '.join(files)}")
+    options = [one for one in columns if one not in files]
+    return load_mapping(Path(files[0]) if files else None, options)

@@ -19,7 +19,15 @@ def register(app: typer.Typer) -> None:
 
 def diagnose(
     recordings: Annotated[list[Path], typer.Argument(help="Recordings: .mcap, .csv, .parquet.")],
-    robot: Annotated[str, typer.Option(help="What a perfect machine would be.")],
+    robot: Annotated[
+        str | None, typer.Option(help="Robot file: what a perfect machine would be.")
+    ] = None,
+    look: Annotated[
+        bool,
+        typer.Option(
+            "--inspect", help="Only say what is in the tables, and which command reads them."
+        ),
+    ] = False,
     holdout: Annotated[
         list[Path] | None,
         typer.Option(help="Another run of the same robot, to test the answer on."),
@@ -40,10 +48,14 @@ def diagnose(
         typer.Option(help="Write the job here that would tell tied explanations apart."),
     ] = None,
     columns: Annotated[
-        Path | None, typer.Option(help="Mapping file for tables with other columns and units.")
+        list[str] | None,
+        typer.Option(help="Mapping file for other columns and units, or NAME=COLUMN[unit]."),
     ] = None,
     set_columns: Annotated[
         list[str] | None, typer.Option("--set", help="One column of a mapping, as t=time_ms*0.001.")
+    ] = None,
+    save_columns: Annotated[
+        Path | None, typer.Option(help="With --inspect: write the mapping file here.")
     ] = None,
     thorough: Annotated[
         bool,
@@ -58,8 +70,19 @@ def diagnose(
     deltactl diagnose run.csv.gz --robot zhao-2023.yaml
     deltactl diagnose a.mcap --robot zhao-2023.yaml --holdout b.mcap --report why.html
     deltactl diagnose axis.csv --robot axis.yaml --set t=ms*0.001 --set "position=angle[deg]"
+    deltactl diagnose log.csv --inspect
     ```
     """
+    if look:
+        from command_line.inspect import inspect_recordings
+
+        inspect_recordings(recordings, robot, save_columns, json_file is not None)
+        return
+    if robot is None:
+        raise typer.BadParameter(
+            "say which robot file describes the machine, or look at the data with --inspect",
+            param_hint="--robot",
+        )
     from command_line.diagnose import diagnose_recordings
 
     diagnose_recordings(
@@ -69,8 +92,7 @@ def diagnose(
         json_file,
         report,
         save_robot,
-        columns,
-        set_columns or [],
+        [*(columns or []), *(set_columns or [])],
         next_job,
         thorough,
         save_all,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import gzip
 import io
@@ -54,14 +55,17 @@ def _is_packed(path: Path) -> bool:
     return path.suffix == ".gz"
 
 
-def read_text(path: Path) -> str:
-    """Text of a file, unpacked if need be. Raises RecordingError when it is none."""
+def read_text(path: Path, any_encoding: bool = False) -> str:
+    """Text of a file, unpacked if need be. Raises RecordingError when it is none.
+
+    any_encoding: also UTF-16 with its mark, and what older Windows programs write.
+    """
     try:
         with gzip.open(path) if _is_packed(path) else path.open("rb") as file:
             data = file.read(_MOST_BYTES + 1)
         if len(data) > _MOST_BYTES:
             raise RecordingError(f"{path}: has more than {_MOST_BYTES // 2**20} MiB; cut it up")
-        text = data.decode("utf-8-sig")
+        text = _decoded(data, any_encoding)
     except (gzip.BadGzipFile, EOFError, zlib.error) as error:
         raise RecordingError(f"{path}: is not a whole gzip file ({error})") from error
     except UnicodeDecodeError as error:
@@ -73,12 +77,23 @@ def read_text(path: Path) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
+def _decoded(data: bytes, any_encoding: bool) -> str:
+    if any_encoding and data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        return data.decode("utf-16")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        if not any_encoding or b"\0" in data[:1000]:
+            raise
+        return data.decode("cp1252")
+
+
 def _heading(path: Path, head: str) -> list[str]:
     names = [name.strip() for name in next(csv.reader([head]))]
     if "t" not in names:
         raise RecordingError(
             f"{path}:1: has no column 't'; it has {', '.join(names)[:200]};"
-            " say what stands for it with --set t=NAME or --columns FILE"
+            f" type: deltactl diagnose --inspect {path}"
         )
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:

@@ -147,7 +147,8 @@ def from_columns(
     if len(known) == 1:
         raise RecordingError(
             f"{source}: none of its columns {', '.join(name for name in named if name != 't')} "
-            "is one of the contract's (steps_1, range_x, position, ...)"
+            "is one of the contract's (steps_1, range_x, position, ...); "
+            f"type: deltactl diagnose --inspect {source}"
         )
     t_s = known.pop("t")
     where = _Where(source, first_line)

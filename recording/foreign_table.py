@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -10,22 +11,28 @@ import numpy as np
 from foundation.errors import RecordingError
 from recording.csv_table import read_text
 from recording.flat import AnyArray
+from recording.table_format import is_moment, split
 
 
 def read_table(
-    path: Path, skip_lines: int = 0, heading: Sequence[str] = (), separator: str = ","
+    path: Path,
+    skip_lines: int = 0,
+    heading: Sequence[str] = (),
+    separator: str = ",",
+    decimal: str = ".",
 ) -> dict[str, AnyArray]:
     """Columns of numbers by name, shape (n,) each; NaN where a cell holds no number.
 
-    heading: names of the columns where the file has none. Raises RecordingError.
+    heading: names of the columns where the file has none. Dates with a time become seconds since
+    the first row's. Raises RecordingError.
     """
-    lines = read_text(path).split("\n")[skip_lines:]
+    lines = read_text(path, any_encoding=True).split("\n")[skip_lines:]
     if not heading:
         if not lines:
             raise RecordingError(f"{path}: has no line {skip_lines + 1} with a heading")
-        heading = [name.strip().strip('"') for name in lines[0].split(separator)]
+        heading = split(lines[0], separator)
         lines = lines[1:]
-    cells = [line.split(separator) for line in lines if line.strip()]
+    cells = [split(line, separator) for line in lines if line.strip()]
     if not cells:
         raise RecordingError(f"{path}: has a heading but no rows")
     for row, parts in enumerate(cells):
@@ -35,14 +42,29 @@ def read_table(
                 f"{path}: about line {line}: has {len(parts)} cells, the heading {len(heading)}"
             )
     columns = zip(*cells, strict=True)
-    return {
-        name: np.array([_number(cell) for cell in column])
-        for name, column in zip(heading, columns, strict=True)
-    }
+    return {name: _numbers(column, decimal) for name, column in zip(heading, columns, strict=True)}
 
 
-def _number(cell: str) -> float:
+def _numbers(cells: tuple[str, ...], decimal: str) -> AnyArray:
+    if is_moment(cells[0]):
+        return _seconds(cells)
+    return np.array([_number(cell, decimal) for cell in cells])
+
+
+def _number(cell: str, decimal: str) -> float:
     try:
-        return float(cell)
+        return float(cell if decimal == "." else cell.replace(decimal, "."))
     except ValueError:
         return float("nan")
+
+
+def _seconds(cells: tuple[str, ...]) -> AnyArray:
+    first = _moment(cells[0])
+    return np.array(
+        [(_moment(cell) - first).total_seconds() if is_moment(cell) else np.nan for cell in cells]
+    )
+
+
+def _moment(cell: str) -> datetime:
+    moment = datetime.fromisoformat(cell.replace(",", "."))
+    return moment if moment.tzinfo else moment.replace(tzinfo=UTC)

@@ -10,9 +10,10 @@ A mapping says for each contract column where it comes from:
     skip_lines: 3                       # lines before the heading
     heading: [d]                        # names of the columns, where the file has none
     separator: ";"
+    decimal: ","
 
 On the command line the same is `--set t=time_ms*0.001 --set "position=angle[deg]"` (also
-`name=column*factor+offset`, `name=0.2`, `rate_hz=50`).
+`name=column*factor+offset`, `name=0.2`, `rate_hz=50`, `separator=tab`, `decimal=,`).
 """
 
 from __future__ import annotations
@@ -20,15 +21,16 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from diagnosis.observations.readings import FloatArray
 from foundation.errors import ConfigError, RecordingError
+from foundation.explain import explain
 from foundation.strict_yaml import Document, StrictModel
-from recording.flat import UNITS, FlatRecording, from_columns
+from recording.flat import UNITS, AnyArray, FlatRecording, from_columns
 from recording.foreign_table import read_table
 
 IN_SI = {
@@ -47,8 +49,10 @@ STANDS_IN = {
     "command_1": "steps_1, with `drive` in the robot file",
     "distance": "a constant (`distance=0.2`), if the target stood still",
 }
+OF_THE_TABLE = ("rate_hz", "skip_lines", "heading", "separator", "decimal")
+"""What `--set` takes beside columns; separators also by name: tab, space, comma, semicolon."""
 _OPTION = re.compile(
-    r"(?P<name>\w+)=(?P<from>[^*+\[\]]+?)(\[(?P<unit>\w+)\])?"
+    r"(?P<name>\w+)=(?P<from>[^*+]+?)(\[(?P<unit>\w+)\])?"
     r"(\*(?P<scale>[-+]?[.\d]+([eE][-+]?\d+)?))?"
     r"(?P<offset>[+-][.\d][.\deE+-]*)?"
 )
@@ -80,6 +84,8 @@ class Mapping(StrictModel):
     skip_lines: Annotated[int, Field(ge=0)] = 0
     heading: tuple[str, ...] = ()
     separator: Annotated[str, Field(min_length=1, max_length=1)] = ","
+    """A space stands for any run of spaces and tabs."""
+    decimal: Literal[".", ","] = "."
 
     @model_validator(mode="after")
     def _known(self) -> Mapping:
@@ -92,14 +98,28 @@ class Mapping(StrictModel):
 def load_mapping(path: Path | None, options: Sequence[str] = ()) -> Mapping:
     """A mapping file with `--set` options laid over it. Raises ConfigError or MissingFile."""
     mapping = Mapping() if path is None else Document.read(path).check(Mapping)
-    columns, rate_hz = dict(mapping.columns), mapping.rate_hz
+    columns, changes = dict(mapping.columns), dict[str, Any]()
     for option in options:
         name, _, rest = option.partition("=")
-        if name == "rate_hz":
-            rate_hz = _number(rest, option)
+        if name in OF_THE_TABLE:
+            changes[name] = _of_the_table(name, rest, option)
         else:
             columns[name] = _source(option)
-    return mapping.model_copy(update={"columns": columns, "rate_hz": rate_hz})
+    try:
+        return Mapping.model_validate(mapping.model_dump() | changes | {"columns": columns})
+    except ValidationError as error:
+        _, message = explain(Mapping, error, ())
+        raise ConfigError(f"--set: {message}") from None
+
+
+def _of_the_table(name: str, text: str, option: str) -> Any:
+    if name == "rate_hz":
+        return _number(text, option)
+    if name == "skip_lines":
+        return round(_number(text, option))
+    if name == "heading":
+        return tuple(part.strip() for part in text.split(","))
+    return {"tab": "\t", "space": " ", "comma": ",", "semicolon": ";"}.get(text, text)
 
 
 def read_mapped(path: Path, mapping: Mapping) -> FlatRecording:
@@ -107,7 +127,9 @@ def read_mapped(path: Path, mapping: Mapping) -> FlatRecording:
 
     Raises RecordingError that says which column is missing and what could stand for it.
     """
-    table = read_table(path, mapping.skip_lines, mapping.heading, mapping.separator)
+    table = read_table(
+        path, mapping.skip_lines, mapping.heading, mapping.separator, mapping.decimal
+    )
     rows = len(next(iter(table.values())))
     named: dict[str, FloatArray] = {}
     used: set[str] = set()
@@ -116,11 +138,12 @@ def read_mapped(path: Path, mapping: Mapping) -> FlatRecording:
             named[name] = np.full(rows, source.value)
             continue
         assert source.from_ is not None
-        if source.from_ not in table:
+        column = _column(table, source.from_)
+        if column is None:
             raise _missing(path, name, source.from_, list(table))
-        used.add(source.from_)
+        used.add(column)
         factor = source.scale * IN_SI[source.unit]
-        named[name] = table[source.from_] * factor + source.offset
+        named[name] = table[column] * factor + source.offset
     for name, values in table.items():
         if name not in used and name not in named:
             named[name] = values
@@ -129,6 +152,19 @@ def read_mapped(path: Path, mapping: Mapping) -> FlatRecording:
     if "t" not in named:
         raise _missing(path, "t", "t", list(table))
     return from_columns({"t": named.pop("t"), **named}, str(path))
+
+
+def _column(table: dict[str, AnyArray], name: str) -> str | None:
+    """The column of this name, or the only one called so before a unit in brackets."""
+    if name in table:
+        return name
+    alike = [column for column in table if without_unit(column) == name]
+    return alike[0] if len(alike) == 1 else None
+
+
+def without_unit(name: str) -> str:
+    """A column's name without a unit in brackets at its end."""
+    return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name)
 
 
 def _missing(path: Path, name: str, wanted: str, there: list[str]) -> RecordingError:

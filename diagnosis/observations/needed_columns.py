@@ -19,7 +19,7 @@ STANDS_IN = {
     "distance": "distance [m], the true distance",
     "range": "range [m], what the sensor reported",
 }
-MAPPING = "give other names and units with --columns FILE or --set name=column*factor"
+MAPPING = "give other names and units with --set name=column[unit]; --inspect says how"
 LEAST_KNOWN = 0.5
 LARGEST_RATIO = 50.0
 

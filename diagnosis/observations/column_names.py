@@ -1,0 +1,85 @@
+"""What people call their columns: words of several trades and languages, and units in names."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+WORDS: dict[str, str] = {
+    "t": "t time timestamp stamp timestamps zeit temps tiempo sec secs second "
+    "seconds clock elapsed",
+    "command": "command cmd target setpoint set_point reference ref goal goal_position desired des "
+    "soll sollwert consigne action demand goal_pos q_des qd_ref commanded target_position "
+    "commanded_position desired_position reference_position x_ref pos_ref",
+    "position": "position pos angle theta actual measured encoder enc q ist istwert state present "
+    "present_position pos_fbk feedback fbk joint_position joint_pos winkel weg x "
+    "y_meas output resolver "
+    "actual_position measured_position observation laser",
+    "velocity": "velocity vel speed omega dq qd rate geschwindigkeit present_velocity",
+    "effort": "effort torque current force tau voltage control u i_q iq drehmoment strom "
+    "load_current motor_current motor_torque present_current pwm",
+    "load": "load payload external_force weight",
+    "distance": "distance truth true true_distance ground_truth reference_distance actual_distance "
+    "known_distance",
+    "range": "range reading measured_distance tof lidar sensor sensor_distance ultrasonic dist",
+    "steps": "steps step counts count pulses pulse microsteps ticks step_count",
+    "segment": "segment run trial stretch episode episode_index",
+    "temp_c": "temp temperature temp_c",
+}
+"""Column of the contract -> words that stand for it, in lower case."""
+ROLE_OF = {word: role for role, words in WORDS.items() for word in words.split()}
+UNIT_WORDS: dict[str, str] = {
+    "s": "s sec secs second seconds", "ms": "ms msec millis milliseconds",
+    "us": "us usec micros µs",
+    "ns": "ns nsec nanos nanoseconds", "m": "m meter meters metre metres", "mm": "mm", "cm": "cm",
+    "um": "um µm micron microns", "rad": "rad rads radian radians", "mrad": "mrad",
+    "deg": "deg degs degree degrees grad °", "turn": "turn turns rev revs", "A": "a amp amps",
+    "mA": "ma milliamp milliamps", "Nm": "nm n.m newtonmeter", "N": "n newton", "Ncm": "ncm",
+    "mNm": "mnm", "min": "min minutes",
+}  # fmt: skip
+"""Unit of a mapping -> how it is written in names, in lower case."""
+UNIT_OF = {word: unit for unit, words in UNIT_WORDS.items() for word in words.split()}
+ROLES_IN_NAMES = frozenset(ROLE_OF)
+_BRACKETED = re.compile(r"\s*[\[(]\s*([^\])]+?)\s*[\])]\s*$")
+_NUMBERED = re.compile(r"^(.*?)_?([0-3xyzXYZ])$")
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """What a column's name says: its role, its unit, and a number or axis at its end."""
+
+    role: str | None
+    unit: str | None
+    index: str | None
+
+
+def read_name(name: str, unit_line: str = "") -> Named:
+    """Take a name apart, as `Goal Angle 1 [deg]` or `joint1.pos_mm`."""
+    unit = UNIT_OF.get(unit_line.lower())
+    if bracketed := _BRACKETED.search(name):
+        unit = unit or UNIT_OF.get(bracketed[1].lower())
+        name = name[: bracketed.start()]
+    plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name.strip())
+    words = [word for word in re.split(r"[^0-9a-zµ°]+", plain.lower()) if word]
+    if len(words) > 1 and words[-1] in UNIT_OF:
+        unit = unit or UNIT_OF[words.pop()]
+    role, index = _role(words), None
+    numbered = _NUMBERED.match("_".join(words))
+    if numbered and numbered[1]:
+        stem = [word for word in numbered[1].split("_") if word]
+        if (stemmed := _role(stem)) is not None and (role is None or len(words) > 1 or not role):
+            role, index = stemmed, numbered[2].lower()
+    return Named(role, unit, index)
+
+
+def _role(words: list[str]) -> str | None:
+    """The whole name first, then its words from the last to the first."""
+    whole = "_".join(words)
+    if whole in ROLE_OF:
+        return ROLE_OF[whole]
+    found = [ROLE_OF[word] for word in reversed(words) if word in ROLE_OF]
+    # A target_position is a command, a measured_distance a range: the qualifier decides.
+    for strong in ("t", "command", "velocity", "effort", "steps", "range"):
+        if strong in found:
+            return strong
+    return found[0] if found else None

@@ -1,0 +1,201 @@
+"""What a table of somebody else seems to be: its columns, units, rate, and kind of machine.
+
+In: a file. Out: an `Inspection`, with the mapping that reads it. Every guess says why, and what
+could not be told is said too.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping as AnyMapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from diagnosis.observations.column_guess import Guess, guess_columns
+from diagnosis.observations.column_mapping import IN_SI, Mapping, Source, without_unit
+from diagnosis.observations.readings import FloatArray
+from diagnosis.observations.unit_guess import LINEAR, ROTARY, with_units
+from foundation.errors import RecordingError
+from recording.flat import GAP_PERIODS, UNITS
+from recording.foreign_table import read_table
+from recording.table_format import SEPARATORS, TableFormat, guess_format
+
+PREVIEW_ROWS = 5
+LARGE_JITTER = 0.2
+OTHER_SEPARATOR = {"\t": "tab", " ": "space"}
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What was found in one file."""
+
+    path: Path
+    facts: list[tuple[str, str]]
+    """How the file is written, and its times: name and words."""
+    table: dict[str, FloatArray]
+    guesses: dict[str, Guess]
+    """By the column's name in the file; columns without one are kept, and not used."""
+    kind: str | None
+    motion: str | None
+    """linear or rotary, of a servo axis; None where it cannot be told."""
+    kind_why: str
+    mapping: Mapping
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def options(self) -> list[str]:
+        """The mapping as `--set` options, empty where the file is as the contract has it."""
+        said = []
+        for name, default in Mapping().model_dump().items():
+            value = getattr(self.mapping, name)
+            if name != "columns" and value != default:
+                text = ",".join(value) if name == "heading" else OTHER_SEPARATOR.get(value, value)
+                said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
+        for name, source in self.mapping.columns.items():
+            assert source.from_ is not None
+            plain = without_unit(source.from_)
+            alike = [column for column in self.table if without_unit(column) == plain]
+            unit = f"[{source.unit}]" if IN_SI[source.unit] != 1.0 else ""
+            said.append(f"{name}={plain if len(alike) == 1 else source.from_}{unit}")
+        return [part for one in said for part in ("--set", one)]
+
+    def command(self, robot: str, read: list[str]) -> str:
+        """The command that diagnoses this file; `read` are the options that read it."""
+        return shlex.join(["deltactl", "diagnose", str(self.path), "--robot", robot, *read])
+
+    def mapping_text(self) -> str:
+        """The mapping as a file for `--columns`."""
+        columns = {
+            name: {"from": source.from_} | ({"unit": source.unit} if source.unit != "1" else {})
+            for name, source in self.mapping.columns.items()
+        }
+        plain: dict[str, Any] = {"columns": columns}
+        for name, default in Mapping().model_dump().items():
+            value = getattr(self.mapping, name)
+            if name != "columns" and value != default:
+                plain[name] = list(value) if isinstance(value, tuple) else value
+        return yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)
+
+
+def inspect(path: Path) -> Inspection:
+    """Look at a table. Raises RecordingError when it holds no columns of numbers."""
+    form = guess_format(path)
+    heading = () if form.heading_line is not None else form.names
+    skip = form.first_row if heading else form.heading_line or 0
+    table = read_table(path, skip, heading, form.separator, form.decimal)
+    units = dict(zip(form.names, form.units, strict=True))
+    written = {"separator": form.separator, "decimal": form.decimal}
+    base = Mapping.model_validate(written | {"skip_lines": skip, "heading": heading})
+    return inspect_table(path, table, base, units, form.named, _facts(form))
+
+
+def inspect_table(
+    path: Path,
+    table: dict[str, FloatArray],
+    base: Mapping,
+    units: AnyMapping[str, str],
+    named: bool,
+    facts: list[tuple[str, str]],
+) -> Inspection:
+    """The same for columns that are read already; `base` says how the file is written."""
+    if not table or not len(next(iter(table.values()))):
+        raise RecordingError(f"{path}: has no rows")
+    known = {name: one for name, one in table.items() if np.isfinite(one).any()}
+    guesses = {
+        name: guess
+        for name, guess in guess_columns(known, units, named).items()
+        if guess.name in UNITS
+    }
+    guesses, warnings = with_units(guesses, known)
+    kind, motion, why = _kind(guesses)
+    columns = {
+        guess.name: Source.model_validate({"from": name, "unit": guess.unit or "1"})
+        for name, guess in sorted(guesses.items(), key=lambda one: list(UNITS).index(one[1].name))
+    }
+    columns = {
+        name: source
+        for name, source in columns.items()
+        if source.from_ != name or IN_SI[source.unit] != 1.0
+    }
+    if base.heading and not named:
+        base, columns = _headed(base, columns)
+    mapping = base.model_copy(update={"columns": columns})
+    timing, late = _timing(guesses, known)
+    warnings += late
+    if kind == "servo_axis" and motion is None:
+        warnings.append("rad or m cannot be told apart: say --motion rotary or --motion linear")
+    return Inspection(
+        path, [*facts, *timing], table, guesses, kind, motion, why, mapping, warnings
+    )  # fmt: skip
+
+
+def _headed(base: Mapping, columns: dict[str, Source]) -> tuple[Mapping, dict[str, Source]]:
+    """Columns without names get those of the contract at once; units are left to say."""
+    called = {source.from_: name for name, source in columns.items()}
+    heading = tuple(called.get(name, name) for name in base.heading)
+    left = {
+        name: source.model_copy(update={"from_": name})
+        for name, source in columns.items()
+        if IN_SI[source.unit] != 1.0
+    }
+    return base.model_copy(update={"heading": heading}), left
+
+
+def _facts(form: TableFormat) -> list[tuple[str, str]]:
+    point = "decimal comma" if form.decimal == "," else "decimal point"
+    heading = "with a heading" if form.named else "no heading: columns are called by their place"
+    facts = [("written", f"{form.mark}, {SEPARATORS[form.separator]} between, {point}, {heading}")]
+    if form.before:
+        facts.append(("before that", f"{len(form.before)} lines, as '{form.before[0][:50]}'"))
+    return facts
+
+
+def _timing(
+    guesses: AnyMapping[str, Guess], table: AnyMapping[str, FloatArray]
+) -> tuple[list[tuple[str, str]], list[str]]:
+    time = next((guess for guess in guesses.values() if guess.role == "t"), None)
+    rows = len(next(iter(table.values())))
+    if time is None:
+        return [("rows", str(rows))], [
+            "no column increases all the way: where rows are evenly spaced, say --set rate_hz=100"
+        ]
+    scale = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}.get(time.unit or "s", 1.0)
+    step = np.diff(table[time.source]) * scale
+    usual = float(np.median(step))
+    gaps = int((step > GAP_PERIODS * usual).sum())
+    words = f"{rows} in {float(step.sum()):.4g} s, one every {usual:.4g} s ({1 / usual:.4g} Hz)"
+    facts = [("rows", words)]
+    if gaps:
+        facts.append(
+            ("gaps", f"{gaps} longer than {GAP_PERIODS * usual:.3g} s; each starts a stretch")
+        )
+    late = []
+    if float(np.std(step[step < GAP_PERIODS * usual])) > LARGE_JITTER * usual:
+        late.append(
+            f"{time.source}: steps of time are uneven; use the clock of the samples if there is one"
+        )
+    return facts, late
+
+
+def _kind(guesses: AnyMapping[str, Guess]) -> tuple[str | None, str | None, str]:
+    """Kind of machine, linear or rotary, and why."""
+    there = {guess.name for guess in guesses.values()}
+    units = {
+        guess.unit for guess in guesses.values() if guess.role in ("command", "position", "theta")
+    }
+    motion = "rotary" if units & set(ROTARY) else "linear" if units & set(LINEAR) else None
+    if {"steps_2", "steps_3"} & there or {"command_2", "command_3"} & there:
+        return "delta", None, "commands of three motors"
+    if "steps_1" in there and {"theta_1", "position"} & there:
+        return "stepper_axis", None, "a count of steps, and the angle that came of it"
+    if "range" in there and not {"command", "effort"} & there:
+        return "range_sensor", None, "distances, true and reported"
+    if {"position", "theta_1"} & there and {"command", "effort"} & there:
+        asked = " and ".join(sorted({"command", "effort"} & there))
+        return "servo_axis", motion, f"{asked} in, position out"
+    lacking = "a command or an effort" if "position" in there else "a position or a reading"
+    return None, motion, f"not enough is known: {lacking} was not found; name it with --set"

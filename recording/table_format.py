@@ -1,0 +1,130 @@
+"""How a table of somebody else is written: separator, decimal mark, lines before the heading."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from foundation.errors import RecordingError
+from recording.csv_table import read_text
+
+SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "spaces"}
+"""Sought in this order; a space stands for any run of spaces and tabs."""
+MANY_LINES = 400
+UNIT_CELL = re.compile(r"[\[(]?(°|[numkcM]?(s|m|rad|A|V|N|Nm|N\.m|Hz)|deg|turn|min|1|-|%)?[\])]?")
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|nan|", re.IGNORECASE)
+_TIME_OF_DAY = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[-+]\d\d:?\d\d)?")
+
+
+@dataclass(frozen=True, slots=True)
+class TableFormat:
+    """Where the numbers stand, and what their columns are called.
+
+    names: as the file has them, or column_1, column_2, ... where it has none (`named` is False).
+    units: of a line of units under the heading, empty texts without one. heading_line: of the
+    heading, counted from 0; None where `names` must be given to whoever reads the file.
+    """
+
+    separator: str
+    decimal: str
+    first_row: int
+    names: tuple[str, ...]
+    named: bool
+    units: tuple[str, ...]
+    heading_line: int | None
+    mark: str
+    """How the file's characters are written, as `UTF-8`."""
+    before: tuple[str, ...]
+    """The lines that stand before all this."""
+
+
+def split(line: str, separator: str) -> list[str]:
+    """The cells of a line, without quotes and spaces round them."""
+    if separator == " ":
+        return line.split()
+    return [cell.strip() for cell in next(csv.reader(io.StringIO(line), delimiter=separator), [])]
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell holds a number (or nothing) with this decimal mark."""
+    if decimal == ",":
+        cell = "x" if "." in cell else cell.replace(",", ".")
+    return _NUMBER.fullmatch(cell) is not None
+
+
+def is_moment(cell: str) -> bool:
+    """Whether a cell holds a date with its time, as 2024-05-01 12:00:00.5."""
+    return _TIME_OF_DAY.fullmatch(cell) is not None
+
+
+def guess_format(path: Path) -> TableFormat:
+    """Look at the first lines of a table. Raises RecordingError where no columns of numbers are."""
+    text = read_text(path, any_encoding=True)
+    lines = text.split("\n")[:MANY_LINES]
+    best: tuple[float, int, str, str] | None = None
+    for separator in SEPARATORS:
+        for decimal in (".",) if separator == "," else (".", ","):
+            share, width = _suits(lines, separator, decimal)
+            if best is None or (share, width) > best[:2]:
+                best = (share, width, separator, decimal)
+    assert best is not None
+    share, width, separator, decimal = best
+    if share == 0.0:
+        raise RecordingError(f"{path}: no columns of numbers were found in it")
+    return _heading(path, lines, separator, decimal, width)
+
+
+def _suits(lines: list[str], separator: str, decimal: str) -> tuple[float, int]:
+    """Which share of the cells are numbers in lines of the usual width, and that width."""
+    rows = [split(line, separator) for line in lines if line.strip()]
+    rows = [row for row in rows if any(row) and 2 * _good(row, decimal) > len(row)]
+    if not rows:
+        return 0.0, 0
+    width, _ = Counter(map(len, rows)).most_common(1)[0]
+    rows = [row for row in rows if len(row) == width]
+    return round(sum(_good(row, decimal) for row in rows) / (width * len(rows)), 2), width
+
+
+def _good(row: list[str], decimal: str) -> int:
+    return sum(is_number(cell, decimal) or is_moment(cell) for cell in row)
+
+
+def _heading(path: Path, lines: list[str], separator: str, decimal: str, width: int) -> TableFormat:
+    def numbers(line: str) -> bool:
+        cells = split(line, separator)
+        return len(cells) == width and any(cells) and 2 * _good(cells, decimal) > width
+
+    first = next((n for n, line in enumerate(lines) if numbers(line)), None)
+    if first is None:
+        raise RecordingError(f"{path}: no line with {width} numbers was found in its first lines")
+    above = [n for n in range(first) if len(_words(lines[n], separator)) == width]
+    units: tuple[str, ...] = ("",) * width
+    if len(above) > 1 and all(UNIT_CELL.fullmatch(c) for c in _words(lines[above[-1]], separator)):
+        units = tuple(cell.strip("[]()") for cell in _words(lines[above.pop()], separator))
+    names, heading = tuple(f"column_{n + 1}" for n in range(width)), None
+    if above:
+        heading = above[-1]
+        names = tuple(_words(lines[heading], separator))
+        if heading + 1 != first or lines[heading].lstrip()[:1] in "#%":
+            heading = None  # something stands between: whoever reads must be told the names
+    plain = "cp1252" if not _is_utf8(path) else "UTF-8"
+    before = tuple(line for line in lines[: above[0] if above else first] if line.strip())
+    return TableFormat(
+        separator, decimal, first, names, bool(above), units, heading, plain, before
+    )  # fmt: skip
+
+
+def _words(line: str, separator: str) -> list[str]:
+    return split(line.lstrip("#% \t") if separator != "\t" else line.lstrip("#% "), separator)
+
+
+def _is_utf8(path: Path) -> bool:
+    try:
+        read_text(path)
+    except RecordingError:
+        return False
+    return True

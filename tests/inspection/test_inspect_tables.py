@@ -1,0 +1,201 @@
+"""Tables as people have them: what `--inspect` takes them for, and that its command reads them."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from diagnosis.observations.column_mapping import load_mapping, read_mapped
+from diagnosis.observations.inspection import Inspection, inspect
+from recording.flat import FlatRecording
+
+Deltactl = Callable[..., subprocess.CompletedProcess[str]]
+ROWS = 900
+T_S = 0.01 * np.arange(ROWS)
+COMMAND = 0.8 * np.sin(2.0 * T_S) + 0.3 * np.sin(3.1 * T_S)
+NOISE = np.random.default_rng(5).standard_normal(ROWS)
+POSITION = np.interp(T_S - 0.05, T_S, COMMAND) + 0.002 * NOISE
+SPEED = np.gradient(POSITION, T_S)
+EFFORT = 2.0 * np.gradient(np.gradient(COMMAND, T_S), T_S) + np.sign(SPEED) + 0.05 * NOISE
+
+
+def text(rows: Iterable[Iterable[float]], separator: str = ",", decimal: str = ".") -> str:
+    return "".join(
+        separator.join(f"{value:.6f}".replace(".", decimal) for value in row) + "\n" for row in rows
+    )
+
+
+def taken(found: Inspection) -> dict[str, str]:
+    return {guess.name: guess.source for guess in found.guesses.values()}
+
+
+def read_as_told(found: Inspection) -> FlatRecording:
+    """What the command that was printed reads."""
+    options = [one for one in found.options if one != "--set"]
+    return read_mapped(found.path, load_mapping(None, options))
+
+
+def columns(*parts: np.ndarray) -> Iterable[Iterable[float]]:
+    return np.stack(parts, axis=1).tolist()
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16"])
+@pytest.mark.parametrize(
+    ("separator", "decimal"), [(";", ","), ("\t", ","), (";", "."), ("\t", "."), ("|", ".")]
+)
+def test_a_spreadsheets_export(tmp_path: Path, encoding: str, separator: str, decimal: str) -> None:
+    head = separator.join(["Zeit [ms]", "Istwert [°]", "Sollwert [°]"])
+    body = text(columns(1e3 * T_S, np.degrees(POSITION), np.degrees(COMMAND)), separator, decimal)
+    path = tmp_path / "export.csv"
+    path.write_bytes(f"Prüfstand 7\n\n{head}\n{body}".replace("\n", "\r\n").encode(encoding))
+    found = inspect(path)
+    assert (found.kind, found.motion) == ("servo_axis", "rotary")
+    read = read_as_told(found)
+    np.testing.assert_allclose(read.t_s, T_S, atol=1e-6)
+    np.testing.assert_allclose(read.column("position"), POSITION, atol=1e-6)
+    np.testing.assert_allclose(read.column("command"), COMMAND, atol=1e-6)
+
+
+def test_a_line_of_units_under_the_heading_and_a_comment_mark(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    path.write_text("# time\ttarget\tencoder\n# s\tmm\tmm\n" + text(
+        columns(T_S, 100 * COMMAND, 100 * POSITION), "\t"
+    ))  # fmt: skip
+    found = inspect(path)
+    assert (found.kind, found.motion) == ("servo_axis", "linear")
+    read = read_as_told(found)
+    np.testing.assert_allclose(read.column("position"), 0.1 * POSITION, atol=1e-6)
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 2, 0, 1), (1, 3, 2, 0)])
+def test_without_any_names(tmp_path: Path, order: tuple[int, ...]) -> None:
+    """Time, command, position and effort, in any order."""
+    parts = [T_S, COMMAND, POSITION, EFFORT]
+    path = tmp_path / "bare.csv"
+    path.write_text(text(columns(*(parts[n] for n in order))))
+    found = inspect(path)
+    wanted = {name: f"column_{order.index(n) + 1}" for n, name in enumerate(
+        ("t", "command", "position", "effort"))}  # fmt: skip
+    assert taken(found) == wanted
+    np.testing.assert_allclose(read_as_told(found).column("effort"), EFFORT, atol=1e-6)
+
+
+def test_position_speed_and_effort_without_names(tmp_path: Path) -> None:
+    path = tmp_path / "bare.csv"
+    path.write_text(text(columns(T_S, COMMAND, np.gradient(COMMAND, T_S), EFFORT)))
+    assert taken(inspect(path)) == {
+        "t": "column_1", "position": "column_2", "velocity": "column_3", "effort": "column_4"
+    }  # fmt: skip
+
+
+def test_counts_and_an_angle_are_a_stepper_axis(tmp_path: Path) -> None:
+    counts = np.round(COMMAND * 50_000)
+    path = tmp_path / "bare.csv"
+    path.write_text(text(columns(T_S, counts, POSITION)))
+    found = inspect(path)
+    assert found.kind == "stepper_axis"
+    assert taken(found) == {"t": "column_1", "steps_1": "column_2", "theta_1": "column_3"}
+
+
+def test_three_joints_counted_from_nought(tmp_path: Path) -> None:
+    path = tmp_path / "delta.csv"
+    head = "time," + ",".join(f"cmd_{n},joint_pos_{n}" for n in range(3))
+    parts = [part * (1 + n) for n in range(3) for part in (COMMAND, POSITION)]
+    path.write_text(f"{head}\n" + text(columns(T_S, *parts)))
+    found = inspect(path)
+    assert found.kind == "delta"
+    assert taken(found)["command_3"] == "cmd_2"
+    assert taken(found)["theta_1"] == "joint_pos_0"
+
+
+def test_true_and_reported_distances(tmp_path: Path) -> None:
+    true = np.repeat([0.3, 0.5, 0.9, 1.4, 0.7, 0.2], ROWS // 6)
+    path = tmp_path / "range.csv"
+    path.write_text(text(columns(T_S, true, 1.02 * true + 0.004 * NOISE)))
+    found = inspect(path)
+    assert found.kind == "range_sensor"
+    assert taken(found) == {"t": "column_1", "distance": "column_2", "range": "column_3"}
+
+
+def test_degrees_against_radians_are_seen(tmp_path: Path) -> None:
+    path = tmp_path / "mixed.csv"
+    path.write_text("t,command,position\n" + text(columns(T_S, np.degrees(COMMAND), POSITION)))
+    found = inspect(path)
+    assert any("deg against rad" in warning for warning in found.warnings)
+    np.testing.assert_allclose(read_as_told(found).column("command"), COMMAND, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "warned"),
+    [
+        ("angle_rad", 57.0, "degrees"), ("position_m", 40.0, "millimetres"),
+        ("angle_deg", 0.1, "radians"), ("encoder", 4096.0, "encoder counts"),
+    ],
+)  # fmt: skip
+def test_values_that_look_like_another_unit(
+    tmp_path: Path, name: str, factor: float, warned: str
+) -> None:
+    values = np.round(factor * POSITION) if name == "encoder" else factor * POSITION
+    path = tmp_path / "odd.csv"
+    path.write_text(f"t,{name},effort\n" + text(columns(T_S, values, EFFORT)))
+    assert any(warned in warning for warning in inspect(path).warnings)
+
+
+@pytest.mark.parametrize(("scale", "unit"), [(1.0, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns")])
+def test_time_in_ticks(tmp_path: Path, scale: float, unit: str) -> None:
+    path = tmp_path / "ticks.csv"
+    time = T_S if unit == "s" else np.round(T_S * scale + 17 * scale)
+    path.write_text("timestamp,command,position\n" + text(columns(time, COMMAND, POSITION)))
+    found = inspect(path)
+    assert found.guesses["timestamp"].unit == unit
+    assert np.diff(read_as_told(found).t_s)[0] == pytest.approx(0.01, rel=1e-3)
+
+
+def test_dates_become_seconds(tmp_path: Path) -> None:
+    rows = "".join(
+        f"2026-03-01 12:{int(s // 60):02d}:{math.fmod(s, 60):06.3f},{c:.6f},{p:.6f}\n"
+        for s, c, p in zip(T_S, COMMAND, POSITION, strict=True)
+    )
+    path = tmp_path / "dates.csv"
+    path.write_text("time,command,position\n" + rows)
+    np.testing.assert_allclose(read_as_told(inspect(path)).t_s, T_S, atol=1e-6)
+
+
+def test_the_command_line_shows_it_and_saves_the_mapping(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    (tmp_path / "log.csv").write_text(
+        "Zeit;Soll [°];Ist [°]\n"
+        + text(columns(T_S, np.degrees(COMMAND), np.degrees(POSITION)), ";", ",")
+    )
+    (tmp_path / "axis.yaml").write_text("kind: servo_axis\nname: mine\nmotion: rotary\n")
+    shown = deltactl("diagnose", "log.csv", "--inspect", "--save-columns", "log.yaml").stdout
+    assert "decimal comma" in shown
+    assert "deltactl init my-robot.yaml --kind servo_axis --motion rotary" in shown
+    assert "deltactl diagnose log.csv --robot my-robot.yaml --columns log.yaml" in shown
+    done = deltactl(
+        "diagnose", "log.csv", "--robot", "axis.yaml", "--columns", "log.yaml", "--json", "-"
+    )
+    assert json.loads(done.stdout)["findings"][0]["effect"] == "following_lag"
+    again = deltactl("diagnose", "log.csv", "--inspect", "--save-columns", "log.yaml", status=2)
+    assert "exists already" in again.stderr
+
+
+def test_a_table_without_our_names_points_here(deltactl: Deltactl, tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text("a;b\n1;2\n2;3\n")
+    refused = deltactl("diagnose", "log.csv", "--robot", "zhao-2023.yaml", status=2)
+    assert "deltactl diagnose --inspect log.csv" in refused.stderr
+
+
+@pytest.mark.parametrize("content", ["", "only words\nand more words\n", "\x00\x01\x02"])
+def test_no_table_is_one_line(deltactl: Deltactl, tmp_path: Path, content: str) -> None:
+    (tmp_path / "none.csv").write_text(content)
+    refused = deltactl("diagnose", "none.csv", "--inspect", status=2)
+    assert refused.stderr.startswith("deltactl: none.csv")
+    assert len(refused.stderr.splitlines()) == 1
