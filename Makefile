@@ -4,11 +4,12 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 JOB    ?= config/heart.yaml
 
-# On a PC the diagnosis is installed too; a Raspberry Pi stays small: it runs the robot, and
+# On a PC the diagnosis and the page are installed too; a Raspberry Pi stays small: it runs the robot, and
 # recordings are diagnosed elsewhere. `make extras WITH=diagnosis` adds it there, `make run WITH=`
 # leaves it out here.
 ON_A_PI := $(shell grep -qs 'Raspberry Pi' /proc/device-tree/model && echo yes)
-WITH    ?= $(if $(ON_A_PI),,diagnosis)
+COMMA   := ,
+WITH    ?= $(if $(ON_A_PI),,diagnosis$(COMMA)web)
 EXTRAS   = $(if $(WITH),[$(WITH)])
 INSTALL  = $(PYTHON) -m pip --python $(BIN)/python install --quiet --disable-pip-version-check -c constraints.txt
 
@@ -53,7 +54,7 @@ extras: $(VENV)/bin/python
 
 $(VENV)/.test: $(VENV)/bin/python pyproject.toml constraints.txt
 	@echo "Installing deltactl with all its parts and the tests into $(VENV): some minutes, the first time."
-	@$(INSTALL) -e '.[diagnosis,training,tables,proof,test]'
+	@$(INSTALL) -e '.[diagnosis,training,tables,proof,web,foxglove,test]'
 	@touch $@ $(VENV)/.run
 
 # What a newcomer types, on a clean clone: every command of README and docs that a PC can run.

@@ -7,7 +7,17 @@ from typing import Annotated
 
 import typer
 
-from command_line import collect, evaluate, jobs, prove, reproduce, robotless, service, train
+from command_line import (
+    collect,
+    evaluate,
+    jobs,
+    prove,
+    reproduce,
+    robotless,
+    service,
+    train,
+    web,
+)
 
 
 def _show_version(asked: bool) -> None:
@@ -59,6 +69,7 @@ collect.register(app)
 train.register(app)
 evaluate.register(app)
 reproduce.register(app)
+web.register(app)
 
 
 def main() -> None:

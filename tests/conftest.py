@@ -19,6 +19,7 @@ REAL_TIME = (
     "tests/hil/",
     "tests/steps/test_pulse_process.py",
     "tests/steps/test_through_lgpio.py",
+    "tests/web/test_page_in_chromium.py",
     "TestPulseProcess",
 )
 """Parts of the names of tests."""

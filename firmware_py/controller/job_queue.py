@@ -44,7 +44,7 @@ def prepare(
     """
     document = Document.read(job_file)
     job = document.check(JobFile)
-    wanted = find(job.robot, beside=job_file)
+    wanted = _wanted(job.robot, job_file, robot_file)
     same = wanted.resolve() == robot_file.resolve()
     if not same and not robot.is_machine_of(load_robot(wanted)):
         raise ConfigError(
@@ -73,3 +73,13 @@ def _place(name: str, chosen: Path | None, recordings: Path) -> Path:
             raise RecordingError(f"{path}: exists already; choose another name or move it away")
         return path
     return fresh_path(recordings, name)
+
+
+def _wanted(name: str, job_file: Path, robot_file: Path) -> Path:
+    """The robot file a job means: a plain name that nothing beside it has may be the one that runs.
+
+    So a job that was sent as text can be for a robot file that is not in the project.
+    """
+    if name == robot_file.name and not (job_file.parent / name).is_file():
+        return robot_file
+    return find(name, beside=job_file)

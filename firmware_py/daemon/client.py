@@ -79,6 +79,10 @@ class Client:
             answer = self._ask("run", job_text=text, name=str(job), **extra)
         return _number(answer.get("job_id"))
 
+    def submit_text(self, text: str, name: str) -> int:
+        """Check and queue a job that is no file; `name` stands for it in messages."""
+        return _number(self._ask("run", job_text=text, name=name).get("job_id"))
+
     def pause(self) -> None:
         """See RobotController."""
         self._ask("pause")

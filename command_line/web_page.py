@@ -1,0 +1,74 @@
+"""Starts the page, and with --simulate a simulated daemon beside it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+
+from command_line.output import say, warn
+from firmware_py.daemon.client import daemon_answers
+from firmware_py.robot_file import find
+from foundation.errors import ServiceError
+from foundation.extras import needs
+
+READY_S = 20.0
+LOOK_S = 0.1
+END_S = 10.0
+
+
+def serve_page(
+    simulate: bool, robot: str, host: str, port: int, recordings: Path, socket: Path | None
+) -> None:
+    """Serve until Ctrl-C. Raises MissingExtra without NiceGUI, ServiceError without a daemon."""
+    file = find(robot)
+    with needs("web", "the page"):
+        from web.serve import Where, serve
+    with _simulated(file, recordings) if simulate else nullcontext(socket) as where:
+        if not simulate and not daemon_answers(where):
+            warn("No daemon answers yet; the page will look for one until it comes.")
+        say(f"http://{host}:{port}  (Ctrl-C ends the page{' and the robot' if simulate else ''})")
+        serve(Where(host, port, where, recordings, _work(recordings), file))
+
+
+def _work(recordings: Path) -> Path:
+    """The unit's state directory, or beside the recordings."""
+    state = os.environ.get("STATE_DIRECTORY", "").split(":")[0]
+    return Path(state) if state else recordings.absolute() / "web"
+
+
+@contextmanager
+def _simulated(robot: Path, recordings: Path) -> Iterator[Path]:
+    """A simulated daemon in a process of its own; its socket lies in a private folder."""
+    with tempfile.TemporaryDirectory(prefix="deltactl-web-") as folder:
+        socket = Path(folder) / "d.sock"
+        call = ["daemon", str(robot), "--simulate", "--socket", str(socket)]
+        call += ["--recordings", str(recordings)]
+        with (Path(folder) / "daemon.log").open("wb") as log:
+            daemon = subprocess.Popen(
+                [sys.executable, "-P", "-m", "command_line.main", *call], stderr=log,
+                start_new_session=True,
+            )  # fmt: skip
+        try:
+            _wait_for(socket, daemon, Path(folder) / "daemon.log")
+            yield socket
+        finally:
+            daemon.terminate()
+            try:
+                daemon.wait(END_S)
+            except subprocess.TimeoutExpired:
+                daemon.kill()
+
+
+def _wait_for(socket: Path, daemon: subprocess.Popen[bytes], log: Path) -> None:
+    give_up_s = time.monotonic() + READY_S
+    while not (socket.exists() and daemon_answers(socket)):
+        if daemon.poll() is not None or time.monotonic() > give_up_s:
+            last = log.read_text(errors="replace").strip().splitlines()[-1:]
+            raise ServiceError(f"the simulated daemon did not start: {''.join(last)}")
+        time.sleep(LOOK_S)

@@ -1,0 +1,172 @@
+"""`deltactl web --simulate` in a process of its own, and Debian's Chromium to look at it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from selenium import webdriver
+from selenium.common.exceptions import StaleElementReferenceException
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.by import By
+from selenium.webdriver.remote.webelement import WebElement
+
+from firmware_py.robot_file import CONFIG_FOLDER
+
+READY_S = 60.0
+PATIENCE_S = 30.0
+NICE = 15
+DESK, PHONE = (1280, 900), (400, 800)
+
+
+@dataclass
+class Browser:
+    """One Chromium on one page."""
+
+    driver: webdriver.Chrome
+
+    def find(self, name: str) -> WebElement:
+        """The element with this data-testid, as soon as it is there."""
+        place = f'[data-testid="{name}"]'
+        self.wait(lambda: self.driver.find_elements(By.CSS_SELECTOR, place), f"no {name}")
+        return self.driver.find_element(By.CSS_SELECTOR, place)
+
+    def text(self, name: str) -> str:
+        """What an element says."""
+        return self.find(name).text.lower()
+
+    def press(self, name: str) -> None:
+        """Click a button once it can be clicked."""
+        self.wait(lambda: self.find(name).is_enabled(), f"{name} stays disabled")
+        self.find(name).click()
+
+    def tab(self, name: str) -> None:
+        """Turn to a tab."""
+        self.driver.find_element(By.XPATH, f'//div[@role="tab"][.="{name}"]').click()
+
+    def says(self, name: str, words: str, within_s: float = PATIENCE_S) -> None:
+        """Wait until an element says something."""
+        self.wait(
+            lambda: words in self.text(name),
+            lambda: f"{name} says {self.text(name)!r}, not {words!r}",
+            within_s,
+        )
+
+    def wait(
+        self,
+        condition: Callable[[], object],
+        otherwise: str | Callable[[], str],
+        within_s: float = PATIENCE_S,
+    ) -> None:
+        """Wait for something; fail with words when it does not come."""
+        give_up_s = time.monotonic() + within_s
+        while True:
+            try:
+                if condition():
+                    return
+            except StaleElementReferenceException:
+                pass
+            if time.monotonic() > give_up_s:
+                latched = self.driver.find_elements(By.CSS_SELECTOR, '[data-testid="latched"]')
+                seen = "; ".join(one.text for one in latched if one.text)
+                pytest.fail(f"{otherwise if isinstance(otherwise, str) else otherwise()} {seen}")
+            time.sleep(0.02)
+
+
+@dataclass
+class WebPage:
+    """A page that is served, and where its robot records."""
+
+    process: subprocess.Popen[bytes]
+    url: str
+    recordings: Path
+
+
+def free_port() -> int:
+    """A port nobody has."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def start_page(folder: Path, *more: str) -> WebPage:
+    """Start `deltactl web` and wait until it answers."""
+    port = free_port()
+    call = ["web", "--port", str(port), "--recordings", str(folder / "recordings"), *more]
+    with (folder / "log").open("wb") as log:
+        process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "command_line.main", *call],
+            cwd=folder, stdout=log, stderr=log,
+        )  # fmt: skip
+    page = WebPage(process, f"http://127.0.0.1:{port}", folder / "recordings")
+    give_up_s = time.monotonic() + READY_S
+    while True:
+        try:
+            urllib.request.urlopen(f"{page.url}/health", timeout=5.0).close()
+            return page
+        except OSError:
+            if process.poll() is not None or time.monotonic() > give_up_s:
+                pytest.fail(f"the page did not start: {(folder / 'log').read_text()}")
+            time.sleep(0.1)
+
+
+def patient_robot(folder: Path) -> Path:
+    """The Zhao robot for a machine that renders its own browser: it bears pauses of seconds."""
+    text = (CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8")
+    path = folder / "zhao-2023.yaml"
+    path.write_text(text.replace("backend: pulse", "heartbeat_s: 5.0\n  backend: pulse"))
+    return path
+
+
+def end_page(page: WebPage) -> None:
+    """End it as Ctrl-C does."""
+    page.process.send_signal(signal.SIGINT)
+    page.process.wait(20.0)
+
+
+@pytest.fixture(scope="session")
+def simulated(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebPage]:
+    """The page of a simulated robot, one for all tests."""
+    folder = tmp_path_factory.mktemp("web")
+    page = start_page(folder, "--simulate", "--robot", str(patient_robot(folder)))
+    yield page
+    end_page(page)
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Callable[..., Browser]]:
+    """Opens pages: `chromium(url, size)`. Skips where there is no Chromium."""
+    binary, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if binary is None or driver is None:
+        pytest.skip("needs Debian's packages chromium and chromium-driver")
+    opened: list[webdriver.Chrome] = []
+
+    def make(url: str, size: tuple[int, int] = DESK) -> Browser:
+        options = webdriver.ChromeOptions()
+        options.binary_location = binary
+        for word in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage",
+                     "--enable-unsafe-swiftshader", "--use-angle=swiftshader",
+                     f"--window-size={size[0]},{size[1]}"):  # fmt: skip
+            options.add_argument(word)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        # Its software rendering must not take the processor from the daemon's pulses.
+        low = {"preexec_fn": lambda: os.nice(NICE)}
+        one = webdriver.Chrome(options=options, service=Service(driver, popen_kw=low))
+        opened.append(one)
+        one.set_page_load_timeout(60.0)
+        one.get(url)
+        return Browser(one)
+
+    yield make
+    for one in opened:
+        one.quit()

@@ -1,0 +1,57 @@
+"""Where the page draws the robot, and how it holds a move to the limits."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_py.controller.contract import SensorStatus
+from firmware_py.robot_file import CONFIG_FOLDER
+from models.linkage import forward
+from web.belief import Belief
+from web.drawing import Skeleton
+
+BELIEF = Belief.of(CONFIG_FOLDER / "zhao-2023.yaml")
+HOME = (0.0, 0.0, -0.45)
+angle = st.floats(math.radians(-15), math.radians(100))
+
+
+@given(angles=st.tuples(angle, angle, angle))
+def test_forearms_as_drawn_have_their_length_and_end_at_the_platform(
+    angles: tuple[float, float, float],
+) -> None:
+    place = forward(BELIEF.linkage, np.array(angles)).position_m
+    frame = Skeleton.of(BELIEF.robot.geometry)
+    wrists = place + frame.platform_radius_m * frame.outward
+    lengths = np.linalg.norm(wrists - frame.elbows_m(angles), axis=1)
+    assert lengths == pytest.approx(frame.forearm_m, abs=1e-9)
+    for placed in frame.links(angles, (place[0], place[1], place[2])):
+        rotation = np.array(placed.rotation)
+        assert rotation @ rotation.T == pytest.approx(np.eye(3), abs=1e-4)
+        assert np.linalg.det(rotation) == pytest.approx(1.0, abs=1e-4)
+
+
+@given(
+    x_m=st.floats(-1.0, 1.0), y_m=st.floats(-1.0, 1.0), z_m=st.floats(-1.2, 0.2)
+)  # fmt: skip
+def test_a_move_is_held_to_the_limits(x_m: float, y_m: float, z_m: float) -> None:
+    held = BELIEF.held(HOME, (x_m, y_m, z_m))
+    assert BELIEF.allows(held)
+    if BELIEF.allows((x_m, y_m, z_m)):
+        assert held == (x_m, y_m, z_m)
+
+
+@given(point=st.tuples(*[st.floats(-0.2, 0.2)] * 3))
+def test_ranges_put_the_platform_where_it_is(point: tuple[float, float, float]) -> None:
+    ranges = [offset + value for offset, value in zip((0.6, 0.6, 0.9), point, strict=True)]
+    sensors = [
+        SensorStatus(axis, distance, 0.0, "good", 9.0, "ok")
+        for axis, distance in zip("xyz", ranges, strict=True)
+    ]
+    assert BELIEF.measured(tuple(sensors)) == pytest.approx(point, abs=1e-12)
+    bad = SensorStatus("z", 0.9, 0.0, "jump", 9.0, "ok")
+    assert BELIEF.measured((*sensors[:2], bad)) is None

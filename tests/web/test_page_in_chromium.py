@@ -1,0 +1,95 @@
+"""What a user does on the page, in a real browser, with the simulated robot behind it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import pytest
+
+from tests.web.conftest import PHONE, Browser, WebPage
+
+Open = Callable[..., Browser]
+
+
+@pytest.fixture(scope="module")
+def browser(simulated: WebPage, chromium: Open) -> Browser:
+    return chromium(simulated.url)
+
+
+def test_a_heart_from_switching_on_to_the_stop(browser: Browser) -> None:
+    """On, home, run a job, stop it, acknowledge: as a new user would, following the page."""
+    browser.says("next", "switch the robot on")
+    browser.press("power_on")
+    browser.says("next", "press home")
+    browser.press("home")
+    browser.says("state", "ready")
+    browser.tab("Jobs")
+    browser.press("run")
+    browser.says("verdict", "is job 1")
+    browser.tab("Robot")
+    browser.says("state", "running")
+    browser.says("job", "heart")
+    before = browser.text("counts")
+    browser.wait(lambda: browser.text("counts") != before, "the counts stand still")
+    browser.press("stop")
+    browser.says("state", "stopped", 2.0)
+    browser.says("latched", "stopped on the page")
+    counts = browser.text("counts")
+    time.sleep(0.5)
+    assert browser.text("counts") == counts
+    browser.press("acknowledge")
+    browser.says("state", "unhomed")
+    assert not [line for line in browser.driver.get_log("browser") if line["level"] == "SEVERE"]
+
+
+def test_jog_moves_by_its_step(browser: Browser) -> None:
+    browser.press("power_off")
+    browser.press("power_on")
+    browser.press("home")
+    browser.says("state", "ready")
+    start = platform_mm(browser)
+    browser.press("jog-z-1")
+    browser.wait(lambda: platform_mm(browser)[2] < start[2] - 0.9, "the platform did not move")
+    browser.says("state", "ready")
+    there = platform_mm(browser)
+    assert there == pytest.approx([start[0], start[1], start[2] - 1.0], abs=0.1)
+
+
+def platform_mm(browser: Browser) -> list[float]:
+    return [float(part) for part in browser.text("position").split()[:3]]
+
+
+def test_a_job_that_fails_its_check_is_one_line_and_is_not_run(
+    browser: Browser, simulated: WebPage
+) -> None:
+    browser.tab("Jobs")
+    browser.driver.execute_script(
+        "document.querySelector('.cm-content').focus();"
+        "document.execCommand('selectAll'); document.execCommand('insertText', false,"
+        " 'name: far\\nrobot: ../zhao-2023.yaml\\npath: {shape: points, points_m: [[0,0,-9]]}\\n')"
+    )
+    before = len(list(simulated.recordings.glob("*.mcap")))
+    browser.press("run")
+    browser.says("verdict", "names files without folders")
+    assert len(list(simulated.recordings.glob("*.mcap"))) == before
+    browser.tab("Robot")
+    browser.says("state", "ready")
+
+
+def test_on_a_phone_stop_and_state_are_in_sight(simulated: WebPage, chromium: Open) -> None:
+    phone = chromium(simulated.url, PHONE)
+    phone.says("next", "")
+    stop = phone.find("stop")
+    inner = phone.driver.execute_script("return [innerWidth, innerHeight, scrollX]")
+    for tab in ("Jobs", "Recordings", "Robot"):
+        phone.tab(tab)
+        place = stop.rect
+        height = phone.driver.execute_script(
+            "return document.elementFromPoint(arguments[0], arguments[1]).closest('button')"
+            "?.dataset.testid", place["x"] + place["width"] / 2,
+            phone.driver.execute_script("return arguments[0].getBoundingClientRect().y", stop) + 20,
+        )  # fmt: skip
+        assert height == "stop", f"something covers the stop button on {tab}"
+        wide = phone.driver.execute_script("return document.documentElement.scrollWidth")
+        assert wide <= inner[0] + 1, f"{tab} is wider than the phone"

@@ -1,0 +1,49 @@
+"""What a browser may send as a job."""
+
+from __future__ import annotations
+
+import pytest
+import yaml
+
+from firmware_py.job_file import JobFile
+from foundation.errors import ConfigError
+from web import motions
+from web.texts import kind_of
+
+HEART = {"name": "h", "robot": "zhao-2023.yaml", "path": {"shape": "heart"}}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"robot": "../secret.yaml"},
+        {"robot": "/etc/passwd"},
+        {"record": "../../x.mcap"},
+        {"inverse_kinematics": {"kind": "network", "file": "/tmp/evil.tflite"}},
+        {"robot": "..\\x.yaml"},
+    ],
+)
+def test_a_job_from_a_page_reaches_for_no_path(change: dict[str, object]) -> None:
+    with pytest.raises(ConfigError, match="without folders"):
+        kind_of(yaml.safe_dump(HEART | change))
+
+
+def test_kinds_are_told_apart_and_long_texts_refused() -> None:
+    assert kind_of(yaml.safe_dump(HEART)) == "job"
+    assert kind_of("kind: delta\nname: x\n") == "robot"
+    with pytest.raises(ConfigError, match="a page may send"):
+        kind_of("# " + "x" * 60_000)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [motions.to_point("r.yaml", (0.0, 0.1, -0.4)), motions.to_angles("r.yaml", (1.0, 2.0, 3.0))],
+)
+def test_motions_are_jobs(text: str) -> None:
+    assert JobFile.model_validate_json(yaml_as_json(text)).robot == "r.yaml"
+
+
+def yaml_as_json(text: str) -> str:
+    import json
+
+    return json.dumps(yaml.safe_load(text))

@@ -1,0 +1,117 @@
+"""The robot as the page draws it: geometry, limits, and where the sensors say the platform is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from firmware_py.controller.contract import SensorStatus
+from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
+from foundation.errors import ConfigError, DeltactlError, MissingFile
+from models.linkage import Linkage, forward, inverse
+
+Three = tuple[float, float, float]
+HALVINGS = 12
+
+
+@dataclass(frozen=True)
+class Belief:
+    """A robot file that the page knows, by which name jobs ask for it, and its linkage."""
+
+    file: str
+    robot: RobotFile
+    linkage: Linkage
+
+    @classmethod
+    def of(cls, path: Path) -> Belief:
+        """Read a robot file. Raises MissingFile or ConfigError."""
+        robot = load_robot(path)
+        return cls(path.name, robot, Linkage.of(robot.geometry))
+
+    def pose(self, counts: tuple[int, ...]) -> tuple[Three, Three | None]:
+        """Arm angles [rad] and platform position [m] of step counts."""
+        angles = [count * self.robot.drive.rad_per_step for count in counts]
+        place = forward(self.linkage, np.array(angles)).position_m
+        position = (float(place[0]), float(place[1]), float(place[2]))
+        known = all(math.isfinite(value) for value in position)
+        return (angles[0], angles[1], angles[2]), position if known else None
+
+    def measured(self, sensors: tuple[SensorStatus, ...]) -> Three | None:
+        """Where three good ranges put the platform [m]: range = offset + axis . p."""
+        described = self.robot.sensors
+        if described is None or len(sensors) != 3:
+            return None
+        rows, values = [], []
+        for sensor in sensors:
+            its = getattr(described, sensor.axis)
+            if sensor.distance_m is None or sensor.gate != "good":
+                return None
+            rows.append(its.axis)
+            values.append(sensor.distance_m - its.offset_m)
+        try:
+            x_m, y_m, z_m = np.linalg.solve(np.array(rows), np.array(values)).tolist()
+        except np.linalg.LinAlgError:
+            return None
+        return x_m, y_m, z_m
+
+    def allows(self, position_m: Three) -> bool:
+        """Whether the platform may be there: reachable, arms and box within their limits."""
+        found = inverse(self.linkage, np.array(position_m))
+        angles = np.degrees(found.angles_rad)
+        if not np.isfinite(angles).all() or int(found.status) != 0:
+            return False
+        low, high = self.robot.limits.arm_deg
+        box = self.robot.limits.box_m or ((-math.inf, math.inf),) * 3
+        inside = all(a <= p <= b for p, (a, b) in zip(position_m, box, strict=True))
+        return inside and bool((angles >= low).all() and (angles <= high).all())
+
+    def held(self, start_m: Three, wanted_m: Three) -> Three:
+        """The point nearest to `wanted_m`, on the line from `start_m`, that is allowed."""
+        if self.allows(wanted_m):
+            return wanted_m
+        good, bad = 0.0, 1.0
+        for _ in range(HALVINGS):
+            middle = 0.5 * (good + bad)
+            if self.allows(_between(start_m, wanted_m, middle)):
+                good = middle
+            else:
+                bad = middle
+        return _between(start_m, wanted_m, good)
+
+    def held_angle(self, angle_deg: float) -> float:
+        """An arm angle within its limits."""
+        low, high = self.robot.limits.arm_deg
+        return min(max(angle_deg, low), high)
+
+
+def _between(start: Three, end: Three, part: float) -> Three:
+    x, y, z = (a + part * (b - a) for a, b in zip(start, end, strict=True))
+    return x, y, z
+
+
+class Beliefs:
+    """Finds the robot file of the robot that the daemon names."""
+
+    def __init__(self, given: Path | None = None):
+        self._given = given
+        self._known: dict[str, Belief | None] = {}
+
+    def of(self, name: str) -> Belief | None:
+        """The robot file whose `name` this is; None when the page has none."""
+        if name not in self._known:
+            self._known[name] = self._sought(name)
+        return self._known[name]
+
+    def _sought(self, name: str) -> Belief | None:
+        given = [self._given] if self._given is not None else []
+        for path in (*given, *sorted(CONFIG_FOLDER.glob("*.yaml"))):
+            try:
+                belief = Belief.of(path)
+            except (ConfigError, MissingFile, DeltactlError):
+                continue  # a job, or a robot that cannot be run
+            if belief.robot.name == name:
+                return belief
+        return None

@@ -1,0 +1,134 @@
+"""Jobs and robot files: choose or paste one, check it, run it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from nicegui import events, ui
+
+from foundation.errors import DeltactlError
+from web.texts import MAX_CHARACTERS, kind_of
+
+if TYPE_CHECKING:
+    from web.page import RobotPage
+
+FIRST = "heart.yaml"
+FACTS: tuple[tuple[str, str, str, float], ...] = (
+    ("duration_s", "duration", "s", 1.0),
+    ("targets", "targets", "", 1.0),
+    ("path_length_m", "path length", "mm", 1e3),
+    ("mean_speed_mps", "mean speed", "mm/s", 1e3),
+    ("smallest_margin", "singularity margin", "", 1.0),
+)
+"""Of a dry run: key, name, unit, factor."""
+
+
+class FilesTab:
+    """A list, an editor, and two buttons."""
+
+    def __init__(self, page: RobotPage):
+        self._page = page
+        self._name = FIRST
+        files = page.site.files()
+        with ui.row().classes("w-full gap-3"):
+            with ui.card().classes("grow basis-96 p-3 gap-2"):
+                self._choice = ui.select(
+                    sorted(files), label="Job or robot file", value=FIRST, on_change=self._chosen
+                ).classes("w-full").props('data-testid=file')  # fmt: skip
+                ui.upload(
+                    label="or one of yours", auto_upload=True, max_files=1,
+                    max_file_size=MAX_CHARACTERS, on_upload=self._uploaded,
+                    on_rejected=lambda: ui.notify("a file may have 60 kB", type="negative"),
+                ).props("accept=.yaml,.yml flat bordered").classes("w-full")  # fmt: skip
+                with ui.row().classes("gap-2"):
+                    ui.button("Check", icon="rule", on_click=self.check).props("no-caps").props(
+                        "data-testid=check"
+                    )
+                    if page.operates:
+                        run = ui.button("Run", icon="play_arrow", on_click=self.run)
+                        run.props("no-caps color=green-8").props("data-testid=run")
+                self._spinner = ui.spinner(size="md")
+                self._spinner.set_visibility(False)
+                self._verdict = ui.label().classes("text-base").props("data-testid=verdict")
+                self._facts = ui.column().classes("gap-0 figures text-sm")
+            with ui.card().classes("grow basis-96 p-3"):
+                self._text = ui.codemirror(
+                    files[FIRST].read_text(encoding="utf-8"), language="YAML",
+                    on_change=lambda: self._say(""),
+                ).classes("w-full h-96").props('data-testid=text')  # fmt: skip
+
+    async def check(self) -> bool:
+        """A dry run of what the editor holds; nothing moves."""
+        text = self._text.value or ""
+        self._say("checking ...")
+        self._spinner.set_visibility(True)
+        try:
+            kind = kind_of(text)
+            draft = self._page.site.draft(text)
+            try:
+                facts = await self._page.site.tasks.run(f"check_{kind}", draft)
+            except DeltactlError as error:
+                raise type(error)(str(error).replace(str(draft), self._name)) from error
+            finally:
+                self._page.site.forget(draft)
+        except DeltactlError as error:
+            self._say(str(error), "text-red-800")
+            return False
+        finally:
+            self._spinner.set_visibility(False)
+        self._say(f"{self._name} is a {kind} file without mistakes"
+                  + (", and may run." if kind == "job" else "."), "text-green-800")  # fmt: skip
+        self._list(facts)
+        return kind == "job"
+
+    async def run(self) -> None:
+        """Check, then send it to the daemon, which checks again."""
+        text, name = self._text.value or "", self._name
+        if not await self.check():
+            return
+
+        def call() -> int:
+            with self._page.site.link.client() as client:
+                return client.submit_text(text, name)
+
+        number = await self._page.act("run", call)
+        if number is None:
+            self._say("not run", "text-red-800")
+        else:
+            self._say(f"{name} is job {number}: follow it on the tab Robot.", "text-green-800")
+
+    def load(self, name: str, text: str) -> None:
+        """Put a text into the editor."""
+        self._name = name
+        self._text.set_value(text)
+        self._say("")
+
+    def _chosen(self, event: events.ValueChangeEventArguments[Any]) -> None:
+        path = self._page.site.files().get(str(event.value))
+        if path is not None:
+            self.load(path.name, path.read_text(encoding="utf-8"))
+
+    async def _uploaded(self, event: events.UploadEventArguments) -> None:
+        raw = await event.file.read()
+        try:
+            text = raw[: MAX_CHARACTERS + 1].decode("utf-8")
+        except UnicodeDecodeError:
+            self._say("that is not a text file in UTF-8", "text-red-800")
+            return
+        self.load("uploaded.yaml", text)
+
+    def _say(self, text: str, colour: str = "") -> None:
+        self._verdict.set_text(text)
+        self._verdict.classes(replace=f"text-base {colour}")
+        self._facts.clear()
+
+    def _list(self, facts: dict[str, Any]) -> None:
+        with self._facts:
+            for key, name, unit, factor in FACTS:
+                if isinstance(value := facts.get(key), int | float):
+                    ui.label(f"{name}: {value * factor:.4g} {unit}")
+            if "arm_range_deg" in facts:
+                ranges = ", ".join(
+                    f"{low:.1f} to {high:.1f}" for low, high in facts["arm_range_deg"]
+                )
+                ui.label(f"arm angles: {ranges} degrees")

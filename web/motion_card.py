@@ -1,0 +1,162 @@
+"""Moving by hand: jog by buttons and keys, and going to a point. Held to the robot's limits."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from nicegui import events, ui
+
+from web import motions
+from web.belief import Belief, Three
+
+if TYPE_CHECKING:
+    from web.page import RobotPage
+
+STEPS_MM = {0.1: "0.1 mm", 1: "1 mm", 10: "10 mm", 50: "50 mm"}
+STEPS_DEG = {0.1: "0.1°", 1: "1°", 5: "5°", 20: "20°"}
+MOST_WAITING = 3
+"""Presses that may be ahead of the robot; more would run on after the hand is off."""
+KEYS: dict[str, tuple[int, int]] = {
+    "ArrowRight": (0, 1), "ArrowLeft": (0, -1), "ArrowUp": (1, 1), "ArrowDown": (1, -1),
+    "PageUp": (2, 1), "PageDown": (2, -1),
+}  # fmt: skip
+"""Key to axis and direction."""
+
+
+class MotionCard:
+    """Buttons, keys and fields, for operators."""
+
+    def __init__(self, page: RobotPage):
+        self._page = page
+        self._goal: Three | None = None
+        self._parts: list[Any] = []
+        with (
+            ui.card().classes("w-full p-3 gap-2 jog"),
+            ui.row().classes("items-start gap-6"),
+        ):
+            self._platform()
+            self._arms()
+            self._point()
+        self._keyboard = ui.keyboard(self._key, active=False)
+
+    def enable(self, on: bool) -> None:
+        """Whether the robot can move now."""
+        for part in self._parts:
+            part.set_enabled(on)
+
+    def _platform(self) -> None:
+        with ui.column().classes("gap-1"):
+            ui.label("Move the platform").classes("font-bold")
+            self._step_mm = ui.toggle(STEPS_MM, value=1).props("dense no-caps")
+            for axis, name in enumerate("xyz"):
+                with ui.row().classes("gap-2 items-center"):
+                    for sign in (-1, 1):
+                        self._button(f"{name.upper()}{'−+'[sign > 0]}", f"jog-{name}{sign:+d}",
+                                     lambda _, a=axis, s=sign: self.jog(a, s))  # fmt: skip
+            self._keys = ui.switch("arrow keys and page up, page down", value=False)
+            self._keys.on_value_change(lambda event: setattr(self._keyboard, "active", event.value))
+
+    def _arms(self) -> None:
+        with ui.column().classes("gap-1"):
+            ui.label("Move one arm").classes("font-bold")
+            self._step_deg = ui.toggle(STEPS_DEG, value=1).props("dense no-caps")
+            for arm in range(3):
+                with ui.row().classes("gap-2 items-center"):
+                    for sign, word in ((-1, "up"), (1, "down")):
+                        self._button(f"{arm + 1} {word}", f"arm{arm + 1}{word}",
+                                     lambda _, a=arm, s=sign: self.turn(a, s))  # fmt: skip
+
+    def _point(self) -> None:
+        with ui.column().classes("gap-1"):
+            ui.label("Go to a point (mm)").classes("font-bold")
+            self._fields = []
+            with ui.row().classes("gap-2"):
+                for name, start in (("x", 0.0), ("y", 0.0), ("z", -450.0)):
+                    field = ui.number(name, value=start, step=1, format="%.2f").classes("w-20")
+                    self._fields.append(field.props(f"data-testid=goto-{name}"))
+            self._button("Go there", "goto", self.go)
+
+    def _button(self, text: str, mark: str, call: Any) -> None:
+        button = (
+            ui.button(text, on_click=call).props("no-caps outline").props(f"data-testid={mark}")
+        )
+        self._parts.append(button)
+
+    async def _key(self, event: events.KeyEventArguments) -> None:
+        if event.action.keydown and event.key.name in KEYS and self._page.site.link.seen.status:
+            await self.jog(*KEYS[event.key.name])
+
+    async def jog(self, axis: int, sign: int) -> None:
+        """Move the platform one step along an axis."""
+        here = self._here()
+        belief = self._belief()
+        if here is None or belief is None:
+            return
+        wanted = list(here)
+        wanted[axis] += sign * float(self._step_mm.value or 0) * 1e-3
+        goal = belief.held(here, (wanted[0], wanted[1], wanted[2]))
+        if math.dist(goal, here) < 1e-6:
+            ui.notify("at the limit: no further this way", type="warning")
+            return
+        await self._to(goal, belief)
+
+    async def turn(self, arm: int, sign: int) -> None:
+        """Turn one arm by a step."""
+        status, belief = self._page.site.link.seen.status, self._belief()
+        if status is None or belief is None or status.angles_rad is None:
+            return
+        if status.state != "ready":
+            ui.notify("wait until the arm is there", type="warning")
+            return
+        angles = [math.degrees(angle) for angle in status.angles_rad]
+        angles[arm] = belief.held_angle(angles[arm] + sign * float(self._step_deg.value or 0))
+        self._goal = None
+        await self._send(motions.to_angles(belief.file, (angles[0], angles[1], angles[2])), "jog")
+
+    async def go(self) -> None:
+        """Go to the point in the fields."""
+        belief = self._belief()
+        values = [field.value for field in self._fields]
+        if belief is None:
+            return
+        if any(value is None for value in values):
+            ui.notify("give x, y and z in mm", type="warning")
+            return
+        x_m, y_m, z_m = (float(value) * 1e-3 for value in values)
+        if not belief.allows((x_m, y_m, z_m)):
+            ui.notify("that point is out of reach or outside the robot's limits", type="warning")
+            return
+        await self._to((x_m, y_m, z_m), belief)
+
+    def _belief(self) -> Belief | None:
+        belief = self._page.site.belief(self._page.site.link.seen)
+        if belief is None:
+            ui.notify("no robot file of this name here; start deltactl web with --robot FILE")
+        return belief
+
+    def _here(self) -> Three | None:
+        """Where the next step starts: where the last one ends, while that is under way."""
+        status = self._page.site.link.seen.status
+        if status is None or status.position_m is None:
+            return None
+        if status.state == "running":
+            if self._goal is None or status.job not in ("jog", "go-to"):
+                ui.notify("a job runs; wait, or cancel it", type="warning")
+                return None
+            if len(status.queued) >= MOST_WAITING:
+                return None
+            return self._goal
+        return status.position_m
+
+    async def _to(self, goal: Three, belief: Belief) -> None:
+        before, self._goal = self._goal, goal
+        if not await self._send(motions.to_point(belief.file, goal, "jog"), "move"):
+            self._goal = before
+
+    async def _send(self, text: str, name: str) -> Any:
+        def call() -> int:
+            with self._page.site.link.client() as client:
+                return client.submit_text(text, f"{name}.yaml")
+
+        return await self._page.act(name, call)

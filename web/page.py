@@ -1,0 +1,189 @@
+"""One open page: header with the stop button, and three tabs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from nicegui import run, ui
+
+from firmware_py.controller.states import ALLOWED, Request
+from foundation.errors import DeltactlError
+from web.files_tab import FilesTab
+from web.link import STALE_S, Seen
+from web.motion_card import MotionCard
+from web.recordings_tab import RecordingsTab
+from web.site import Site
+from web.state_card import StateCard
+
+REFRESH_S = 0.08
+COLOURS = {
+    "off": "grey-7",
+    "unhomed": "orange-8",
+    "ready": "green-8",
+    "running": "blue-8",
+    "paused": "indigo-6",
+    "stopped": "red-8",
+    "fault": "red-8",
+}
+LATCHED = ("stopped", "fault")
+
+
+class RobotPage:
+    """Built for every browser that opens the page. `may` is 'operator' or 'viewer'."""
+
+    def __init__(self, site: Site, may: str, who: str = ""):
+        self.site, self.may, self.who = site, may, who
+        self._serial = -1
+        self._shown: tuple[object, ...] = ()
+        ui.colors(primary="#1d4ed8")
+        ui.add_css(STYLE)
+        self._header()
+        self._stop_button()
+        self._latch()
+        with ui.tab_panels(self._tabs, value="Robot", animated=False, keep_alive=True).classes(
+            "w-full"
+        ):
+            with ui.tab_panel("Robot").classes("p-2"):
+                self._state = StateCard(self)
+            with ui.tab_panel("Jobs").classes("p-2"):
+                self._files = FilesTab(self)
+            with ui.tab_panel("Recordings").classes("p-2"):
+                self._recordings = RecordingsTab(self)
+        self._timer = ui.timer(REFRESH_S, self._refresh)
+
+    @property
+    def operates(self) -> bool:
+        """Whether whoever looks may command the robot."""
+        return self.may == "operator"
+
+    @property
+    def scene(self) -> Any:
+        """The drawing, once the robot is known."""
+        return self._state.scene
+
+    def show_tab(self, name: str) -> None:
+        """Turn to another tab."""
+        self._tabs.set_value(name)
+
+    def edit(self, name: str, text: str) -> None:
+        """Show a job in the editor, from where it can be checked and run."""
+        self._files.load(name, text)
+        self.show_tab("Jobs")
+
+    def motion(self) -> MotionCard | None:
+        """The card for moving by hand; operators have it."""
+        return self._state.motion
+
+    async def act(self, name: str, call: Callable[..., Any], *arguments: Any) -> Any:
+        """Ask the daemon something; what it refuses is shown in one line. None when refused."""
+        if not self.operates:
+            ui.notify(f"cannot {name}: you are signed in to look, not to operate", type="warning")
+            return None
+        try:
+            answer = await run.io_bound(call, *arguments)
+        except DeltactlError as error:
+            tell_problem(str(error))
+            return None
+        return True if answer is None else answer
+
+    async def ask(self, name: str) -> Any:
+        """A request without arguments, by its name in the client."""
+
+        def call() -> None:
+            with self.site.link.client() as client:
+                getattr(client, name)()
+
+        return await self.act(name.replace("_", " "), call)
+
+    async def stop(self) -> None:
+        """Emergency stop; everybody who sees the page may."""
+        try:
+            await run.io_bound(self.site.link.stop, f"stopped on the page{self._by()}")
+        except DeltactlError as error:
+            tell_problem(f"NOT STOPPED: {error}")
+
+    def _by(self) -> str:
+        return f" by {self.who}" if self.who else ""
+
+    def _header(self) -> None:
+        with ui.header().classes("items-center py-1 px-2 gap-2 bg-slate-800 no-wrap"):
+            self._name = ui.label("deltactl").classes("text-base font-bold ellipsis gt-xs")
+            self._chip = ui.badge("...").classes("text-sm px-2 py-1").props("data-testid=state")
+            with ui.tabs().props("dense no-caps shrink") as self._tabs:
+                first = ui.tab("Robot")
+                ui.tab("Jobs")
+                ui.tab("Recordings")
+            self._tabs.set_value(first)
+            ui.space().classes("stop-room")
+
+    def _stop_button(self) -> None:
+        # Above everything, dialogs too; Quasar draws those at 6000.
+        button = ui.button("STOP", icon="front_hand", on_click=self.stop)
+        button.props('color=red-8 text-color=white unelevated aria-label="Emergency stop"')
+        button.classes("stop-button").props("data-testid=stop")
+
+    def _latch(self) -> None:
+        with ui.row().classes("latch w-full items-center justify-between") as self._latched:
+            self._why = ui.label().classes("text-base").props("data-testid=latched")
+            if self.operates:
+                ui.button(
+                    "Cause is gone: acknowledge", icon="lock_open",
+                    on_click=lambda: self.ask("acknowledge"),
+                ).props("color=white text-color=red-9 no-caps data-testid=acknowledge")  # fmt: skip
+        self._latched.set_visibility(False)
+
+    def _refresh(self) -> None:
+        seen = self.site.link.seen
+        if seen.serial == self._serial and seen.age_s < STALE_S:
+            return
+        self._serial = seen.serial
+        self._show_state(seen)
+        if self._tabs.value == "Robot":
+            self._state.update(seen)
+
+    def _show_state(self, seen: Seen) -> None:
+        status = seen.status
+        if status is None:
+            shown: tuple[object, ...] = ("no daemon", "grey-7", "", "deltactl")
+        else:
+            old = f", {seen.age_s:.0f} s old" if seen.age_s > STALE_S else ""
+            name = f"{status.robot} (simulated)" if status.simulated else status.robot
+            colour = COLOURS.get(status.state, "grey-7")
+            why = f"{status.state.upper()}, latched: {status.why or 'no reason given'}"
+            latched = why if status.state in LATCHED else ""
+            shown = (status.state + old, colour, latched, name)
+        if shown == self._shown:
+            return
+        self._shown = shown
+        chip, colour, latched, name = (str(part) for part in shown)
+        self._chip.set_text(chip)
+        self._chip.props(f"color={colour}")
+        self._name.set_text(name)
+        self._why.set_text(latched)
+        self._latched.set_visibility(bool(latched))
+
+
+def allowed(request: Request, state: str) -> bool:
+    """Whether the daemon would take a request in this state."""
+    return any(known.value == state for known in ALLOWED[request])
+
+
+def tell_problem(text: str) -> None:
+    """One line in red, until it is closed."""
+    ui.notify(text, type="negative", multi_line=True, timeout=12_000, close_button="Close")
+
+
+STYLE = """
+.stop-button { position: fixed; top: 4px; right: 8px; z-index: 7000; min-width: 7rem;
+  font-size: 1.15rem; font-weight: 800; height: 42px; box-shadow: 0 0 0 2px white; }
+.stop-room { min-width: 7.5rem; }
+.latch { background: #b91c1c; color: white; padding: 8px 12px; border-radius: 6px; }
+.scene-box { height: min(56vh, 520px); min-height: 260px; }
+.figures { font-variant-numeric: tabular-nums; }
+.jog .q-btn { min-width: 46px; min-height: 42px; }
+@media (max-width: 599px) { .scene-box { height: 36vh; min-height: 220px; }
+  .stop-button { top: auto; bottom: 12px; right: 12px; height: 60px; min-width: 9rem; }
+  .stop-room { min-width: 0; } .q-page-container { padding-bottom: 84px; }
+  .nicegui-content { padding: 4px; padding-bottom: 90px; } }
+"""

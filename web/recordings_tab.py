@@ -1,0 +1,158 @@
+"""Recordings: their reports, a diagnosis at a click, and what follows from it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import time
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from foundation.errors import DeltactlError
+from web.site import Listed
+
+if TYPE_CHECKING:
+    from web.page import RobotPage
+
+LOOK_S = 3.0
+VERDICTS = {
+    "nothing_missing": ("nothing is missing", "green-8"),
+    "explained": ("explained", "orange-8"),
+    "partly_explained": ("partly explained", "orange-9"),
+    "unexplained": ("unexplained", "red-8"),
+}
+
+
+class RecordingsTab:
+    """A list that follows the folder."""
+
+    def __init__(self, page: RobotPage):
+        self._page = page
+        self._shown: list[str] = []
+        ui.label("Newest first. A diagnosis compares a run with its robot file.").classes(
+            "text-sm text-gray-600"
+        )
+        self._list = ui.column().classes("w-full gap-2")
+        self._look()
+        ui.timer(LOOK_S, self._look)
+
+    def _look(self) -> None:
+        found = self._page.site.listed()
+        names = [one.path.name for one in found]
+        if names == self._shown and self._list.default_slot.children:
+            return
+        self._shown = names
+        self._list.clear()
+        with self._list:
+            if not found:
+                ui.label("No recording yet: run a job.").classes("text-base")
+            for one in found:
+                RecordingRow(self._page, one)
+
+
+class RecordingRow:
+    """One recording."""
+
+    def __init__(self, page: RobotPage, listed: Listed):
+        self._page, self._listed = page, listed
+        when = datetime.fromtimestamp(listed.written_s)
+        with ui.card().classes("w-full p-2 gap-1"):
+            with ui.row().classes("w-full items-center gap-2"):
+                ui.label(listed.path.stem).classes("font-bold grow ellipsis").props(
+                    "data-testid=recording"
+                )
+                ui.label(f"{when:%d %b %H:%M}, {listed.size_bytes / 1e6:.1f} MB").classes("text-sm")
+                ui.button("Report", icon="show_chart", on_click=self.report).props(
+                    "no-caps dense outline").classes("px-2")  # fmt: skip
+                self._button = ui.button("Diagnose", icon="troubleshoot", on_click=self.diagnose)
+                self._button.props("no-caps dense").classes("px-2").props("data-testid=diagnose")
+            self._progress = ui.row().classes("items-center gap-2")
+            self._answer = ui.column().classes("gap-1 w-full")
+        if (answer := listed.diagnosis) is not None:
+            self._show(answer)
+
+    async def report(self) -> None:
+        """Write the report of the run, if there is none, and open it."""
+        out = self._listed.made / "run.html"
+        self._listed.made.mkdir(parents=True, exist_ok=True)
+        if not out.is_file():
+            await self._work("writing the report", "run_report", self._listed.path, out)
+        if out.is_file():
+            ui.navigate.to(self._url("run.html"), new_tab=True)
+
+    async def diagnose(self) -> None:
+        """Diagnose it, and keep the answer."""
+        made = self._listed.made
+        made.mkdir(parents=True, exist_ok=True)
+        self._button.set_enabled(False)
+        try:
+            answer = await self._work("diagnosing", "diagnose", self._listed.path, made)
+        finally:
+            self._button.set_enabled(True)
+        if answer is not None:
+            (made / "diagnosis.json").write_text(json.dumps(answer), encoding="utf-8")
+            self._answer.clear()
+            self._show(answer)
+
+    async def _work(self, what: str, kind: str, *files: Any) -> dict[str, Any] | None:
+        """A worker with its progress; None when it failed, which is shown."""
+        started_s = time.monotonic()
+        with self._progress:
+            ui.spinner(size="sm")
+            line = ui.label(what).props("data-testid=progress")
+
+        def tell(text: str) -> None:
+            line.set_text(f"{what}, {time.monotonic() - started_s:.0f} s: {text}")
+
+        try:
+            return await self._page.site.tasks.run(kind, *files, progress=tell)
+        except DeltactlError as error:
+            self._answer.clear()
+            with self._answer:
+                ui.label(str(error)).classes("text-red-800")
+            return None
+        finally:
+            self._progress.clear()
+
+    def _show(self, answer: dict[str, Any]) -> None:
+        made = self._listed.made
+        text, colour = VERDICTS.get(answer["verdict"], (answer["verdict"], "grey-8"))
+        with self._answer:
+            ui.badge(text).props(f"color={colour}").classes("text-sm").props("data-testid=answer")
+            for line in answer["lines"][:12]:
+                ui.label(line).classes("text-sm")
+            with ui.row().classes("gap-2"):
+                self._follow("Why", "article", self._why)
+                if answer["components"]:
+                    self._follow("Show it on the robot", "my_location", self._blame)
+                if (made / "corrected.yaml").is_file():
+                    self._follow("Correct it: save the robot file", "download", self._save)
+                if self._page.operates and (made / "next.yaml").is_file():
+                    self._follow("The experiment that would tell more", "science", self._next)
+
+    def _follow(self, text: str, icon: str, call: Any) -> None:
+        ui.button(text, icon=icon, on_click=call).props("no-caps dense flat")
+
+    def _why(self) -> None:
+        ui.navigate.to(self._url("report.html"), new_tab=True)
+
+    def _blame(self) -> None:
+        answer = self._listed.diagnosis
+        if answer and self._page.scene is not None:
+            self._page.scene.blame(answer["components"])
+            self._page.show_tab("Robot")
+
+    def _save(self) -> None:
+        with contextlib.suppress(OSError):
+            text = (self._listed.made / "corrected.yaml").read_bytes()
+            ui.download.content(text, "corrected.yaml")
+
+    def _next(self) -> None:
+        with contextlib.suppress(OSError):
+            text = (self._listed.made / "next.yaml").read_text(encoding="utf-8")
+            self._page.edit("next-experiment.yaml", text)
+
+    def _url(self, name: str) -> str:
+        return f"/made/{self._page.site.key_of(self._listed.made / name)}"

@@ -1,0 +1,100 @@
+"""What all open pages share: the link to the daemon, the folders, the workers."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import secrets
+import shutil
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from firmware_py.robot_file import CONFIG_FOLDER
+from recording.names import ENDING
+from web.belief import Belief, Beliefs
+from web.link import DaemonLink, Seen
+from web.tasks import Tasks
+
+SHOWN = 40
+"""Newest recordings that the page lists."""
+Act = Callable[..., Coroutine[Any, Any, bool]]
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """A recording in the list, and the folder for what the page makes of it."""
+
+    path: Path
+    size_bytes: int
+    written_s: float
+    made: Path
+
+    @property
+    def diagnosis(self) -> dict[str, Any] | None:
+        """What `web.worker diagnose` answered, if it was asked."""
+        try:
+            found = json.loads((self.made / "diagnosis.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        return found if isinstance(found, dict) else None
+
+
+@dataclass
+class Site:
+    """Everything behind the pages."""
+
+    link: DaemonLink
+    beliefs: Beliefs
+    recordings: Path
+    work: Path
+    """A folder of the page's own: reports, answers, texts on their way to a check."""
+    tasks: Tasks = field(default_factory=Tasks)
+    numbers: itertools.count[int] = field(default_factory=itertools.count)
+    _made: dict[str, Path] = field(default_factory=dict)
+
+    def belief(self, seen: Seen) -> Belief | None:
+        """The robot file of the robot that runs."""
+        return None if seen.status is None else self.beliefs.of(seen.status.robot)
+
+    def listed(self) -> list[Listed]:
+        """The newest recordings, newest first."""
+        found = []
+        for path in self.recordings.glob(f"*{ENDING}"):
+            try:
+                its = path.stat()
+            except OSError:
+                continue
+            made = self.work / "made" / path.stem
+            found.append(Listed(path, its.st_size, its.st_mtime, made))
+        return sorted(found, key=lambda one: one.written_s, reverse=True)[:SHOWN]
+
+    def files(self) -> dict[str, Path]:
+        """Job and robot files of the project, by name."""
+        return {path.name: path for path in sorted(CONFIG_FOLDER.glob("*.yaml"))}
+
+    def key_of(self, path: Path) -> str:
+        """A word by which a browser asks for a file that the page made; it never names one."""
+        for key, known in self._made.items():
+            if known == path:
+                return key
+        key = secrets.token_urlsafe(12)
+        self._made[key] = path
+        return key
+
+    def path_of(self, key: str) -> Path | None:
+        """The file behind such a word."""
+        return self._made.get(key)
+
+    def draft(self, text: str) -> Path:
+        """A text from a browser as a file, under a name of ours."""
+        folder = self.work / "drafts" / str(next(self.numbers))
+        folder.mkdir(parents=True, exist_ok=True)
+        path = folder / "text.yaml"
+        path.write_text(text, encoding="utf-8", errors="replace")
+        return path
+
+    def forget(self, draft: Path) -> None:
+        """Remove a draft."""
+        shutil.rmtree(draft.parent, ignore_errors=True)

@@ -1,0 +1,183 @@
+"""The tab of the robot: drawing, figures, ranges, job, and the buttons that fit its state."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from firmware_py.controller.contract import SensorStatus, Status
+from firmware_py.controller.states import Request
+from web.belief import Belief
+from web.link import Seen
+from web.motion_card import MotionCard
+from web.scene import RobotScene
+
+if TYPE_CHECKING:
+    from web.page import RobotPage
+
+NEXT = {
+    "off": "Switch the robot on.",
+    "unhomed": "Put the arms against their stops, then press Home.",
+    "ready": "Ready: choose a job on the tab Jobs, or move by hand.",
+    "running": "A job runs.",
+    "paused": "Paused: resume, or cancel.",
+    "stopped": "Stopped: clear the cause, acknowledge above, then home.",
+    "fault": "Fault: clear the cause, acknowledge above, then home.",
+}
+"""What a new user does next."""
+
+SIMULATED = " (Simulated: switching off drops them onto their stops.)"
+"""Nobody has hands at the simulated robot."""
+
+DRAWN = "Blue: where the step counts put it. Amber ball: where the sensors see it."
+NOT_HOMED = "Not homed: the arms are drawn as if the counts were right. Amber ball: the sensors."
+
+BUTTONS: tuple[tuple[str, str, Request, str], ...] = (
+    ("On", "power_on", Request.ON, "power"),
+    ("Off", "power_off", Request.OFF, "power_off"),
+    ("Home", "home", Request.HOME, "home"),
+    ("Pause", "pause", Request.PAUSE, "pause"),
+    ("Resume", "resume", Request.RESUME, "play_arrow"),
+    ("Cancel job", "cancel", Request.CANCEL, "close"),
+)
+
+
+class StateCard:
+    """Everything that changes while the robot moves."""
+
+    def __init__(self, page: RobotPage):
+        self._page = page
+        self.scene: RobotScene | None = None
+        self.motion: MotionCard | None = None
+        self._texts: dict[str, Any] = {}
+        self._buttons: dict[Request, Any] = {}
+        self._state = ""
+        with ui.row().classes("w-full items-stretch gap-2"):
+            with ui.card().classes("p-1 grow basis-96"):
+                self._box = ui.element("div").classes("scene-box w-full")
+                self._texts["caption"] = ui.label().classes("text-xs text-gray-600 px-1")
+            with ui.column().classes("grow basis-80 gap-2"):
+                self._state_and_buttons()
+                self._figures()
+        if page.operates:
+            self.motion = MotionCard(page)
+
+    def update(self, seen: Seen) -> None:
+        """Show a status, or why there is none."""
+        status = seen.status
+        if status is None:
+            self._set("next", seen.problem)
+            self._set_state("")
+            return
+        belief = self._page.site.belief(seen)
+        self._draw(status, belief)
+        self._set_state(status.state)
+        hands = SIMULATED if status.simulated and status.state == "unhomed" else ""
+        self._set("next", NEXT.get(status.state, "") + hands)
+        self._set("caption", DRAWN if status.position_m else NOT_HOMED)
+        self._numbers(status, seen)
+        self._job(status)
+
+    def _state_and_buttons(self) -> None:
+        with ui.card().classes("w-full p-3 gap-2"):
+            self._texts["next"] = ui.label("...").classes("text-base").props("data-testid=next")
+            if self._page.operates:
+                with ui.row().classes("gap-2"):
+                    for text, method, request, icon in BUTTONS:
+                        button = ui.button(
+                            text, icon=icon, on_click=lambda _, name=method: self._page.ask(name)
+                        )
+                        button.props("no-caps dense").classes("px-3").props(f"data-testid={method}")
+                        self._buttons[request] = button
+            with ui.row().classes("w-full items-center gap-3 no-wrap") as self._job_row:
+                self._bar = (
+                    ui.linear_progress(0.0, show_value=False)
+                    .classes("grow")
+                    .props("size=14px rounded instant-feedback")
+                )
+                self._texts["left"] = ui.label().classes("figures whitespace-nowrap")
+            self._texts["job"] = ui.label().classes("text-sm").props("data-testid=job")
+
+    def _figures(self) -> None:
+        with ui.card().classes("w-full p-3 gap-1 figures"):
+            for key, name in (
+                ("position", "Platform x, y, z"),
+                ("measured", "by the sensors"),
+                ("angles", "Arm angles"),
+                ("counts", "Step counts"),
+                ("range_x", "Range x"),
+                ("range_y", "Range y"),
+                ("range_z", "Range z"),
+                ("recording", "Recording"),
+            ):
+                with ui.row().classes("w-full no-wrap gap-2"):
+                    ui.label(name).classes("text-gray-600 w-32 shrink-0")
+                    self._texts[key] = ui.label("-").classes("ellipsis").props(f"data-testid={key}")
+
+    def _draw(self, status: Status, belief: Belief | None) -> None:
+        if self.scene is None and belief is not None:
+            with self._box:
+                self.scene = RobotScene(belief)
+        if self.scene is not None and belief is not None:
+            self.scene.update(status.counts, belief.measured(status.sensors))
+
+    def _numbers(self, status: Status, seen: Seen) -> None:
+        belief = self._page.site.belief(seen)
+        measured = belief.measured(status.sensors) if belief else None
+        self._set("position", _millimetres(status.position_m) if status.position_m else "not homed")
+        self._set("measured", _millimetres(measured) if measured else "-")
+        angles = status.angles_rad
+        self._set("angles", _degrees(angles) if angles else "not homed")
+        self._set("counts", "  ".join(str(count) for count in status.counts))
+        self._set("recording", status.recording_error or (status.recording or "-").split("/")[-1])
+        for sensor, noise_m in zip(status.sensors, seen.noise_m, strict=False):
+            self._set(f"range_{sensor.axis}", _range(sensor, noise_m))
+
+    def _job(self, status: Status) -> None:
+        self._job_row.set_visibility(status.job is not None)
+        queue = f"  then {', '.join(status.queued)}" if status.queued else ""
+        self._set("job", f"{status.job}{queue}" if status.job else "No job.")
+        if status.job is not None:
+            progress = round(status.progress, 3)
+            if self._bar.value != progress:
+                self._bar.set_value(progress)
+            left = "" if status.seconds_left is None else f", {status.seconds_left:.0f} s left"
+            self._set("left", f"{status.progress:.0%}{left}")
+
+    def _set_state(self, state: str) -> None:
+        """Offer the buttons that the daemon would take now."""
+        from web.page import allowed
+
+        if state == self._state:
+            return
+        self._state = state
+        for request, button in self._buttons.items():
+            button.set_enabled(bool(state) and allowed(request, state))
+        if self.motion is not None:
+            self.motion.enable(state in ("ready", "running"))
+
+    def _set(self, key: str, text: str) -> None:
+        label = self._texts[key]
+        if label.text != text:
+            label.set_text(text)
+
+
+def _millimetres(point: tuple[float, ...]) -> str:
+    return "  ".join(f"{value * 1e3:.2f}" for value in point) + " mm"
+
+
+def _degrees(angles: tuple[float, ...]) -> str:
+    return "  ".join(f"{angle * 57.29577951308232:.3f}" for angle in angles) + "°"
+
+
+def _range(sensor: SensorStatus, noise_m: float | None) -> str:
+    if sensor.distance_m is None:
+        return f"- ({sensor.gate}, {sensor.health})"
+    noise = "" if noise_m is None else f" ± {noise_m * 1e3:.1f}"
+    state = (
+        ""
+        if (sensor.gate, sensor.health) == ("good", "ok")
+        else f" ({sensor.gate}, {sensor.health})"
+    )
+    return f"{sensor.distance_m * 1e3:.1f}{noise} mm{state}"

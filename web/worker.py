@@ -1,0 +1,100 @@
+"""Work that takes the processor for seconds, in a process of its own and at low priority.
+
+`python -m web.worker KIND FILE...` writes one JSON object a line: {"progress": text} any number
+of times, then {"result": {...}} or {"error": text}. The files are named by the page, never by
+a browser.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from foundation.errors import DeltactlError
+
+NICE = 10
+
+
+def check_job(path: Path) -> dict[str, Any]:
+    """What a job would do. Raises any DeltactlError when it must not run."""
+    from firmware_py.planner.check import check_job as dry_run
+
+    return dry_run(path).as_json()
+
+
+def check_robot(path: Path) -> dict[str, Any]:
+    """The facts of a robot file. Raises ConfigError."""
+    from firmware_py.robot_file import load_robot
+
+    robot = load_robot(path)
+    return {"robot": robot.name, "drive": robot.drive.kind, "limits": robot.limits.model_dump()}
+
+
+def run_report(recording: Path, out: Path) -> dict[str, Any]:
+    """Write the report of a run."""
+    from firmware_py.run_report.report import write_report
+
+    write_report(recording, out)
+    return {}
+
+
+def diagnose(recording: Path, folder: Path) -> dict[str, Any]:
+    """Diagnose a recording by the robot file it carries; `folder` takes all that comes of it."""
+    from diagnosis.answer.corrected_robot import save_corrected
+    from diagnosis.api import diagnose as answer_of
+    from diagnosis.experiment import write_job
+    from diagnosis.report.html import write_report
+    from diagnosis.report.summary import plain_lines
+    from firmware_py.robot_file import CONFIG_FOLDER
+    from models.robot import load_robot_model
+    from recording.reader import read_run
+
+    robot = folder / "robot.yaml"
+    robot.write_text(read_run(recording).configuration.robot_text, encoding="utf-8")
+    answer = answer_of([recording], robot, json_out=folder / "answer.json", progress=_progress)
+    write_report(answer, load_robot_model(robot), folder / "report.html")
+    if answer.findings:
+        save_corrected(robot, answer, folder / "corrected.yaml")
+    if answer.next_experiment is not None:
+        write_job(answer.next_experiment, folder / "next.yaml", robot, CONFIG_FOLDER)
+    return {
+        "verdict": answer.verdict,
+        "lines": plain_lines(answer),
+        "components": [finding.component for finding in answer.findings],
+    }
+
+
+KINDS: dict[str, Callable[..., dict[str, Any]]] = {
+    "check_job": check_job,
+    "check_robot": check_robot,
+    "run_report": run_report,
+    "diagnose": diagnose,
+}
+
+
+def main(arguments: list[str]) -> None:
+    """Do one piece of work."""
+    os.nice(NICE)
+    kind, *files = arguments
+    try:
+        _say({"result": KINDS[kind](*(Path(file) for file in files))})
+    except (DeltactlError, OSError) as error:
+        _say({"error": " ".join(str(error).split())})
+    except ModuleNotFoundError as error:
+        _say({"error": f"this needs the extra 'diagnosis' of deltactl ({error.name} is missing)"})
+
+
+def _progress(text: str) -> None:
+    _say({"progress": text})
+
+
+def _say(message: dict[str, Any]) -> None:
+    print(json.dumps(message, default=str), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
