@@ -13,10 +13,14 @@ WITH    ?= $(if $(ON_A_PI),,diagnosis$(COMMA)web)
 EXTRAS   = $(if $(WITH),[$(WITH)])
 INSTALL  = $(PYTHON) -m pip --python $(BIN)/python install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: run extras test check newcomer hil-aarch64 benchmarks clean
+.PHONY: run demo extras test check newcomer hil-aarch64 benchmarks clean
 
 run: $(VENV)/.run
 	$(BIN)/deltactl run $(JOB)
+
+# Conceals something in a robot, diagnoses and corrects it; the page is demo/demo.html.
+demo: $(VENV)/.test
+	$(BIN)/deltactl demo
 
 test: check
 	$(BIN)/python -m pytest -n 2 -m "not realtime"

@@ -9,6 +9,7 @@ import typer
 
 from command_line import (
     collect,
+    demo,
     evaluate,
     jobs,
     prove,
@@ -64,6 +65,7 @@ def deltactl(
 jobs.register(app)
 service.register(app)
 robotless.register(app)
+demo.register(app)
 prove.register(app)
 collect.register(app)
 train.register(app)

@@ -11,16 +11,17 @@ from typing import Any
 
 import yaml
 
-from diagnosis.answer.records import Diagnosis, Finding
+from diagnosis.answer.records import Alternative, Diagnosis, Finding
 from foundation.errors import RecordingError
 from foundation.strict_yaml import Document
 from models.belief import merged
-from models.effects import VOCABULARY
+from models.effects import VOCABULARY, Port
 from models.robot import EffectEntry, FoundBy, load_robot_model
 
 HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
 SURE = 0.8
 """A finding less probable than this is written only when everything is asked for."""
+JOINT = (Port.MOTOR, Port.GEAR, Port.ARM)
 _SECTION = re.compile(r"^effects:.*\n?(?:(?:[ \t#-].*)?\n)*", re.MULTILINE)
 
 
@@ -71,15 +72,22 @@ def lasts(finding: Finding) -> bool:
 
 
 def sure(finding: Finding) -> bool:
-    """Probable enough; where that was not worked out, without a rival that lasts.
+    """Whether it is clear what to correct.
 
-    Steps lost before the first sample look like another home in that run. They need to have been
-    lost between homing and recording: rare, so such a rival alone does not keep a finding out.
+    A rival at the same joint asks for the same correction in the motion that was recorded: play
+    that hangs on one flank and another home, a late drive and viscous friction. So its
+    probability counts for the finding, and it alone does not keep it out.
     """
+    alike = [one for one in finding.alternatives if _corrected_alike(finding, one)]
     if finding.probability is None:
-        rivals = [VOCABULARY.get(one.effect) for one in finding.alternatives]
-        return all(kind is not None and kind.event for kind in rivals)
-    return finding.probability >= SURE
+        return len(alike) == len(finding.alternatives)
+    return finding.probability + sum(one.probability or 0.0 for one in alike) >= SURE
+
+
+def _corrected_alike(finding: Finding, other: Alternative) -> bool:
+    kinds = [VOCABULARY.get(one.effect) for one in (finding, other)]
+    at_joint = all(kind is not None and kind.port in JOINT for kind in kinds)
+    return at_joint and finding.component == other.component
 
 
 def _entry(finding: Finding, recordings: list[str]) -> EffectEntry:

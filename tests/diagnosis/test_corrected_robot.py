@@ -112,12 +112,20 @@ def test_a_size_found_again_replaces_the_one_believed(robot_file: Path, tmp_path
 
 
 def test_what_is_not_sure_is_written_only_when_asked_for(robot_file: Path) -> None:
-    tie = Alternative(effect="gear_backlash", component="motor2", delta_chi2=1.0)
+    tie = Alternative(effect="motor_azimuth", component="motor2", delta_chi2=1.0)
     tied = finding("home_offset", "motor2", angle=0.02).model_copy(update={"alternatives": [tie]})
     faint = finding("gear_ratio", "motor1", scale=1.01).model_copy(update={"probability": 0.5})
     found = answer(tied, faint)
     assert corrected_text(robot_file, found) == ROBOT
     assert corrected_text(robot_file, found, all_of_them=True).count("component") == 2
+
+
+def test_rivals_that_ask_for_the_same_correction_are_no_doubt(robot_file: Path) -> None:
+    play = Alternative(effect="gear_backlash", component="motor2", delta_chi2=1.0, probability=0.5)
+    home = finding("home_offset", "motor2", angle=0.02)
+    for probability in (None, 0.45):
+        update = {"alternatives": [play], "probability": probability}
+        assert "angle: 0.02" in corrected_text(robot_file, answer(home.model_copy(update=update)))
 
 
 def test_nothing_found_changes_nothing_and_no_file_is_written_over(robot_file: Path) -> None:

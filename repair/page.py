@@ -1,0 +1,182 @@
+"""The page a visitor remembers: target, before and after over each other, and the culprit."""
+
+from __future__ import annotations
+
+import html
+import os
+import warnings
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from charts.figures import LineChart
+from charts.page import columns, heading, page, paragraph, table
+from charts.spec import Colour, Series
+from diagnosis.answer.records import Channel
+from diagnosis.report.drawing import machine_drawing
+from firmware_py.compensation.coverage import Coverage
+from foundation.errors import RecordingError
+from models.robot import FloatArray, load_robot_model
+from proof.hidden.hidden import Hidden
+from repair.story import Story
+from repair.tracking import Drawn
+
+MM = 1e3
+MAGNIFIED = (1, 2, 5, 10, 20, 50)
+SEEN_M = 0.012
+SMOOTHED = 25
+"""Readings of a mismatch in one median: half a second, so that outliers do not hide it."""
+STYLE = """
+.figures { display: flex; flex-wrap: wrap; gap: 1rem 2.5rem; margin: 1rem 0 1.5rem; }
+.figures div { min-width: 9rem; }
+.figures b { display: block; font-size: 2rem; font-weight: 600; line-height: 1.2; }
+"""
+
+
+def write_page(story: Story, out: Path) -> None:
+    """Write the page; an earlier one is replaced whole or not at all. Raises RecordingError."""
+    draft = out.with_name(f".{out.name}.part")
+    try:
+        draft.write_text(page_html(story), encoding="utf-8")
+        os.replace(draft, out)
+    except OSError as error:
+        raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
+
+
+def page_html(story: Story) -> str:
+    """The page as one HTML document."""
+    robot = load_robot_model(story.robot_file)
+    parts = [
+        _headline(story),
+        _picture(story),
+        columns([machine_drawing(robot, story.diagnosis.findings), _error_chart(story)]),
+        *_mismatch(story),
+        heading("What was concealed, what was found"),
+        _found(story),
+        heading("What is done about it"),
+        *_covered(story.coverage),
+        paragraph(
+            "The robot is a MuJoCo model with its own bodies, contacts and friction; the diagnosis "
+            "saw nothing of it but the readings of three ranging sensors and the commanded counts.",
+            "note",
+        ),
+    ]
+    lead = (
+        f"A robot with something concealed drew a heart, was recorded for "
+        f"{story.survey_s / 60.0:.0f} minutes, diagnosed and corrected, and drew it again."
+    )
+    return page("From a concealed fault to better tracking", parts, lead, _style())
+
+
+def _style() -> str:
+    # The drawing of the robot is the diagnosis report's.
+    return (files("diagnosis.report") / "report.css").read_text(encoding="utf-8") + STYLE
+
+
+def _headline(story: Story) -> str:
+    cells = [
+        ("before", story.before.rms_m),
+        ("after", story.after.rms_m),
+        ("possible", story.possible.rms_m),
+    ]
+    shown = "".join(
+        f"<div>{html.escape(name)}<b>{MM * rms_m:.2f} mm</b></div>" for name, rms_m in cells
+    )
+    about = paragraph(
+        "Distance of the platform from its target while it drew, root mean square. Possible: the "
+        "same robot with nothing concealed in it.",
+        "note",
+    )
+    return f'<div class="figures">{shown}</div>{about}'
+
+
+def _picture(story: Story) -> str:
+    target, times = story.before.target_m, _magnified(story.before)
+
+    def shown(run: Drawn) -> tuple[FloatArray, FloatArray]:
+        return _plane(run.target_m + times * (run.true_m - run.target_m))
+
+    curves = [
+        Series("before", *shown(story.before), Colour.BAD),
+        Series("after", *shown(story.after), Colour.FIRST),
+        Series("target", *_plane(target), Colour.ASKED, dashed=True),
+    ]
+    note = "Where the platform truly was, seen from above"
+    note += f"; what it is off by is drawn {times} times as large." if times > 1 else "."
+    chart = LineChart("The heart", "x [mm]", "y [mm]", curves, equal_aspect=True, note=note)
+    return chart.html()
+
+
+def _magnified(before: Drawn) -> int:
+    """So many times larger are errors drawn, for the worst to be well seen."""
+    worst_m = max(before.worst_m, 1e-6)
+    return next((times for times in MAGNIFIED if times * worst_m >= SEEN_M), MAGNIFIED[-1])
+
+
+def _error_chart(story: Story) -> str:
+    def over_time(name: str, run: Drawn, colour: Colour) -> Series:
+        return Series(name, run.t_s - run.t_s[0], MM * run.error_m, colour)
+
+    curves = [
+        over_time("before", story.before, Colour.BAD),
+        over_time("after", story.after, Colour.FIRST),
+        over_time("possible", story.possible, Colour.QUIET),
+    ]
+    return LineChart("Distance from the target", "time [s]", "mm", curves).html()
+
+
+def _mismatch(story: Story) -> list[str]:
+    """Readings of the survey minus prediction, before and after."""
+    picture = story.diagnosis.picture
+    if picture is None:
+        return []
+    charts = []
+    for channel in picture.channels:
+        left = [
+            Series("before", picture.t_s, _median(channel, channel.before), Colour.BAD),
+            Series("after", picture.t_s, _median(channel, channel.after), Colour.FIRST),
+        ]
+        title = f"{channel.name} in the survey, measured minus predicted, smoothed over 0.5 s"
+        charts.append(LineChart(title, "time [s]", "mm", left, group="survey").html())
+    return [heading("Measured minus predicted"), *charts]
+
+
+def _median(channel: Channel, predicted: FloatArray) -> FloatArray:
+    left_mm = MM * (channel.observed - predicted)
+    if len(left_mm) < SMOOTHED:
+        return left_mm
+    half = SMOOTHED // 2
+    windows = np.lib.stride_tricks.sliding_window_view(left_mm, SMOOTHED)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # a stretch without any good reading
+        smooth: FloatArray = np.full(len(left_mm), np.nan)
+        smooth[half : len(left_mm) - half] = np.nanmedian(windows, axis=1)
+    return smooth
+
+
+def _found(story: Story) -> str:
+    hidden = [(f"{one.effect} on {one.where}", "concealed", _size(one)) for one in story.answers]
+    found = [
+        (f"{one.effect} on {one.component}", "found", one.says) for one in story.diagnosis.findings
+    ]
+    return table(("effect", "", "size"), [*hidden, *found], numbers_from=9)
+
+
+def _size(one: Hidden) -> str:
+    shown = ", ".join(f"{part:.4g}" for part in np.ravel(one.parameters[one.main]))
+    return f"{shown} {one.unit}".removesuffix(" 1")
+
+
+def _covered(coverage: Coverage) -> list[str]:
+    if not coverage.effects:
+        return [paragraph("Nothing was found that could be corrected: nothing is changed.")]
+    rows = [
+        (f"{one.effect} on {one.component}", one.how or f"not compensated: {one.why_not}")
+        for one in coverage.effects
+    ]
+    return [table(("effect", "compensation"), rows, numbers_from=9)]
+
+
+def _plane(position_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return MM * position_m[:, 0], MM * position_m[:, 1]

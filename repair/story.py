@@ -1,0 +1,103 @@
+"""The whole story once: conceal, draw, record, diagnose, correct, draw again, compare."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from diagnosis.answer.corrected_robot import save_corrected
+from diagnosis.answer.records import Diagnosis
+from diagnosis.api import diagnose
+from firmware_py.compensation.coverage import Coverage, coverage_of
+from firmware_py.planner.check import plan_of
+from firmware_py.robot_file import load_robot
+from proof.hidden.hidden import Hidden
+from recording.flat_files import write_flat
+from repair.machine import Concealing, conceal
+from repair.played import Played, played
+from repair.tracking import Drawn
+
+Progress = Callable[[str], None]
+RECORDING, CORRECTED = "survey.csv.gz", "corrected.yaml"
+
+
+@dataclass(frozen=True, eq=False)
+class Story:
+    """One robot, before and after; `possible` is the same robot without what was concealed."""
+
+    answers: Sequence[Hidden]
+    before: Drawn
+    after: Drawn
+    possible: Drawn
+    diagnosis: Diagnosis
+    coverage: Coverage
+    robot_file: Path
+    corrected: Path
+    recording: Path
+    survey_s: float
+
+    @property
+    def gain(self) -> float:
+        """Share of what is above the possible that is gone; 1 where nothing was."""
+        above = self.before.rms_m - self.possible.rms_m
+        return 1.0 if above <= 0.0 else (self.before.rms_m - self.after.rms_m) / above
+
+
+def tell(
+    job: Path,
+    robot_file: Path,
+    folder: Path,
+    effects: Sequence[str],
+    seed: int,
+    unknown: bool = False,
+    survey_s: float = 120.0,
+    progress: Progress = lambda _: None,
+) -> Story:
+    """Run it all and leave recording and corrected robot file in `folder`.
+
+    Raises ConfigError for an effect that cannot be concealed, or any error of the steps.
+    """
+    machine = conceal(list(effects), seed, unknown)
+    progress("drawing with the robot as it was built")
+    believed = load_robot(robot_file)
+    path = played(plan_of(job, believed))
+    before = machine.draw(path)
+    possible = conceal([], seed).draw(path)
+    progress(f"recording a survey of {survey_s:.0f} s")
+    recording = folder / RECORDING
+    write_flat(machine.survey(survey_s), recording)
+
+    def show(text: str) -> None:
+        progress(f"diagnosing: {text}")
+
+    answer = diagnose([recording], robot_file, progress=show)
+    corrected = folder / CORRECTED
+    corrected.unlink(missing_ok=True)
+    save_corrected(robot_file, answer, corrected)
+    progress("drawing with the corrected robot")
+    after = _again(job, corrected, machine, path, before)
+    return Story(
+        answers=machine.answers,
+        before=before,
+        after=after,
+        possible=possible,
+        diagnosis=answer,
+        coverage=coverage_of(job, corrected),
+        robot_file=robot_file,
+        corrected=corrected,
+        recording=recording,
+        survey_s=survey_s,
+    )
+
+
+def _again(job: Path, corrected: Path, machine: Concealing, path: Played, before: Drawn) -> Drawn:
+    """The corrected run; where the same counts are sent it is the same run."""
+    new = played(plan_of(job, load_robot(corrected)))
+    if new.counts.shape == path.counts.shape and np.array_equal(new.counts, path.counts):
+        same_times = np.array_equal(new.due_s, path.due_s)
+        if same_times and np.array_equal(new.target_s, path.target_s):
+            return before
+    return machine.draw(new)

@@ -1,0 +1,70 @@
+"""The story on another make of robot: what is found is corrected, else nothing is changed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco", reason="the robot of the proof is MuJoCo's")
+
+from firmware_py.planner.check import plan_of
+from firmware_py.robot_file import CONFIG_FOLDER
+from foundation.errors import ConfigError
+from repair.machine import conceal
+from repair.page import page_html
+from repair.played import played
+from repair.story import tell
+from repair.tracking import Drawn
+
+JOB, ROBOT = CONFIG_FOLDER / "demo-heart.yaml", CONFIG_FOLDER / "zhao-2023.yaml"
+
+
+def test_a_wrong_home_is_found_and_the_heart_is_drawn_as_well_as_it_can_be(tmp_path: Path) -> None:
+    story = tell(JOB, ROBOT, tmp_path, ["home_offset"], seed=3, survey_s=60.0)
+    assert story.before.rms_m > 2e-3
+    assert story.after.rms_m < 1.3 * story.possible.rms_m + 2e-5
+    assert story.gain > 0.98
+    assert [one.effect for one in story.coverage.compensated] == ["home_offset"]
+    page = page_html(story)
+    assert "The heart" in page
+    assert "home_offset" in page
+    assert "http" not in page.replace("http://www.w3.org", "").replace("http-equiv", "")
+
+
+def test_where_nothing_is_wrong_nothing_is_changed(tmp_path: Path) -> None:
+    story = tell(JOB, ROBOT, tmp_path, [], seed=5, survey_s=60.0)
+    assert story.corrected.read_text() == ROBOT.read_text()
+    assert story.after is story.before
+
+
+def test_what_is_played_are_the_counts_of_the_plan_with_rotors_that_turn_evenly() -> None:
+    plan = plan_of(JOB)
+    job = played(plan)
+    assert tuple(job.counts[-1]) == plan.last_counts
+    t_s = np.linspace(0.0, job.seconds, 5001)
+    smooth = job.smooth(t_s)
+    assert np.abs(smooth - job.at(t_s)).max() <= 1.0
+    assert np.array_equal(np.rint(smooth[-1]), job.counts[-1])
+
+
+def test_the_distance_is_a_length_in_space() -> None:
+    off = np.array([[3e-3, 4e-3, 0.0], [0.0, 0.0, 0.0]])
+    run = Drawn(np.arange(2.0), np.zeros((2, 3)), off)
+    assert run.worst_m == pytest.approx(5e-3)
+    assert run.rms_m == pytest.approx(5e-3 / np.sqrt(2.0))
+
+
+def test_an_effect_there_is_none_of_is_refused() -> None:
+    with pytest.raises(ConfigError, match="cannot be concealed"):
+        conceal(["gremlins"], 1)
+
+
+def test_the_command_prints_the_table_and_writes_the_page(tmp_path: Path, deltactl) -> None:  # type: ignore[no-untyped-def]
+    out = tmp_path / "demo"
+    command = ("demo", "--conceal", "home_offset", "--seed", "3", "--minutes", "1")
+    answer = json.loads(deltactl(*command, "--out", str(out), "--json").stdout)
+    assert answer["after_rms_m"] < 0.2 * answer["before_rms_m"]
+    assert Path(answer["page"]).exists()
