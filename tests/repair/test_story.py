@@ -62,9 +62,13 @@ def test_an_effect_there_is_none_of_is_refused() -> None:
         conceal(["gremlins"], 1)
 
 
-def test_the_command_prints_the_table_and_writes_the_page(tmp_path: Path, deltactl) -> None:  # type: ignore[no-untyped-def]
-    out = tmp_path / "demo"
-    command = ("demo", "--conceal", "home_offset", "--seed", "3", "--minutes", "1")
-    answer = json.loads(deltactl(*command, "--out", str(out), "--json").stdout)
+def test_the_command_prints_the_table_and_writes_the_page(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from command_line.demo import demo
+
+    demo(conceal="home_offset", seed=3, minutes=1.0, out=tmp_path / "demo", json_out=True,
+         unknown=False, job="demo-heart.yaml")  # fmt: skip
+    answer = json.loads(capsys.readouterr().out)
     assert answer["after_rms_m"] < 0.2 * answer["before_rms_m"]
     assert Path(answer["page"]).exists()
