@@ -80,8 +80,9 @@ class Detection:
 
     @property
     def event_tests(self) -> float:
-        """Independent moments a jump could have come at, over all joints."""
-        return 3.0 * self.prepared.model.readings.span_s
+        """Independent moments a jump could have come at, over all joints; 0 without a scan."""
+        joints = len(self._jumps(self.empty))
+        return joints * self.prepared.model.readings.span_s
 
     def p(self, log_p: float) -> float:
         """Calibrated p of the smallest p of bank and scan together."""

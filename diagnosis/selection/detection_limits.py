@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import chdtri
+from scipy.special import chdtri, chndtrinc
 
 from diagnosis.answer.records import NotTestable, SmallestDetectable
 from diagnosis.answer.verdict import ALARM
@@ -11,8 +11,8 @@ from diagnosis.evidence.library import Entry
 from diagnosis.observations.readings import FloatArray
 from diagnosis.selection.stepwise import Search
 
-POWER_SIGMA = 0.84
-"""Further standard deviations for seeing it in four recordings out of five."""
+POWER = 0.8
+"""Share of recordings like this one in which an effect of the smallest size would be found."""
 
 
 def limits(search: Search) -> tuple[list[NotTestable], list[SmallestDetectable]]:
@@ -27,14 +27,16 @@ def limits(search: Search) -> tuple[list[NotTestable], list[SmallestDetectable]]
         if not c.members
     ]  # fmt: skip
     tests = search.calibration.tests + search.event_tests
-    sigma = float(np.sqrt(chdtri(1, ALARM / tests))) + POWER_SIGMA
+    scorer = search.prepared.scorer
     smallest: dict[tuple[str, ...], SmallestDetectable] = {}
     for number, entry in enumerate(bank.entries):
         if entry.candidate is None or entry.shape is None or not entry.shape.linear:
             continue
         if entry.candidate.members:
             continue
-        size = _size(entry, scores.information[number], sigma)
+        scatter = float(scorer.inflation[number])
+        needed = _needed(tests, entry.df, scatter, scatter * float(scorer.doubt[number]))
+        size = _size(entry, scores.information[number], needed)
         if size is None:
             hidden.append(
                 NotTestable(
@@ -55,15 +57,27 @@ def limits(search: Search) -> tuple[list[NotTestable], list[SmallestDetectable]]
     return list(unique.values()), list(smallest.values())
 
 
-def _size(entry: Entry, information: FloatArray, sigma: float) -> float | None:
+def _needed(tests: float, df: int, scatter: float, doubt: float) -> float:
+    """Chi-square that an effect must bring, for the alarm to be raised with the power wanted.
+
+    tests: independent ones. scatter: how much more the score varies than by white noise. doubt: by
+    how much it must exceed what chance makes, with what no robot file promises.
+    """
+    threshold = float(chdtri(df, ALARM / tests)) * doubt
+    # Noise makes `scatter` times a chi-square of its own; the effect is what lies beyond it.
+    return scatter * float(chndtrinc(threshold / scatter, df, 1.0 - POWER))
+
+
+def _size(entry: Entry, information: FloatArray, needed: float) -> float | None:
+    """The size that brings so much; in a direction of average information among the columns."""
     assert entry.candidate is not None
     assert entry.shape is not None
     number = entry.shape.linear[0]
     coordinate = entry.candidate.coordinates[number]
-    inverse = np.linalg.pinv(information, rcond=1e-8, hermitian=True)
-    if inverse[0, 0] <= 0.0:
+    mean = float(np.trace(information)) / len(information)
+    if mean <= 0.0:
         return None
-    size = sigma * float(np.sqrt(inverse[0, 0]))
+    size = float(np.sqrt(needed / mean))
     if size > coordinate.high - coordinate.low:
         return None
     return 1.0 / size if coordinate.how == "reciprocal" else size
