@@ -14,6 +14,7 @@ from diagnosis.lone_axes.axis_diagnose import diagnose_axis
 from diagnosis.lone_axes.servo_robot import diagnose_servo_robot, is_servo_run
 from diagnosis.pipeline import diagnose_model
 from diagnosis.plants.delta import DeltaModel
+from diagnosis.report.telling import told
 from foundation.errors import RecordingError
 from foundation.one_thread import one_thread
 from foundation.rarely_collected import rarely_collected
@@ -67,7 +68,19 @@ def diagnose_recordings(
     """The same for recordings in memory. motion_limits: for the run that is proposed."""
     if not recordings:
         raise RecordingError("no recording was given")
-    progress = only_here(progress)
+    answer = _diagnosed(belief, recordings, holdout, only_here(progress), motion_limits, thorough)
+    return told(answer)
+
+
+def _diagnosed(
+    belief: RobotModel,
+    recordings: Sequence[FlatRecording],
+    holdout: Sequence[FlatRecording],
+    progress: Progress,
+    motion_limits: MotionLimits | None,
+    thorough: bool,
+) -> Diagnosis:
+    """The answer without words, by the kind of robot."""
     if not isinstance(belief, DeltaRobot):
         return diagnose_axis(belief, recordings, holdout, progress)
     if is_servo_run(belief, [*recordings, *holdout]):

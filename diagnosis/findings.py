@@ -27,8 +27,7 @@ from diagnosis.estimation.splines import FreeShape
 from diagnosis.evidence.change_points import Stale, moment
 from diagnosis.evidence.chi2_tail import log_sf
 from diagnosis.evidence.hysteresis import has_memory, tied_drivers
-from diagnosis.observations.readings import FloatArray, IntArray, Readings
-from diagnosis.report.sentences import regime
+from diagnosis.observations.readings import FloatArray, IntArray
 from diagnosis.selection.ambiguity import Standing
 from diagnosis.selection.model_choice import Explained
 
@@ -75,7 +74,7 @@ def _named(
     rad_per_step = outcome.explained.search.rad_per_step
     jump = moment(outcome.fitter, solution, number, rad_per_step)
     intervals = profile.intervals(outcome.fitter, solution, number, cov[part, part])
-    readings, says = model.readings, candidate.kind.sentence
+    readings = model.readings
     times, numbers = readings.whole, list(range(1, len(readings.shift_s) + 1))
     plain = {name: np.asarray(v).tolist() for name, v in candidate.values(term.at).items()}
     if jump is not None:
@@ -96,24 +95,16 @@ def _named(
     return Finding(
         effect=candidate.effect,
         component=candidate.component,
-        says=says(candidate.component, plain) + _in_which(readings, numbers),
         parameters=sizes,
         where=Where(
             axes=_axes(outcome.fitter, change),
             times_s=times,
             recordings=numbers,
-            regime=regime(candidate.effect, candidate.component),
         ),
         evidence=Evidence(delta_chi2=stand.gain, p=stand.p),
         share_of_mismatch=float(np.clip(stand.gain / total, 0.0, 1.0)),
         alternatives=stand.alternatives,
     )
-
-
-def _in_which(readings: Readings, numbers: list[int]) -> str:
-    """Which recording an event lies in, where there are several."""
-    several = len(readings.shift_s) > 1 and len(numbers) == 1
-    return f" (in recording {numbers[0]})" if several else ""
 
 
 def _axes(fitter: Fitter, change: FloatArray) -> list[str]:
@@ -132,7 +123,8 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
     others = (*solution.frees[:number], *solution.frees[number + 1 :])
     bare = outcome.fitter.solve(solution.terms, others, solution.nuisances, steps=4)
     gain = max(bare.cost - solution.cost, 0.0)
-    drivers = [free.driver, *tied_drivers(outcome.fitter, bare, free, search.prepared.shapes)]
+    tied = tied_drivers(outcome.fitter, bare, free, search.prepared.shapes)
+    instead = list(dict.fromkeys(name for driver in tied for name in driver.split(", ")))
     first = sum(f.size for f in solution.frees[:number])
     values = free.basis @ solution.coefficients[first : first + free.size]
     size = float(np.std(values[_decided(outcome.fitter, free)]))
@@ -142,8 +134,6 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
     return Finding(
         effect="unknown",
         component=free.port,
-        says=f"something at {free.port} that no known effect explains follows "
-        f"{_either(drivers)}, with a size of {1e3 * size:.2f} m{unit} (root mean square)",
         parameters={
             "size_rms": ParameterResult(value=size, ci95=[size - half, size + half], unit=unit)
         },
@@ -151,11 +141,11 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
             axes=_axes(outcome.fitter, change),
             times_s=model.readings.whole,
             recordings=list(range(1, len(model.readings.shift_s) + 1)),
-            regime=f"with {free.driver}",
         ),
         evidence=Evidence(delta_chi2=gain, p=search.p(_log_p(gain, free))),
         share_of_mismatch=float(np.clip(gain / total, 0.0, 1.0)),
-        depends_on=list(dict.fromkeys(name for driver in drivers for name in driver.split(", "))),
+        depends_on=list(dict.fromkeys([*free.depends_on, *instead])),
+        tied=[name for name in instead if name not in free.depends_on],
         has_memory=has_memory(outcome.fitter, solution, free, gain),
     )
 
@@ -166,13 +156,6 @@ def _decided(fitter: Fitter, free: FreeShape) -> IntArray:
     moved = fitter.model.ports()[free.port][rows, fitter.whiten.channel] != 0.0
     decided: IntArray = np.unique(rows[moved])
     return decided
-
-
-def _either(drivers: list[str]) -> str:
-    """The driver, and those that this recording cannot tell from it."""
-    if len(drivers) == 1:
-        return drivers[0]
-    return f"{drivers[0]} (or {', '.join(drivers[1:])}: this recording cannot tell which)"
 
 
 def _log_p(gain: float, free: FreeShape) -> float:
@@ -196,8 +179,6 @@ def _stale(outcome: Outcome, run: Stale) -> Finding:
     return Finding(
         effect="stale_reading",
         component=run.channel,
-        says=f"{run.channel} repeats one value from {own_begin:.2f} s to {own_end:.2f} s "
-        f"({run.last - run.first} readings){_in_which(readings, number)}",
         parameters={
             "times_s": ParameterResult(
                 value=[own_begin, own_end],
@@ -209,8 +190,7 @@ def _stale(outcome: Outcome, run: Stale) -> Finding:
             ),
         },
         where=Where(
-            axes=[run.channel], times_s=[(own_begin, own_end)], recordings=number,
-            regime=regime("stale_reading", run.channel),
+            axes=[run.channel], times_s=[(own_begin, own_end)], recordings=number
         ),
         evidence=Evidence(
             delta_chi2=float(np.nansum(miss**2)) / noise.spread**2, p=float(np.exp(run.log_p))

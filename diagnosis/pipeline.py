@@ -20,16 +20,10 @@ from diagnosis.experiment import MotionLimits, propose
 from diagnosis.findings import Outcome, findings, picture, rest
 from diagnosis.observations.readings import BoolArray, FloatArray
 from diagnosis.plants.contract import Model
-from diagnosis.report.sentences import summary
 from diagnosis.selection.detection_limits import limits
 from diagnosis.selection.holdout import on_another_run, on_blocks, rms
 from diagnosis.selection.impossible import first_impossible, less
 from diagnosis.selection.model_choice import Explained, explain, final_fit
-
-ENDED_EARLY = (
-    "The search ended at its limit of work, with the best it had: not everything was compared "
-    "(--thorough compares the rest, which takes longer)."
-)
 
 
 def diagnose_model(
@@ -68,17 +62,16 @@ def diagnose_model(
     searched.prepared.bank.forget_white()
     plan = propose(model, searched.fitter.whiten, outcome.stands, explained.solution, motion_limits)
     p = min([explained.first_p, *(run_p for run_p in _stale_p(found))])
-    answer = assembled(
+    return assembled(
         found, fit, p, left,
         loosely_built=explained.loosely_built,
         ended_early=patience.ended,
         next_experiment=plan.experiment,
+        open_ties=plan.open,
         not_testable=hidden,
         smallest_detectable=smallest,
         picture=picture(outcome, model.drivers()),
     )  # fmt: skip
-    says = [*summary(answer), *([ENDED_EARLY] if patience.ended else []), *plan.says]
-    return answer.model_copy(update={"says": says})
 
 
 def _stale_p(found: list[Finding]) -> list[float]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from diagnosis.answer.records import Diagnosis, Finding, Fit, Unexplained
-from diagnosis.answer.verdict import Rest, at_floor, is_noise, left_over, seen, verdict
+from diagnosis.answer.verdict import Rest, is_noise, left_over, seen, verdict
 
 LEAST = 1e-9
 """Share of the residual that a test explains at least when it finds more than noise in it."""
@@ -60,22 +60,8 @@ def sharing(findings: Sequence[Finding], most: float) -> list[Finding]:
 def unexplained(fit: Fit, rest: Rest, share: float) -> Unexplained:
     """What no finding explains."""
     if is_noise(fit, rest):
-        return Unexplained(share_of_mismatch=0.0, p=rest.p, says="What is left is noise.")
-    times = fit.rms_after_m / fit.noise_floor_m if fit.noise_floor_m > 0.0 else math.inf
-    if not seen(rest.p):
-        says = (
-            f"What is left is {times:.2g} times the noise floor, and no test tells what it follows."
-        )
-        return Unexplained(share_of_mismatch=share, p=rest.p, says=says)
-    how = f"p = {rest.p:.2g}"
-    if not at_floor(fit):
-        how = f"{how}, {times:.2g} times the noise floor"
-    place = f" at {rest.component}" if rest.component else ""
-    follows = f"; it follows {', '.join(rest.depends_on)}{place}" if rest.depends_on else ""
+        return Unexplained(share_of_mismatch=0.0, p=rest.p)
     return Unexplained(
-        share_of_mismatch=share,
-        depends_on=list(rest.depends_on),
-        component=rest.component,
+        share_of_mismatch=share, depends_on=list(rest.depends_on), component=rest.component,
         p=rest.p,
-        says=f"What is left is more than noise ({how}){follows}.",
-    )
+    )  # fmt: skip

@@ -78,7 +78,8 @@ class Where(_Record):
 
     axes: list[str]
     times_s: list[tuple[float, float]]
-    regime: str
+    regime: str = ""
+    """In words; the report writes it."""
     recordings: list[int] = Field(default_factory=list)
 
 
@@ -109,7 +110,8 @@ class Finding(_Record):
 
     effect: str
     component: str
-    says: str
+    says: str = ""
+    """One sentence with the size; the report writes it."""
     parameters: dict[str, ParameterResult]
     where: Where
     evidence: Evidence
@@ -119,6 +121,9 @@ class Finding(_Record):
     vocabulary does); None where it was not worked out."""
     alternatives: list[Alternative] = Field(default_factory=list)
     depends_on: list[str] = Field(default_factory=list)
+    """Covariates that it follows, those that this recording cannot tell apart included."""
+    tied: list[str] = Field(default_factory=list)
+    """Those of them that it may follow instead of the others."""
     has_memory: bool | None = None
 
 
@@ -132,7 +137,10 @@ class Fit(_Record):
     holdout_rms_after_m: float
     unit: str = "m"
     holdout: str = "blocks"
-    """'run': another recording; 'blocks': blocks of time of the recording itself."""
+    """'run': another recording, of which nothing was known before. 'blocks': blocks of time of the
+    recording itself, left out of the last fit only: they took part in choosing what is fitted.
+    Before and after are of the same fit, without and with the findings, nuisances fitted in both.
+    """
 
 
 class Unexplained(_Record):
@@ -154,6 +162,20 @@ class NextExperiment(_Record):
     tells_apart: list[str]
     expected_delta_chi2: float
     minutes: float
+
+
+class OpenTie(_Record):
+    """Two explanations that no safe run tells apart, or only if the first of them is true.
+
+    Each is a list of "effect component" names.
+    """
+
+    one: list[str]
+    other: list[str]
+    minutes: float | None = None
+    """Length of the longest run that was looked at, where none helps."""
+    needs_drive: bool = False
+    """No run could be made: the robot file does not say how the motors are driven."""
 
 
 class NotTestable(_Record):
@@ -218,11 +240,14 @@ class Diagnosis(_Record):
     """Small errors of the build everywhere were fitted beside the findings."""
     ended_early: bool = False
     """The search came to its limit of work before everything was compared."""
+    not_read: list[str] = Field(default_factory=list)
+    """Why parts of the recording (torques) were left aside."""
     next_experiment: NextExperiment | None = None
+    open_ties: list[OpenTie] = Field(default_factory=list)
     not_testable: list[NotTestable] = Field(default_factory=list)
     smallest_detectable: list[SmallestDetectable] = Field(default_factory=list)
     says: list[str] = Field(default_factory=list)
-    """The summary in plain sentences."""
+    """The summary in plain sentences; the report writes it."""
     robot: str = ""
     recordings: list[str] = Field(default_factory=list)
     picture: Picture | None = Field(default=None, exclude=True)

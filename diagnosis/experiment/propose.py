@@ -9,13 +9,12 @@ from functools import partial
 
 import numpy as np
 
-from diagnosis.answer.records import NextExperiment
+from diagnosis.answer.records import NextExperiment, OpenTie
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.noise import Whitener
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.experiment.design import Run, both_ways
 from diagnosis.experiment.job import job_of
-from diagnosis.experiment.measurements import measurement
 from diagnosis.experiment.motions import motions
 from diagnosis.experiment.safe import MotionLimits
 from diagnosis.experiment.ties import Tie
@@ -38,10 +37,10 @@ HOLDS_BACK = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """The job, if one helps, and sentences about what no motion can settle."""
+    """The job, if one helps, and what it does not settle for sure."""
 
     experiment: NextExperiment | None
-    says: list[str] = field(default_factory=list)
+    open: list[OpenTie] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,7 +100,7 @@ def next_experiment(
         return Proposal(None)
     drive = model.robot.drive
     if drive is None:
-        return Proposal(None, ["A run that tells them apart needs `drive` in the robot file."])
+        return Proposal(None, [_open(tie, needs_drive=True) for tie in ties])
     about = set().union(*(tie.motors for tie in ties))
     table = motions(
         Linkage.of(model.robot.geometry), limits or MotionLimits(), drive.rad_per_step,
@@ -112,7 +111,7 @@ def next_experiment(
     better = _rate([one.run for one in rated[:REFINED]], ties, 1.0, 3)
     best = max(better, key=_Rated.rank, default=None)
     if best is None or not best.enough.any():
-        return Proposal(None, [_cannot(tie) for tie in ties])
+        return Proposal(None, [_open(tie, minutes=LONGEST_MIN) for tie in ties])
     return _proposal(model, best, ties)
 
 
@@ -123,10 +122,10 @@ def _proposal(model: DeltaModel, best: _Rated, ties: Sequence[Tie]) -> Proposal:
     repeats = min(math.ceil(needed), best.most_repeats)
     (final,) = _rate([run], ties, float(repeats), 3)
     good = final.evidence >= SETTLES
-    says = [_verdict(tie, *sides) for tie, sides in zip(ties, good.tolist(), strict=True)]
-    told = [line for line in says if line]
+    left = [_left(tie, *sides) for tie, sides in zip(ties, good.tolist(), strict=True)]
+    still = [tie for tie in left if tie is not None]
     if not good.any():
-        return Proposal(None, told)
+        return Proposal(None, still)
     settled = [tie for tie, sides in zip(ties, good, strict=True) if sides.any()]
     names = dict.fromkeys(name for tie in settled for side in tie.names for name in side)
     experiment = NextExperiment(
@@ -135,20 +134,23 @@ def _proposal(model: DeltaModel, best: _Rated, ties: Sequence[Tie]) -> Proposal:
         expected_delta_chi2=round(float(final.evidence[good].min()), 1),
         minutes=round(repeats * run.minutes, 2),
     )
-    return Proposal(experiment, told)
+    return Proposal(experiment, still)
 
 
-def _verdict(tie: Tie, first: bool, second: bool) -> str:
-    """What is to be said of a tie that the run settles only if one of both is true, or never."""
+def _left(tie: Tie, first: bool, second: bool) -> OpenTie | None:
+    """A tie that the run settles only if one of both is true, or never."""
     if first and second:
-        return ""
+        return None
     if not (first or second):
-        return _cannot(tie)
-    one, other = tie.names if first else tie.names[::-1]
-    return (
-        f"The proposed run tells {_spoken(one)} from {_spoken(other)} if it is {_spoken(one)}; "
-        f"if it is {_spoken(other)} both will still fit: then {measurement(tie.effects)}."
-    )
+        return _open(tie, minutes=LONGEST_MIN)
+    return _open(tie, turned=second)
+
+
+def _open(
+    tie: Tie, minutes: float | None = None, needs_drive: bool = False, turned: bool = False
+) -> OpenTie:
+    one, other = tie.names[::-1] if turned else tie.names
+    return OpenTie(one=list(one), other=list(other), minutes=minutes, needs_drive=needs_drive)
 
 
 def _rate(runs: Sequence[Run], ties: Sequence[Tie], repeats: float, steps: int) -> list[_Rated]:
@@ -164,18 +166,3 @@ def _top_speed(model: DeltaModel) -> float:
     readings = model.readings
     speed = np.abs(np.diff(model.commanded_rad, axis=0)) / np.diff(readings.t_s)[:, None]
     return float(np.quantile(speed.max(axis=1), 0.98))
-
-
-def _cannot(tie: Tie) -> str:
-    first, second = (_spoken(names) for names in tie.names)
-    return (
-        f"No safe run of {LONGEST_MIN:.0f} minutes can tell {first} from {second}: "
-        f"{measurement(tie.effects)}."
-    )
-
-
-def _spoken(names: Sequence[str]) -> str:
-    effects = dict.fromkeys(name.split(" ")[0] for name in names)
-    if len(names) > 1 and len(effects) == 1:
-        return f"{next(iter(effects))} at {', '.join(name.split(' ')[1] for name in names)}"
-    return " and ".join(name.replace(" ", " at ") for name in names)

@@ -18,6 +18,7 @@ from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.observations.servo_preprocessing import JOINTS, reads_disturbance
 from diagnosis.pipeline import diagnose_model
 from diagnosis.plants.delta import DeltaModel
+from diagnosis.report.telling import told
 from foundation.errors import RecordingError
 from models.effects.servo_joints import SERVO_EFFECTS
 from models.robot import DeltaRobot
@@ -65,7 +66,7 @@ def diagnose_servo_robot(
         torques = diagnose_servo(robot, recordings, holdout, progress)
     except RecordingError as error:
         return _alone(outside, str(error))
-    return joined(torques, outside)
+    return joined(torques, told(outside))
 
 
 def sensor_rounds(recording: FlatRecording) -> FlatRecording | None:
@@ -121,7 +122,7 @@ def _alone(outside: Diagnosis, why: str) -> Diagnosis:
     return outside.model_copy(
         update={
             "not_testable": [*outside.not_testable, *hidden],
-            "says": [*outside.says, f"The disturbance estimates were not read: {why}."],
+            "not_read": [why],
         }
     )
 

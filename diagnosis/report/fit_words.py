@@ -10,6 +10,8 @@ from models.effects import VOCABULARY
 
 ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)
 
+LEFT_OUT = "parts of the recording left out of the last fit (not of the choice of causes)"
+
 
 def fit_title(diagnosis: Diagnosis) -> str:
     """Heading of the figures of the fit."""
@@ -28,7 +30,7 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
     lines = [f"Mismatch before {before}, after {after}; the noise alone is {floor}."]
     held = (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
     if all(math.isfinite(value) for value in held):
-        where = "another run" if fit.holdout == "run" else "parts of the recording held out"
+        where = "another run" if fit.holdout == "run" else LEFT_OUT
         was, became = (quantity(value, fit.unit, digits=3) for value in held)
         lines.append(f"On {where}: before {was}, after {became}{_held_out_gain(diagnosis)}.")
     else:

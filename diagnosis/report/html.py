@@ -22,10 +22,10 @@ from diagnosis.report.cards import all_numbers, finding_cards
 from diagnosis.report.drawing import machine_drawing
 from diagnosis.report.fit_words import fit_lines, fit_title
 from diagnosis.report.limit_words import smallest_text
+from diagnosis.report.next_run_words import experiment_line
 from diagnosis.report.pictures import mismatch_sections
 from diagnosis.report.sizes import scale_of
 from diagnosis.report.summary import (
-    experiment_line,
     headline,
     remarks,
     span_s,

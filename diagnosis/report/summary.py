@@ -11,8 +11,14 @@ from diagnosis.answer.records import Diagnosis, Finding, Where
 from diagnosis.report import sureness, words
 from diagnosis.report.fit_words import fit_lines, fit_title
 from diagnosis.report.limit_words import faintest_line, untested_line
+from diagnosis.report.next_run_words import experiment_line, tie_lines
 from diagnosis.report.sizes import sizes, told
 
+ENDED_EARLY = (
+    "The search ended at its limit of work, with the best it had: not everything was compared "
+    "(--thorough compares the rest, which takes longer)."
+)
+LOOSE = "Besides, the machine is a little off everywhere, as build tolerances are."
 MOST_NAMED = 4
 """Things of one kind that a sentence names; the rest are counted."""
 
@@ -99,8 +105,7 @@ def _summary(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
 
 def finding_title(finding: Finding) -> str:
     """The finding's own sentence, components spelled out."""
-    says = finding.says or words.effect(finding.effect, finding.component)
-    return words.sentence(words.spelled(says))
+    return words.sentence(finding.says or words.effect(finding.effect, finding.component))
 
 
 def span_s(diagnosis: Diagnosis) -> tuple[float, float]:
@@ -112,12 +117,11 @@ def span_s(diagnosis: Diagnosis) -> tuple[float, float]:
 
 
 def remarks(diagnosis: Diagnosis) -> list[str]:
-    """What the engine says of the machine as a whole, beside its findings."""
-    return [words.sentence(words.spelled(line)) for line in diagnosis.says if _is_remark(line)]
-
-
-def _is_remark(line: str) -> bool:
-    return line.startswith(("Besides", "The search ended", "No safe run", "The proposed run"))
+    """What is to be said of the machine and of the search as a whole, beside the findings."""
+    lines = [LOOSE] if diagnosis.loosely_built else []
+    lines += [ENDED_EARLY] if diagnosis.ended_early else []
+    lines += [f"The torques were not read: {why}." for why in diagnosis.not_read]
+    return [*lines, *tie_lines(diagnosis)]
 
 
 def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> list[str]:
@@ -148,7 +152,7 @@ def where_line(finding: Finding, span: tuple[float, float] = (math.nan, math.nan
     if times := _stretches(where, *span):
         parts.append(times)
     if where.regime and finding.effect != "unknown":
-        parts.append(words.spelled(where.regime))
+        parts.append(where.regime)
     return words.sentence(f"it shows {', '.join(parts)}") if parts else ""
 
 
@@ -190,27 +194,11 @@ def _memory(finding: Finding) -> str:
 def unexplained_line(diagnosis: Diagnosis) -> str:
     """What no finding explains; its share only where it is more than noise."""
     rest = diagnosis.unexplained
-    says = words.sentence(words.spelled(rest.says))
+    says = words.sentence(rest.says)
     share = 100.0 * rest.share_of_mismatch
-    more_than_noise = bool(rest.depends_on) or diagnosis.verdict in (
-        "partly_explained",
-        "unexplained",
-    )
-    told_share = more_than_noise and math.isfinite(share) and "% of the mismatch" not in says
-    shown = f"{share:.0f} %" if share >= 1.0 or share == 0.0 else "under 1 %"
+    told_share = bool(diagnosis.findings) and share > 0.0
+    shown = f"{share:.0f} %" if share >= 1.0 else "under 1 %"
     head = f"Unexplained: {shown} of the mismatch." if told_share else ""
     follows = words.listed([words.followed(name) for name in rest.depends_on])
     more = words.sentence(f"it follows {follows}") if follows and not says else ""
     return " ".join(text for text in (head, says, more) if text)
-
-
-def experiment_line(diagnosis: Diagnosis) -> str:
-    """The next experiment in one sentence."""
-    plan = diagnosis.next_experiment
-    if plan is None:
-        return ""
-    apart = words.listed([words.spelled(name) for name in plan.tells_apart])
-    minutes = f"{plan.minutes:.1f} minutes" if math.isfinite(plan.minutes) else "some minutes"
-    gain = plan.expected_delta_chi2
-    expected = f" (expected difference {gain:.0f} in chi-square)" if math.isfinite(gain) else ""
-    return words.sentence(f"a run of {minutes} would tell apart {apart or 'them'}{expected}")

@@ -63,6 +63,7 @@ _FOLLOWED: tuple[tuple[str, str], ...] = (
     (r"(?:acceleration|accel)_([123])", "the acceleration of motor {0}"),
     (r"direction_([123])", "the direction in which motor {0} turns"),
     (r"current_([123])", "the current of motor {0}"),
+    (r"speed_range_([xyz])", "the speed of the platform along {0}"),
     (r"(?:range|pos|position)_([xyz])", "where the platform is along {0}"),
     (r"temp_c|temperature", "the temperature"),
     (r"t_pwm", "the step period"),

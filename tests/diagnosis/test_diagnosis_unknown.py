@@ -81,6 +81,7 @@ def test_on_a_circle_the_angle_and_its_speed_are_tied(delta: DeltaRobot) -> None
     (finding,) = _answer(delta, _seen(delta, t_s, rad, error))
     assert (finding.effect, finding.component) == ("unknown", "motor1")
     assert {"theta_1", "speed_1"} <= set(finding.depends_on)
+    assert finding.tied
     assert "cannot tell which" in finding.says
 
 

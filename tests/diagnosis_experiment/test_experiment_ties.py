@@ -12,6 +12,7 @@ from diagnosis.experiment import next_experiment
 from diagnosis.experiment.design import contains
 from diagnosis.experiment.motions import Motion
 from diagnosis.experiment.propose import LONGEST_MIN, SETTLES
+from diagnosis.report.next_run_words import tie_line
 from models.robot import EffectEntry
 
 if TYPE_CHECKING:
@@ -108,7 +109,7 @@ def test_what_only_one_truth_would_show_is_said_with_the_measurement_that_helps(
     proposal = next_experiment(model, fitter.whiten, [tie])
     assert proposal.experiment is not None
     assert proposal.experiment.expected_delta_chi2 >= SETTLES
-    (line,) = proposal.says
+    line = tie_line(*proposal.open)
     assert "both will still fit: then record the" in line
 
     second = bench.record(driven(proposal.experiment.job), *case.concealed, seed=2)
@@ -137,8 +138,8 @@ def test_no_motion_is_proposed_where_none_can_help(
     model, fitter, tie = bench.tie([poor], truth, rival)
     proposal = next_experiment(model, fitter.whiten, [tie])
     assert proposal.experiment is None
-    (line,) = proposal.says
-    assert line.startswith("No safe run of 8 minutes can tell joint_compliance at joints from")
+    line = tie_line(*proposal.open)
+    assert line.startswith("No safe run of 8 minutes can tell")
     assert "weigh the platform" in line
 
 

@@ -1,0 +1,60 @@
+"""Sentences are made from the fields, and say what these say."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from diagnosis.answer.records import Finding, Unexplained
+from diagnosis.report.telling import NOISE, told
+
+
+def bare(finding: Finding) -> Finding:
+    where = finding.where.model_copy(update={"regime": ""})
+    return finding.model_copy(update={"says": "", "where": where})
+
+
+def test_every_sentence_is_made(make: Any, parts: Any) -> None:
+    findings = [bare(parts[name]()) for name in ("backlash", "lost_steps", "unknown")]
+    answer = told(make("partly_explained", findings=findings, says=[]))
+    backlash, steps, unknown = answer.findings
+    assert "motor 2" in backlash.says
+    assert backlash.where.regime == "after reversals and stops of motor 2"
+    assert "32" in steps.says
+    assert unknown.says.endswith("follows the angle of arm 3, with a size of 0.115 degrees "
+                                 "(root mean square)")  # fmt: skip
+    assert answer.says[0].startswith("Part of the mismatch is explained by")
+
+
+def test_what_cannot_be_told_apart_is_said(make: Any, parts: Any) -> None:
+    tied = bare(parts["unknown"]()).model_copy(
+        update={"depends_on": ["theta_3", "time"], "tied": ["time"]}
+    )
+    (finding,) = told(make("unexplained", findings=[tied])).findings
+    assert "(or the time since the start: this recording cannot tell which)" in finding.says
+
+
+@pytest.mark.parametrize(
+    ("rest", "says"),
+    [
+        (Unexplained(share_of_mismatch=0.0, p=0.4), NOISE),
+        (
+            Unexplained(share_of_mismatch=0.1, depends_on=["time"], component="range_x", p=1e-4),
+            "What is left is more than noise (p = 0.0001); it follows the time since the start at "
+            "the x sensor.",
+        ),
+        (
+            Unexplained(share_of_mismatch=0.2, p=0.4),
+            "What is left is more than noise (p = 0.4), and no test tells what it follows.",
+        ),
+    ],
+)
+def test_what_is_left_is_said_as_it_is(make: Any, rest: Unexplained, says: str) -> None:
+    assert told(make("partly_explained", unexplained=rest)).unexplained.says == says
+
+
+def test_sentences_that_are_there_stay(make: Any) -> None:
+    answer = make("explained", says=["As the lone axis says."])
+    assert told(answer).says == answer.says
+    assert told(answer).findings == answer.findings
