@@ -20,6 +20,13 @@ def do(name: str, socket: Path | None) -> None:
         say(f"{name}: the robot is {client.status().state}")
 
 
+def home_robot(accept_unseen_deg: float, socket: Path | None) -> None:
+    """Home, and say what the sensors saw."""
+    with Client(socket) as client:
+        seen = client.home(accept_unseen_deg)
+        say(f"home: the robot is {client.status().state}; {seen}")
+
+
 def stop_robot(reason: str, socket: Path | None) -> None:
     """Emergency stop."""
     with Client(socket) as client:
@@ -56,6 +63,8 @@ def status_table(status: Status) -> object:
         rows.append(("job", f"{status.job}, {status.progress:.0%} done, {left} left"))
     if status.queued:
         rows.append(("queue", ", ".join(status.queued)))
+    if status.blind_s is not None:
+        rows.append(("blind", f"for {status.blind_s:.1f} s: the sensors do not show the arms"))
     for sensor in status.sensors:
         far = "-" if sensor.distance_m is None else millimetres(sensor.distance_m)
         rows.append((f"sensor {sensor.axis}", f"{far} ({sensor.gate}, {sensor.health})"))
@@ -63,5 +72,7 @@ def status_table(status: Status) -> object:
         rows.append(("recording", status.recording))
     if status.recording_error:
         rows.append(("not recorded", status.recording_error))
+    if status.robot_file_changed:
+        rows.append(("robot file", status.robot_file_changed))
     name = f"{status.robot} (simulated)" if status.simulated else status.robot
     return facts(name, rows)

@@ -12,7 +12,6 @@ from command_line.jobs import JsonOption, SocketOption
 SIMPLE: dict[str, str] = {
     "on": "Start the sensors and energise the drives.",
     "off": "Release the drives. The arms may drop: hold them.",
-    "home": "Learn where the arms are: put them against their stops first.",
     "pause": "Decelerate on the path and hold.",
     "resume": "Go on from where the job was paused.",
     "cancel": "Decelerate on the path, drop the job and the queue.",
@@ -24,6 +23,7 @@ def register(app: typer.Typer) -> None:
     """Add the commands of this file."""
     for name, text in SIMPLE.items():
         app.command(name, help=f"{text}\n\n```\ndeltactl {name}\n```")(_simple(name))
+    app.command()(home)
     app.command()(stop)
     app.command()(status)
     app.command()(sensors)
@@ -37,6 +37,30 @@ def _simple(name: str):  # type: ignore[no-untyped-def]
         do(name, socket)
 
     return command
+
+
+def home(
+    accept_unseen: Annotated[
+        float,
+        typer.Option(
+            help="You have looked at the arms, and accept that the sensors would not show one"
+            " that is off by so many degrees.",
+            min=0.0,
+            max=360.0,
+        ),
+    ] = 0.0,
+    socket: SocketOption = None,
+) -> None:
+    """Learn where the arms are: put them against their stops first.
+
+    ```
+    deltactl home
+    deltactl home --accept-unseen 40
+    ```
+    """
+    from command_line.remote import home_robot
+
+    home_robot(accept_unseen, socket)
 
 
 def stop(

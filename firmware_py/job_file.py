@@ -212,6 +212,8 @@ class JobFile(StrictModel):
     record: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
     """Name of the recording in the folder of recordings; absent: `<name>-<date>.mcap`."""
     on_step_loss: Literal["stop", "warn"] = "stop"
+    on_blind: Literal["stop", "warn"] = "stop"
+    """What happens when the sensors do not show the arms for half a second."""
 
 
 def load_job(path: Path) -> JobFile:

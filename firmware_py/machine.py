@@ -34,6 +34,8 @@ class Machine:
     """The simulated servo drives, in simulation only."""
     home_switches: tuple[Callable[[], bool], ...] = ()
     """One for each arm, true while pressed; empty when the robot has none."""
+    release: Callable[[], str] = lambda: "nobody is left who could release the drives"
+    """Releases the drives without the output, when that is gone; says what was done."""
     closers: tuple[Callable[[], None], ...] = field(default_factory=tuple)
 
     @property

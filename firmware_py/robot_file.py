@@ -87,6 +87,8 @@ class Homing(StrictModel):
         0.03
     )
     """How far the sensors may disagree with the home angles before homing is refused."""
+    warning_m: Annotated[float, Field(gt=0.0, description="sensors never agree to nothing")] = 0.01
+    """Arms that were placed are worth a second look from this disagreement on."""
 
     @model_validator(mode="after")
     def _has_switches(self) -> Homing:

@@ -96,6 +96,11 @@ class FakeBench:
         self.memory.ask_stall(motor - 1, held)
         self._tell_drives()
 
+    def release_drives(self) -> str:
+        """Whoever had the lines is gone, and another puts ENA where it holds nothing."""
+        self.memory.energised = False
+        return "STEP low, drives released"
+
     def close(self) -> None:
         """Give the shared memory back; where the motors were can still be asked."""
         self.pin_factory.close()

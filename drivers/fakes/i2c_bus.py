@@ -20,7 +20,7 @@ from typing import Protocol
 
 from smbus2 import i2c_msg
 
-from foundation.clock import NS_PER_S, Clock
+from foundation.clock import NS_PER_S, Clock, sleep_s
 
 _READ_FLAG = 0x0001
 """I2C_M_RD of linux/i2c.h."""
@@ -55,7 +55,8 @@ class Chip(Protocol):
 
 
 class FakeI2cBus:
-    """The bus. Set `stuck` to make every transfer time out, `gone` to take the adapter away."""
+    """The bus. Set `stuck` to make every transfer time out, `gone` to take the adapter away,
+    `hang_s` to have the next one not come back for so long."""
 
     def __init__(
         self,
@@ -68,6 +69,8 @@ class FakeI2cBus:
         self.chips = list(chips)
         self.stuck = False
         self.gone = False
+        self.hang_s = 0.0
+        """So long the next transfer does not come back, as with a stretched clock."""
         self.transfers = 0
         """How many transfers were tried."""
         self._clock = clock
@@ -94,6 +97,9 @@ class FakeI2cBus:
         """One transaction. Raises OSError with the kernel's errno."""
         with self._lock:
             self.transfers += 1
+            hang_s, self.hang_s = self.hang_s, 0.0
+            if hang_s:
+                sleep_s(self._clock, hang_s)
             failure, bits = self._transfer(i2c_msgs)
             if self._ns_per_bit:
                 wire_ns = round(bits * self._ns_per_bit)

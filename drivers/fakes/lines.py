@@ -21,10 +21,12 @@ Counts = tuple[int, int, int]
 
 ROWS: Final = 65536
 """Length of the history: at 100 us a step, 6.5 s."""
+AT_REST_NS: Final = 100_000_000
+"""So long after an edge a motor is taken to stand still."""
 _MARGIN: Final = 64
 _NEAR: Final = 4
 _ESTOP, _TRIP, _ALARMS, _HEAD, _LOST, _EDGES = 0, 1, 2, 3, 4, 8
-_SLIP, _STALLED = 11, 14
+_SLIP, _STALLED, _ENERGISED = 11, 14, 15
 _HELD_UP = 8
 """Beside the trips in their word: slip and stalls have something new."""
 _WORDS: Final = 16
@@ -63,13 +65,26 @@ class BenchMemory:
         self._words[_ESTOP] = int(pressed)
 
     @property
+    def energised(self) -> bool:
+        """Whether ENA lets the drives hold their motors."""
+        return bool(self._words[_ENERGISED])
+
+    @energised.setter
+    def energised(self, on: bool) -> None:
+        self._words[_ENERGISED] = int(on)
+
+    @property
     def alarms(self) -> int:
         """Tripped drives, a bit each."""
         return self._words[_ALARMS]
 
     def ask_trip(self, motor: int) -> None:
         """Have a drive (0 to 2) trip the next time its alarm is read."""
-        self._words[_TRIP] |= 1 << motor
+        self.ask_trips(1 << motor)
+
+    def ask_trips(self, motors: int) -> None:
+        """Have drives trip, a bit each, the next time their alarms are read."""
+        self._words[_TRIP] |= motors
 
     def ask_slip(self, motor: int, steps: int) -> None:
         """Have a motor (0 to 2) fall behind the next time alarms are read."""
@@ -147,6 +162,11 @@ class BenchMemory:
         words[at] = t_ns
         words[_HEAD] += 1
 
+    def newest_ns(self) -> int:
+        """Time of the newest row; long ago while there is none."""
+        head = self._words[_HEAD]
+        return self._row(head - 1)[0] if head else -AT_REST_NS
+
     def publish_health(self, drives: Sequence[SimulatedDrive]) -> None:
         """Write down alarms and tallies."""
         words = self._words
@@ -188,6 +208,7 @@ class FakeLines:
         self._now, self._wiring = now_ns, wiring
         self._levels = ENABLE_BIT * (1 - wiring.enable_level)
         self._alarms = 0
+        self._corrected_ns = -1
 
     def write(self, levels: int, mask: int) -> None:
         """See LineGroup."""
@@ -207,6 +228,7 @@ class FakeLines:
             on = bool(levels & ENABLE_BIT) == bool(self._wiring.enable_level)
             for drive in self.drives:
                 drive.set_enabled(on, t_ns)
+            self.memory.energised = on
             self._health()
 
     def read(self) -> int:
@@ -222,18 +244,27 @@ class FakeLines:
 
     def refresh(self) -> None:
         """Trip the drives that were asked to, make motors slip, hold them up."""
-        asked = self.memory.asked_trips()
+        asked, slipped = self.memory.asked_trips(), False
         for motor, drive in enumerate(self.drives):
             if asked >> motor & 1:
                 drive.trip()
             drive.stalled = self.memory.stalled(motor)
             if steps := self.memory.take_slip(motor):
                 drive.slip(steps)
+                slipped = True
+        if slipped:
+            self._correct(self._now())
         self.memory.done_trips()
         self._health()
 
     def close(self) -> None:
         """See LineGroup. The drives keep their state, as real ones do."""
+
+    def cycle_power(self) -> None:
+        """Every drive's supply off and on again: alarms are gone."""
+        for drive in self.drives:
+            drive.alarm = False
+        self._health()
 
     def _step(self, levels: int, changed: int, t_ns: int) -> None:
         moved = False
@@ -249,6 +280,13 @@ class FakeLines:
             self.memory.publish(t_ns, self.drives)
         if moved or changed & levels:
             self._health()
+
+    def _correct(self, t_ns: int) -> None:
+        """A motor moved without an edge: told at once where no edge will tell it."""
+        newest_ns = self.memory.newest_ns()
+        if newest_ns == self._corrected_ns or t_ns - newest_ns >= AT_REST_NS:
+            self.memory.publish(t_ns, self.drives)
+            self._corrected_ns = t_ns
 
     def _health(self) -> None:
         self.memory.publish_health(self.drives)

@@ -37,6 +37,8 @@ DISABLED, READY, MOVING, STOPPED = 0, 1, 2, 3
 # REASON; an alarm adds the motor's number
 NO_REASON, REQUESTED, BY_ESTOP, NO_HEARTBEAT, CONTROLLER_GONE, LINE_FAULT, CLOSED = range(7)
 BY_ALARM: Final = 16
+ALL_MOTORS: Final = 7
+"""In place of a motor's number: all three at once."""
 # KIND
 ENABLE, DISABLE, ACKNOWLEDGE, SET_COUNTS = 1, 2, 3, 4
 # RESULT
@@ -99,6 +101,8 @@ class Board:
             return self.request()
         if code == LINE_FAULT:
             return self.fault()
+        if code == BY_ALARM + ALL_MOTORS:
+            return "alarm of all three motors at once: drive power lost?"
         if code > BY_ALARM:
             return f"alarm motor{code - BY_ALARM}"
         return REASON_TEXT[code]

@@ -11,7 +11,7 @@ from drivers.pin_factory import lgpio_pin_factory
 from drivers.settings import SHORTEST_PERIOD_S, InputSettings, StepSettings
 from drivers.steps.contract import StepOutput
 from drivers.steps.gpiozero_lines import GpiozeroLines
-from drivers.steps.lgpio_lines import LgpioPins
+from drivers.steps.lgpio_lines import LgpioLines, LgpioPins
 from drivers.steps.lines import ALARM_BITS, ENABLE_BIT, ESTOP_BIT
 from drivers.steps.output import PlayerStepOutput
 from drivers.steps.process_host import ProcessStepOutput, PulseProcess
@@ -20,6 +20,8 @@ from drivers.steps.timing import PlayerSettings
 from foundation.clock import NS_PER_S, Clock, VirtualClock, ns
 from foundation.errors import ConfigError
 
+SIGNALS_BEFORE_ENA = 6
+"""STEP 1 to 3 and DIR 1 to 3, see drivers/steps/lines.py."""
 POLL_NS = 1_000_000
 VIRTUAL_POLL_NS = 10_000_000
 """On a virtual clock nothing happens between tasks, and the last look is right at each edge."""
@@ -63,6 +65,24 @@ def lgpio_pins(settings: StepSettings, inputs: InputSettings) -> LgpioPins:
         inputs.estop_pin,
         list(settings.alarm_pins or ()),
     )
+
+
+def release_drives(
+    settings: StepSettings, inputs: InputSettings, *, hold: bool = False, gpio: Any | None = None
+) -> str:
+    """Claim the outputs at their safe levels and let them go; returns what was done.
+
+    For when nobody has them any more: the process that had them must have ended. hold: ENA
+    stays as it is. gpio: a stand-in for lgpio. Raises PulseFault when a line cannot be had.
+    """
+    # Inputs are left alone: a line that cannot be read must not keep one from being released.
+    pins = lgpio_pins(settings, inputs)._replace(estop=None, alarms=[])
+    if hold:
+        pins = pins._replace(outputs=pins.outputs[:SIGNALS_BEFORE_ENA])
+    LgpioLines(pins, gpio).close()
+    if settings.enable_pin is None:
+        return "STEP low; there is no ENA line"
+    return "STEP low, ENA left as it was" if hold else "STEP low, drives released"
 
 
 def build_step_output(

@@ -51,6 +51,8 @@ class OutputStatus:
     """Why the output stopped: 'e-stop', 'alarm motor2', 'no heartbeat', or as `stop` was told."""
     energised: bool = False
     """Whether the drives hold the arms; a stop or its acknowledgement does not release them."""
+    lost: bool = False
+    """Whether the player is gone for good: nobody watches inputs and drives any more."""
 
 
 class StepOutput(Protocol):

@@ -128,6 +128,7 @@ class PlayerStepOutput:
                 words[b.SLIP],
                 fault or self._board.reason_text(),
                 bool(words[b.ENERGISED]),
+                bool(fault),
             )
 
     def take_sent(self) -> Ticks:
@@ -152,8 +153,9 @@ class PlayerStepOutput:
         with self._lock:
             if self._last is not None:
                 return
-            self._board.set_request(reason or "stop requested")
-            self._fence()
+            if self._board.words[b.STATE] != b.STOPPED:  # the first reason stays
+                self._board.set_request(reason or "stop requested")
+                self._fence()
             self._board.words[b.STOP] += 1
             give_up_s = time.monotonic() + ANSWER_S
             while self._board.words[b.STATE] != b.STOPPED and time.monotonic() < give_up_s:
@@ -228,6 +230,11 @@ class PlayerStepOutput:
             )
         if result >= b.ALARM_ON:
             motor = result - b.ALARM_ON
+            if motor == b.ALL_MOTORS:
+                raise DriveAlarm(
+                    f"cannot {what}: all three drives report an alarm at once; look whether they"
+                    " have power, or disable the drives"
+                )
             raise DriveAlarm(
                 f"cannot {what}: the drive of motor{motor} reports an alarm; "
                 "disable the drives or cycle their power"

@@ -226,7 +226,8 @@ class PulsePlayer:
             return b.NO_REASON
         if wrong & ESTOP_BIT:
             return b.BY_ESTOP
-        return b.BY_ALARM + (wrong >> ALARM_SHIFT).bit_length()
+        alarms = wrong >> ALARM_SHIFT
+        return b.BY_ALARM + (alarms if alarms == b.ALL_MOTORS else alarms.bit_length())
 
     def _silent(self) -> bool:
         return self._t_ns - self._words[b.BEAT] > self._settings.heartbeat_ns

@@ -83,7 +83,8 @@ class PulseProcess:
             self._fault = self._epitaph(status)
         elif time.monotonic_ns() - self.board.words[b.ALIVE] > SILENCE_NS:
             self._fault = "the pulse process hangs"
-            self.board.words[b.CLOSE] = b.CLOSED  # should it wake up, it must not go on
+            self.board.words[b.CLOSE] = b.CLOSED
+            self._process.kill()  # should it wake up, it must not go on; and it frees its lines
         return self._fault
 
     def close(self) -> None:

@@ -42,6 +42,7 @@ class ActiveJob:
         self.warning = ""
         """What the user should know though the job ran to its end."""
         self.cancelled = False
+        self.blind = False
         self.phase = Phase.APPROACH
         self._queued = queued
         self._robot = robot
@@ -112,6 +113,17 @@ class ActiveJob:
     def stops_on_step_loss(self) -> bool:
         """Whether the job asks to be stopped when the sensors see lost steps."""
         return self._queued.plan.job.on_step_loss == "stop"
+
+    @property
+    def stops_when_blind(self) -> bool:
+        """Whether the job asks to be stopped when the sensors do not show the arms."""
+        return self._queued.plan.job.on_blind == "stop"
+
+    def goes_on_blind(self, why: str) -> None:
+        """The sensors do not show the arms; told once for each time."""
+        if not self.blind:
+            self.blind, self.warning = True, why
+            self._journal.event(self._machine.clock.now_ns(), "blind", why)
 
     def lost_steps(self, loss: StepLoss) -> None:
         """The sensors see that steps were lost."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from drivers.fakes.range_noise import RangeNoise
 from drivers.fakes.ranging_rig import build_rig
 from drivers.inputs import home_switches
-from drivers.steps.build import build_step_output, simulated_step_output
+from drivers.steps.build import build_step_output, release_drives, simulated_step_output
 from drivers.steps.contract import MOTORS
 from firmware_py.controller.controller import Controller
 from firmware_py.machine import Machine
@@ -71,6 +71,7 @@ def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:
         bench=steps.bench,
         rig=rig,
         home_switches=tuple(partial(world.switch_pressed, motor) for motor in range(MOTORS)),
+        release=steps.bench.release_drives,
         closers=(steps.bench.close,),
     )
 
@@ -95,5 +96,6 @@ def real_machine(robot: RobotFile) -> Machine:
         output=output,
         sensors=sensors,
         home_switches=switches,
+        release=partial(release_drives, robot.steps, robot.inputs),
         closers=tuple(switch.close for switch in switches),
     )

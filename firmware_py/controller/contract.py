@@ -44,6 +44,10 @@ class Status:
     late_ns: int
     """How far the pulse schedule slipped in all."""
     sensors: tuple[SensorStatus, ...] = field(default_factory=tuple)
+    blind_s: float | None = None
+    """How long the sensors have not shown where the arms are; None while they do."""
+    robot_file_changed: str = ""
+    """That the robot file on the disk is no longer the one in force; empty while it is."""
 
     def as_json(self) -> dict[str, Any]:
         """Plain types only."""
@@ -78,8 +82,12 @@ class RobotController(Protocol):
     def power_off(self) -> None:
         """Release the drives: -> OFF. The arms may drop."""
 
-    def home(self) -> None:
-        """Learn where the arms are; blocks until done: UNHOMED or READY -> READY."""
+    def home(self, accept_unseen_deg: float = 0.0) -> str:
+        """Learn where the arms are; blocks until done: UNHOMED or READY -> READY.
+
+        Returns what was seen. Sensors that leave an arm undetermined refuse, unless somebody
+        has looked, and accepts that an arm could be off by so much unseen.
+        """
 
     def submit(self, job: Path, record: Path | None = None) -> int:
         """Check a job and queue it; returns its number. Nothing moves if the check fails."""
@@ -110,3 +118,10 @@ class RobotController(Protocol):
 
     def close(self) -> None:
         """Safe stop; gives the hardware back."""
+
+
+class OwnedController(RobotController, Protocol):
+    """A controller in this process, as the daemon has it."""
+
+    def fatal(self) -> str:
+        """Why only a new process can go on; empty while this one can."""

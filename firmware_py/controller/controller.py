@@ -12,9 +12,10 @@ import threading
 from collections import deque
 from pathlib import Path
 
-from drivers.steps.contract import OutputState, OutputStatus
+from drivers.steps.contract import OutputState, OutputStatus, Ticks
 from firmware_py.controller.active_job import ActiveJob, Phase
 from firmware_py.controller.contract import JobResult, Status
+from firmware_py.controller.file_in_force import FileInForce
 from firmware_py.controller.homing import Homer
 from firmware_py.controller.job_queue import QueuedJob, prepare
 from firmware_py.controller.journal import Journal
@@ -25,6 +26,7 @@ from firmware_py.controller.report_status import Running, snapshot
 from firmware_py.controller.results import Results
 from firmware_py.controller.states import Request, State, require
 from firmware_py.machine import Machine
+from firmware_py.planner.check import home_counts
 from firmware_py.robot_file import RobotFile
 from foundation.clock import NS_PER_S, Task, TaskHandle, ns
 from foundation.errors import DeltactlError, NotReady
@@ -56,7 +58,7 @@ class Controller:
             self._observer.reading,
             self._on_sensor_event,
         )
-        self._robot_file = robot_file
+        self._file = FileInForce(robot_file)
         self._recordings = recordings
         self._results = Results()
         self._unfinished: list[tuple[ActiveJob, str, str]] = []
@@ -65,9 +67,13 @@ class Controller:
         self._lock = threading.RLock()
         self._loops = 0
         self._stop_asked = False
+        self._turns = 0
+        """Grows whenever what was true of the robot ends: whoever waited compares."""
+        self._homing = False
+        self._blind_latched = False
+        self._lost = ""
         self._beat_ns = self.clock.now_ns()
         self._progress = Progress()
-        self._homer = Homer(robot, machine, self.ranging)
         self._ranging_task: TaskHandle | None = None
         self._control_task = self._start_control()
 
@@ -75,9 +81,11 @@ class Controller:
         """OFF -> UNHOMED. Raises BusDead, SensorFault, DriveAlarm or EmergencyStop."""
         with self._lock:
             require(Request.ON, self.state, self.why)
+            turn = self._turns
         self.machine.sensors.start()
         self.machine.output.enable()
         with self._lock:
+            self._same(turn, "switch on")
             self._enter(State.UNHOMED)
             self._sensing(True)
 
@@ -85,6 +93,7 @@ class Controller:
         """-> OFF; the arms may drop. A latched stop or fault stays latched, drives released."""
         with self._lock:
             require(Request.OFF, self.state, self.why)
+            self._turns += 1
             self._sensing(False)
             self.machine.output.disable()
             if self.state not in (State.STOPPED, State.FAULT):
@@ -92,30 +101,55 @@ class Controller:
         if self.machine.world is not None:
             self.machine.world.put_to_stops(self.clock.now_ns())
 
-    def home(self) -> None:
-        """UNHOMED or READY -> READY, blocking. Raises NotReady when the sensors disagree."""
+    def home(self, accept_unseen_deg: float = 0.0) -> str:
+        """UNHOMED or READY -> READY, blocking; returns what was seen.
+
+        Raises NotReady when the sensors disagree, when they do not determine the arms to
+        `accept_unseen_deg`, and when a stop or another request came meanwhile.
+        """
         with self._lock:
             require(Request.HOME, self.state, self.why)
-            was_ready = self.state is State.READY
+            if self._homing:
+                raise NotReady("cannot home: the robot is homing already; wait, or stop it")
+            was_ready, turn = self.state is State.READY, self._turns
+            self._homing = True
             self._enter(State.UNHOMED, "homing")
+
+        def push(ticks: Ticks) -> None:
+            with self._lock:
+                self._same(turn, "home")
+                self.machine.output.push(ticks)
+
         try:
-            seen = self._homer.home(already_homed=was_ready)
-        except BaseException:
-            self._enter_if(State.UNHOMED, State.UNHOMED)
+            homer = Homer(self.robot, self.machine, self.ranging, push)
+            seen = homer.home(was_ready, accept_unseen_deg)
+            with self._lock:
+                self._same(turn, "home")
+                self.machine.output.set_counts(home_counts(self.robot))
+                self._observer.restart(self.clock.now_ns())
+                self._enter(State.READY)
+        except DeltactlError:
+            with self._lock:
+                self._same(turn, "home")  # the stop is the reason, not what it led to
             raise
-        with self._lock:
-            self._observer.restart(self.clock.now_ns())
-        self._enter_if(State.UNHOMED, State.READY)
-        self._note("home", seen)
+        finally:
+            with self._lock:
+                self._homing = False
+                if self.state is State.UNHOMED and self._turns == turn:
+                    self._enter(State.UNHOMED)
+        self._note("home", seen.says())
+        return seen.says()
 
     def submit(self, job: Path, record: Path | None = None) -> int:
         """Check a job against this robot and queue it; returns its number."""
         with self._lock:
             require(Request.RUN, self.state, self.why)
+            turn = self._turns
         number = next(self._numbers)
-        queued = prepare(number, job, record, self.robot, self._robot_file, self._recordings)
+        queued = prepare(number, job, record, self.robot, self._file, self._recordings)
         with self._lock:
             require(Request.RUN, self.state, self.why)
+            self._same(turn, "run")
             if len(self.queue) >= MOST_QUEUED:
                 raise NotReady(f"cannot run: {MOST_QUEUED} jobs wait already; let some end first")
             self.queue.append(queued)
@@ -158,33 +192,57 @@ class Controller:
     def stop(self, reason: str) -> None:
         """Emergency stop; takes no lock before the pulses have ended."""
         self._stop_asked = True
+        self._turns += 1
         self.machine.output.stop(reason)
         with self._lock:
-            if self.state is not State.OFF:
+            if self.state in (State.STOPPED, State.FAULT):
+                self._note("stop", reason)  # what latched it first stays the reason
+            elif self.state is not State.OFF:
                 self._halt(State.STOPPED, reason)
 
     def acknowledge(self) -> None:
-        """-> UNHOMED. Raises EmergencyStop or DriveAlarm while the cause is still there."""
+        """-> UNHOMED. Raises EmergencyStop, DriveAlarm or NotReady while the cause is there."""
         with self._lock:
             require(Request.ACKNOWLEDGE, self.state, self.why)
+            self._must_see()
+            turn = self._turns
         self.machine.output.acknowledge()
         self._stop_asked = False
         if self._control_task.done:  # it was an error of its own that is acknowledged
             self._control_task = self._start_control()
-        if self._ranging_task is None or self._ranging_task.done:
+        started = self._ranging_task is None or self._ranging_task.done
+        if started:
             self.machine.sensors.start()
         self.machine.output.enable()
         with self._lock:
+            self._same(turn, "acknowledge")
+            self._blind_latched = False
             self._enter(State.UNHOMED)
-            self._sensing(True)
+            if started:
+                self._sensing(True)
 
     def status(self) -> Status:
         """A snapshot."""
         with self._lock:
             queued = tuple(waiting.name for waiting in self.queue)
-            sensors, failed = self.ranging.status(), self.journal.failed
-            running = Running(self.state, self.why, self.job, queued, sensors, failed)
+            sensing = self._ranging_task is not None
+            running = Running(
+                self.state,
+                self.why,
+                self.job,
+                queued,
+                self.ranging.status(self._observer.blindness_of)
+                if sensing
+                else self.ranging.status(),
+                self.journal.failed,
+                self._observer.blind() if sensing else None,
+                self._file.changed(),
+            )
             return snapshot(self.robot, self.machine, running)
+
+    def fatal(self) -> str:
+        """Why only a new process can go on; empty while this one can."""
+        return self._lost
 
     def result(self, job_id: int) -> JobResult | None:
         """How a job ended; None while it is queued or running."""
@@ -214,8 +272,11 @@ class Controller:
         """Start or end the ranging loop."""
         if self._ranging_task is not None:
             self._ranging_task.stop()
-        task = self.ranging.task()
-        self._ranging_task = self.clock.start("ranging", task, self._on_loop_error) if on else None
+            self._ranging_task = None
+        if on:
+            self._observer.sensors_started(self.clock.now_ns())
+            task = self.ranging.task()
+            self._ranging_task = self.clock.start("ranging", task, self._on_loop_error)
 
     def _start_control(self) -> TaskHandle:
         return self.clock.start("control", self._control_loop(), self._on_loop_error)
@@ -236,21 +297,39 @@ class Controller:
         output.beat()
         self._observer.collect()
         seen = output.status()
+        if seen.lost and not self._lost:
+            self._on_output_lost(seen)
         if seen.state is OutputState.STOPPED:
             self._on_output_stopped(seen)
         elif self.job is not None:
             self._drive_unless_stopped(self.job, now_ns)
-        elif self.state is State.READY and self.queue:
+        elif self.state is State.READY:
+            self._rest(now_ns)
+
+    def _rest(self, now_ns: int) -> None:
+        """Begin what waits; without a job, see to it that the arms stay where they are."""
+        if self.queue:
             self._begin(self.queue.popleft(), now_ns)
+        elif (loss := self._observer.lost_steps(now_ns)) is not None:
+            self._turns += 1
+            self._enter(State.UNHOMED, f"{loss.moved_at_rest()}; home again")
 
     def _begin(self, queued: QueuedJob, now_ns: int) -> None:
-        try:
-            self.job = ActiveJob(queued, self.robot, self.machine, self.journal)
-            self.job.begin(now_ns)
-        except DeltactlError as error:
-            self.job = None
-            self._results.never_ran(queued.number, queued.name, "refused", str(error))
+        blind = self._observer.blind()
+        if blind is not None and queued.plan.job.on_blind == "stop":
+            self._results.never_ran(queued.number, queued.name, "refused", blind.says())
             return
+        job = ActiveJob(queued, self.robot, self.machine, self.journal)
+        try:
+            job.begin(now_ns)
+        except DeltactlError as error:
+            job.abort()  # the recording that was opened must not stay open
+            seen = self.machine.output.status()
+            stopped = seen.state is OutputState.STOPPED
+            why = seen.reason if stopped else str(error)
+            self._finish_later(job, "stopped" if stopped else "refused", why)
+            return
+        self.job = job
         # Opening a file may take long on a slow disk; nothing moved meanwhile.
         self._beat_ns = self.clock.now_ns()
         self._enter(State.RUNNING)
@@ -272,16 +351,60 @@ class Controller:
                 self.machine.output.stop(loss.says())
                 self._halt(State.FAULT, loss.says())
                 return
+        if self._stopped_blind(job):
+            return
         job.advance(now_ns)
         if job.phase is Phase.ENDED:
             self.job = None
             self._finish_later(job, "cancelled" if job.cancelled else "done", "")
             self._enter(State.READY)
 
+    def _stopped_blind(self, job: ActiveJob) -> bool:
+        """Whether the robot is blind and the job does not want to go on so."""
+        blind = self._observer.blind()
+        if blind is None:
+            job.blind = False
+            return False
+        if not job.stops_when_blind:
+            job.goes_on_blind(blind.says())
+            return False
+        self.machine.output.stop(blind.says())
+        self._halt(State.FAULT, blind.says())
+        self._blind_latched = True
+        return True
+
     def _on_sensor_event(self, text: str) -> None:
         self._note("sensor", text)
 
     # What goes wrong
+
+    def _same(self, turn: int, what: str) -> None:
+        """Raise NotReady when a stop, or whatever else ends a wait, came since that turn."""
+        if self._turns != turn:
+            why = f" ({self.why})" if self.why else ""
+            raise NotReady(
+                f"cannot {what}: the robot is {self.state.value}{why} meanwhile; ask again"
+            )
+
+    def _must_see(self) -> None:
+        """A blindness that stopped the robot and is still there is a cause that has not gone."""
+        alive = self._ranging_task is not None and not self._ranging_task.done
+        blind = self._observer.blind() if alive else None
+        if self._blind_latched and blind is not None:
+            raise NotReady(
+                f"cannot acknowledge: {blind.says()}; mend it, or 'deltactl off' and"
+                " 'deltactl acknowledge' to go on without a look"
+            )
+
+    def _on_output_lost(self, seen: OutputStatus) -> None:
+        """Nobody watches the drives any more: release them from here; this process is done."""
+        self._lost = seen.reason
+
+        def task() -> Task:
+            yield self.clock.now_ns()
+            self._note("fault", f"{seen.reason}: {self.machine.release()}")
+
+        self.clock.start("releasing", task(), self._on_loop_error)
 
     def _on_output_stopped(self, seen: OutputStatus) -> None:
         if self.state in (State.STOPPED, State.FAULT):
@@ -300,6 +423,7 @@ class Controller:
                 self._halt(State.FAULT, why)
 
     def _halt(self, state: State, why: str) -> None:
+        self._turns += 1
         self._observer.collect()
         self._note("stop" if state is State.STOPPED else "fault", why)
         outcome = "stopped" if state is State.STOPPED else "fault"
@@ -337,11 +461,6 @@ class Controller:
             if state is not self.state:
                 self._note("state", state.value + (f": {why}" if why else ""))
             self.state, self.why = state, why
-
-    def _enter_if(self, expected: State, state: State) -> None:
-        with self._lock:
-            if self.state is expected:
-                self._enter(state)
 
     def _note(self, kind: str, text: str) -> None:
         self.journal.event(self.clock.now_ns(), kind, text)

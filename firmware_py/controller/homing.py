@@ -1,73 +1,32 @@
-"""Homing: which counts the home angles are, and whether the sensors believe it.
+"""Homing: which counts the home angles are.
 
 `placed`: the operator has put the arms against their stops. `switch`: each arm in turn rises
 until its switch closes, backs off, and approaches again slowly. Either way the sensors must
-agree with the home angles before the robot counts as homed.
+agree with the home angles before the robot counts as homed (home_check.py).
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 
 from drivers.steps.contract import MOTORS, OutputState, Ticks
 from firmware_py.controller.feeder import LEAD_S
+from firmware_py.controller.home_check import HomeSeen, check_plausible
 from firmware_py.controller.ranging_loop import RangingLoop
 from firmware_py.machine import Machine
 from firmware_py.planner.approach import approach
-from firmware_py.planner.check import home_counts
 from firmware_py.planner.step_gate import StepGate
 from firmware_py.robot_file import RobotFile
 from foundation.clock import NS_PER_S, ns, sleep_s
 from foundation.errors import NotReady, PulseFault
-from models.chain import Chain, Commands
 from models.robot import AXES, FloatArray
-
-
-def expected_ranges_m(robot: RobotFile) -> FloatArray | None:
-    """What the sensors should say at the home angles; None when the robot has no sensors.
-
-    Raises NotReady when the linkage cannot be assembled there.
-    """
-    if robot.sensors is None:
-        return None
-    home = Commands.of_angles(np.zeros(1), np.deg2rad([robot.homing.angle_deg]))
-    ranges_m: FloatArray = Chain(robot).simulate(home).ranges[0]
-    if not np.all(np.isfinite(ranges_m)):
-        raise NotReady(
-            "homing refused: the linkage cannot be assembled at homing.angle_deg"
-            f" {robot.homing.angle_deg}; correct the robot file"
-        )
-    return ranges_m
-
-
-def check_plausible(robot: RobotFile, measured_m: FloatArray) -> str:
-    """Compare good readings (NaN = none) with the home pose; returns what was seen, in words.
-
-    Raises NotReady when a sensor disagrees by more than `homing.tolerance_m`, or when fewer
-    than two sensors have a good reading.
-    """
-    expected_m = expected_ranges_m(robot)
-    if expected_m is None:
-        return "no sensors in the robot file: home angles taken on trust"
-    good = np.isfinite(measured_m)
-    if good.sum() < 2:
-        missing = ", ".join(axis for axis, ok in zip(AXES, good, strict=True) if not ok)
-        raise NotReady(
-            f"homing refused: no good reading from sensor {missing}; see 'deltactl sensors'"
-        )
-    error_m = np.where(good, measured_m - expected_m, 0.0)
-    worst = int(np.argmax(np.abs(error_m)))
-    if abs(error_m[worst]) > robot.homing.tolerance_m:
-        raise NotReady(
-            f"homing refused: sensor {AXES[worst]} reads {measured_m[worst]:.3f} m but"
-            f" {expected_m[worst]:.3f} m is expected with the arms at"
-            f" {robot.homing.angle_deg} degrees; put the arms against their stops and try again"
-        )
-    return f"sensors agree with the home angles to {abs(error_m[worst]) * 1e3:.1f} mm"
-
 
 LOOK_S = 0.4
 """How long the sensors are listened to: some 20 rounds at 50 Hz."""
+LEAST_READINGS, LEAST_LOOKS = 5, 8
+"""A sensor that refuses most of its samples is not believed for the rest."""
 MARGIN_S = 0.02
 BACK_OFF_RAD = 0.03
 SLOWER = 5
@@ -78,30 +37,36 @@ WIDEST_SEARCH_RAD = 2.5
 class Homer:
     """Finds home and checks it; every call blocks on the machine's clock."""
 
-    def __init__(self, robot: RobotFile, machine: Machine, ranging: RangingLoop):
+    def __init__(
+        self,
+        robot: RobotFile,
+        machine: Machine,
+        ranging: RangingLoop,
+        push: Callable[[Ticks], None],
+    ):
+        """`push` hands ticks on, and refuses them once the homing was interrupted."""
         self._robot = robot
         self._machine = machine
         self._ranging = ranging
+        self._push = push
 
-    def home(self, already_homed: bool = False) -> str:
-        """Home the robot; one that is homed already is brought back to its home angles first.
+    def home(self, already_homed: bool = False, accept_unseen_deg: float = 0.0) -> HomeSeen:
+        """Bring the arms home and look; one that is homed already drives to its home angles first.
 
         Returns what the sensors said. Raises NotReady, or PulseFault when the output stopped.
         """
+        if already_homed:
+            self._go_home()
         if self._robot.homing.method == "switch":
             for motor in range(MOTORS):
                 self._seek_switch(motor)
-        elif already_homed:
-            self._go_home()
         try:
-            seen = check_plausible(self._robot, self._listen())
+            return check_plausible(self._robot, self._listen(), accept_unseen_deg)
         except NotReady as error:
             if not self._machine.simulated:
                 raise
             # There are no hands at the simulated robot: it drops to its stops when released.
             raise NotReady(f"{error} (simulated: 'deltactl off', then 'deltactl on')") from error
-        self._machine.output.set_counts(home_counts(self._robot))
-        return seen
 
     def _go_home(self) -> None:
         """Bring a homed robot back to its home angles, and wait."""
@@ -115,29 +80,42 @@ class Homer:
         for ticks in schedule.play(0, len(schedule.reached_ns) - 1, start_ns, gate):
             while output.room() < len(ticks):
                 sleep_s(clock, LEAD_S)
-            output.push(ticks)
+            self._push(ticks)
         wait_until_still(self._machine, schedule.duration_ns / NS_PER_S)
 
-    def _listen(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-        """Median of the good readings of each axis over `LOOK_S` [m]."""
-        clock = self._machine.clock
+    def _listen(self) -> FloatArray:
+        """Median of the good readings of each axis taken from now on [m]; NaN for too few."""
+        clock, period_s = self._machine.clock, 1.0 / self._robot.ranging.rate_hz
         since_ns = clock.now_ns()
-        rounds = []
-        while clock.now_ns() < since_ns + round(LOOK_S * NS_PER_S):
-            sleep_s(clock, 1.0 / self._robot.ranging.rate_hz)
-            rounds.append(self._ranging.good_ranges_m(since_ns))
-        seen = np.array(rounds)
-        heard = np.isfinite(seen).any(axis=0)
-        median = np.full(seen.shape[1], np.nan)
-        median[heard] = np.nanmedian(seen[:, heard], axis=0)
-        return median
+        heard: dict[str, dict[int, float]] = {axis: {} for axis in AXES}
+        until_ns = since_ns + ns(max(LOOK_S, LEAST_LOOKS * period_s))
+        while clock.now_ns() < until_ns:
+            sleep_s(clock, period_s)
+            for reading in self._ranging.good_readings(since_ns):
+                heard[reading.axis][reading.t_ns] = reading.distance_m
+        enough = [list(one.values()) for one in heard.values()]
+        return np.array(
+            [np.median(one) if len(one) >= LEAST_READINGS else np.nan for one in enough]
+        )
 
     def _seek_switch(self, motor: int) -> None:
-        """Rise to the switch, back off, rise again slowly."""
-        speed = self._robot.homing.speed_radps
+        """Rise to the switch, back off, rise again slowly. It must be open where it should be."""
+        pressed, speed = self._machine.home_switches[motor], self._robot.homing.speed_radps
+        if pressed():  # an arm that was left at its switch
+            self._walk(motor, +1, BACK_OFF_RAD, speed)
+            self._must_be_open(motor, "before the arm rises")
         self._rise(motor, speed)
         self._walk(motor, +1, BACK_OFF_RAD, speed)
+        self._must_be_open(motor, "after the arm has reached it")
         self._rise(motor, speed / SLOWER)
+
+    def _must_be_open(self, motor: int, when: str) -> None:
+        if self._machine.home_switches[motor]():
+            raise NotReady(
+                f"homing refused: the switch of arm {motor + 1} is closed {when} and has backed off"
+                f" by {np.rad2deg(BACK_OFF_RAD):.1f} degrees: it is stuck closed, its wires touch,"
+                " or the arm stands above it; let the arms hang below their switches"
+            )
 
     def _rise(self, motor: int, speed_radps: float) -> None:
         pressed = self._machine.home_switches[motor]
@@ -148,7 +126,8 @@ class Homer:
             self._walk(motor, -1, chunk_rad, speed_radps)
         raise NotReady(
             f"homing refused: the switch of arm {motor + 1} did not close within"
-            f" {np.rad2deg(WIDEST_SEARCH_RAD):.0f} degrees; check its wiring and homing.switch_pins"
+            f" {np.rad2deg(WIDEST_SEARCH_RAD):.0f} degrees: it is stuck open, or its wire is"
+            " broken; check its wiring and homing.switch_pins"
         )
 
     def _walk(self, motor: int, sign: int, angle_rad: float, speed_radps: float) -> None:
@@ -159,8 +138,7 @@ class Homer:
         start_ns = self._machine.clock.now_ns() + period_ns
         steps = np.zeros((count, MOTORS), dtype=np.int8)
         steps[:, motor] = sign
-        output = self._machine.output
-        output.push(Ticks(start_ns + period_ns * np.arange(count, dtype=np.int64), steps))
+        self._push(Ticks(start_ns + period_ns * np.arange(count, dtype=np.int64), steps))
         wait_until_still(self._machine, count * period_ns / NS_PER_S)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from firmware_py.controller.file_in_force import FileInForce
 from firmware_py.job_file import JobFile
 from firmware_py.planner.check import make_plan
 from firmware_py.planner.kinematics import kinematics_of
@@ -34,21 +35,21 @@ def prepare(
     job_file: Path,
     record: Path | None,
     robot: RobotFile,
-    robot_file: Path,
+    in_force: FileInForce,
     recordings: Path,
 ) -> QueuedJob:
-    """Read and check a job for `robot`, which was loaded from `robot_file`.
+    """Read and check a job for `robot`, which was loaded from the file in force.
 
     Raises ConfigError (also when the job is for another robot), NetworkError, MotionError,
     RecordingError. Takes as long as mapping the whole path does.
     """
     document = Document.read(job_file)
     job = document.check(JobFile)
-    wanted = _wanted(job.robot, job_file, robot_file)
-    same = wanted.resolve() == robot_file.resolve()
+    wanted = _wanted(job.robot, job_file, in_force.path)
+    same = wanted.resolve() == in_force.path.resolve()
     if not same and not robot.is_machine_of(load_robot(wanted)):
         raise ConfigError(
-            f"{job_file}: is for robot file {job.robot}, but this robot runs {robot_file.name};"
+            f"{job_file}: is for robot file {job.robot}, but this robot runs {in_force.path.name};"
             " change 'robot' in the job, or start the daemon with the other file"
         )
     plan = make_plan(job, robot, kinematics_of(job, robot, job_file))
@@ -60,7 +61,7 @@ def prepare(
         job_file,
         plan,
         _place(job.name, chosen, recordings),
-        robot_file.read_text(encoding="utf-8"),
+        in_force.text,
         document.text,
     )
 

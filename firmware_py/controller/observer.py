@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from drivers.ranging.contract import Reading
 from firmware_py.controller.journal import Journal
+from firmware_py.controller.sight import Blindness, Sight
 from firmware_py.controller.step_watch import StepLoss, StepWatch
 from firmware_py.machine import Machine
 from firmware_py.robot_file import RobotFile
@@ -19,6 +20,7 @@ class Observer:
         self._machine = machine
         self._journal = journal
         self._watch = StepWatch(robot) if machine.servo is None else None
+        self._sight = Sight(robot)
 
     def collect(self) -> None:
         """Take what the output has done since the last call."""
@@ -40,10 +42,25 @@ class Observer:
     def reading(self, reading: Reading) -> None:
         """A sample of a ranging sensor, from the ranging loop."""
         self._journal.reading(reading)
+        self._sight.reading(reading)
         if self._watch is not None:
             self._watch.reading(reading)
         if self._machine.world is not None and reading.axis == "x":
             self._journal.truth(self._machine.world.truth(reading.t_ns))
+
+    def sensors_started(self, now_ns: int) -> None:
+        """The ranging loop begins."""
+        self._sight.restart(now_ns)
+
+    def blind(self) -> Blindness | None:
+        """Whether the arms are not seen; a servo robot's encoders see them anyway."""
+        if self._machine.servo is not None:
+            return None
+        return self._sight.blind(self._machine.clock.now_ns(), self._machine.sensors.health)
+
+    def blindness_of(self, axis: str) -> str:
+        """What is to be said of one sensor's sight; empty while it sees."""
+        return self._sight.says_of(axis, self._machine.clock.now_ns())
 
     def lost_steps(self, now_ns: int) -> StepLoss | None:
         """Steps the sensors see to be lost, told once."""

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from drivers.ranging.contract import Gate, RangingSensors, Reading
 from firmware_py.controller.contract import SensorStatus
 from foundation.clock import NS_PER_S, Clock, Task
-from models.robot import AXES, FloatArray
+from models.robot import AXES
 
 POLLS_PER_SAMPLE = 2
 """A sensor's own clock drifts against ours: polled once a period, samples would be missed."""
@@ -47,18 +45,21 @@ class RangingLoop:
             due_ns = max(due_ns + self._period_ns, self._clock.now_ns())
             yield due_ns
 
-    def good_ranges_m(self, since_ns: int) -> FloatArray:
-        """Newest good distance of each axis taken after `since_ns`; NaN where there is none."""
-        found = np.full(len(AXES), np.nan)
-        for index, axis in enumerate(AXES):
-            reading = self.latest.get(axis)
-            if reading is not None and reading.gate is Gate.GOOD and reading.t_ns >= since_ns:
-                found[index] = reading.distance_m
-        return found
+    def good_readings(self, since_ns: int) -> list[Reading]:
+        """The newest reading of each axis, where it is good and was taken since then."""
+        newest = (self.latest.get(axis) for axis in AXES)
+        return [
+            one
+            for one in newest
+            if one is not None and one.gate is Gate.GOOD and one.t_ns >= since_ns
+        ]
 
-    def status(self) -> tuple[SensorStatus, ...]:
-        """What each sensor says now."""
+    def status(self, blind: Callable[[str], str] = lambda axis: "") -> tuple[SensorStatus, ...]:
+        """What each sensor says now; one that is 'ok' for its driver may be blind all the same."""
         health = self._sensors.health()
+        for axis in AXES:
+            if health.get(axis) == "ok" and (said := blind(axis)):
+                health[axis] = said
         return tuple(self._status_of(axis, health.get(axis, "off")) for axis in AXES)
 
     def _status_of(self, axis: str, health: str) -> SensorStatus:

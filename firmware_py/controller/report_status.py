@@ -9,6 +9,7 @@ import numpy as np
 from drivers.steps.contract import Counts
 from firmware_py.controller.active_job import ActiveJob
 from firmware_py.controller.contract import SensorStatus, Status
+from firmware_py.controller.sight import Blindness
 from firmware_py.controller.states import State
 from firmware_py.machine import Machine
 from firmware_py.robot_file import RobotFile
@@ -31,6 +32,8 @@ class Running:
     sensors: tuple[SensorStatus, ...]
     recording_error: str = ""
     """Why nothing more is written of the job that runs."""
+    blind: Blindness | None = None
+    robot_file_changed: str = ""
 
 
 def snapshot(robot: RobotFile, machine: Machine, running: Running) -> Status:
@@ -57,6 +60,8 @@ def snapshot(robot: RobotFile, machine: Machine, running: Running) -> Status:
         recording_error=running.recording_error,
         late_ns=output.slip_ns,
         sensors=running.sensors,
+        blind_s=running.blind.seconds if running.blind else None,
+        robot_file_changed=running.robot_file_changed,
     )
 
 

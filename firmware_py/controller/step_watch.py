@@ -53,13 +53,30 @@ class StepLoss:
     motor: int
     steps: int
     elbow_m: float
+    all_three: bool = False
+    """All arms are away from their counts at once, which motors seldom do."""
 
     def says(self) -> str:
         """One line."""
+        if self.all_three:
+            return (
+                "lost steps: the sensors see all three arms away from their counts,"
+                f" motor{self.motor} by about {abs(self.steps)} steps"
+                f" ({abs(self.elbow_m) * 1e3:.0f} mm at the elbow): drive power lost?"
+            )
         return (
             f"lost steps: the sensors see motor{self.motor} about {abs(self.steps)} steps"
             f" ({abs(self.elbow_m) * 1e3:.0f} mm at the elbow)"
             f" {'behind' if self.steps > 0 else 'ahead of'} its counts"
+        )
+
+    def moved_at_rest(self) -> str:
+        """One line, of a robot that should stand still."""
+        cause = "drive power lost?" if self.all_three else "pushed, or slipped?"
+        return (
+            f"an arm moved while the robot stood still: the sensors see motor{self.motor} about"
+            f" {abs(self.steps)} steps ({abs(self.elbow_m) * 1e3:.0f} mm at the elbow) from its"
+            f" counts ({cause})"
         )
 
 
@@ -146,7 +163,8 @@ class StepWatch:
             self._usual.note(now_ns, elbow_m)
             return None
         behind = -float(moved_rad[worst]) / self._step_rad
-        return StepLoss(worst + 1, round(behind), elbow_m)
+        all_three = bool((np.abs(elbows_m) >= self._usual.limit_m()).all())
+        return StepLoss(worst + 1, round(behind), elbow_m, all_three)
 
     def _moved_rad(self, now_ns: int) -> FloatArray | None:
         """How far the arms are now from where they were, beyond the edges; shape (3,)."""

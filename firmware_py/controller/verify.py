@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from firmware_py.controller.contract import RobotController
+from firmware_py.controller.determined import range_slopes_m
 from firmware_py.robot_file import RobotFile
 from foundation.errors import MotionError, NotReady
-from models.linkage import Linkage, forward
 from models.robot import AXES, FloatArray
 
 LOOK_S = 3.0
@@ -25,7 +25,6 @@ EVERY_S = 0.03
 SIGMAS = 4.0
 LEAST_STEPS = 10.0
 """Fewer are not called lost: play and the drives' own hysteresis look the same."""
-NUDGE_RAD = 1e-4
 
 Triple = tuple[float, float, float]
 Follow = Callable[[int], str]
@@ -89,7 +88,10 @@ def verify(
         raise MotionError(f"the job ended as {outcome}; nothing can be said about lost steps")
     controller.home()
     after_m, after_sigma_m = _look(controller, sleep)
-    to_steps = np.linalg.inv(_slopes_m(robot)) / -robot.drive.rad_per_step
+    to_steps = (
+        np.linalg.inv(range_slopes_m(robot, np.deg2rad(robot.homing.angle_deg)))
+        / -robot.drive.rad_per_step
+    )
     moved_m = after_m - before_m
     sigma_m = np.hypot(before_sigma_m, after_sigma_m)
     return Verification(
@@ -116,16 +118,6 @@ def _look(
     means_m = np.array([np.mean(values) for values in seen_m.values()])
     sigmas_m = np.array([np.std(v, ddof=1) / np.sqrt(len(v)) for v in seen_m.values()])
     return means_m, sigmas_m
-
-
-def _slopes_m(robot: RobotFile) -> FloatArray:
-    """Change of each range with a radian of each arm at the home angles; shape (3, 3)."""
-    assert robot.sensors is not None
-    home_rad = np.deg2rad(robot.homing.angle_deg)
-    nudged = home_rad + NUDGE_RAD * np.vstack([np.zeros(3), np.eye(3)])
-    ranges_m = forward(Linkage.of(robot.geometry), nudged).position_m @ robot.sensors.axes.T
-    slopes_m: FloatArray = ((ranges_m[1:] - ranges_m[0]) / NUDGE_RAD).T
-    return slopes_m
 
 
 def _triple(values: FloatArray) -> Triple:

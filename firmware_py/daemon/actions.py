@@ -52,7 +52,7 @@ class Actions:
             "version": self._version,
             "on": self._plain(controller.power_on),
             "off": self._plain(controller.power_off),
-            "home": self._plain(controller.home),
+            "home": self._home,
             "run": self._run,
             "pause": self._plain(controller.pause),
             "resume": self._plain(controller.resume),
@@ -109,6 +109,10 @@ class Actions:
         self._controller.stop(request.text("reason") or "stop requested")
         self._write_down(request, peer)
         return protocol.success(request.id)
+
+    def _home(self, request: Request) -> Message:
+        accepted_deg = float(request.arguments.get("accept_unseen_deg", 0.0))
+        return {"seen": self._controller.home(accepted_deg)}
 
     def _run(self, request: Request) -> Message:
         record = request.text("record")

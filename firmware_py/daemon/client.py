@@ -60,9 +60,10 @@ class Client:
         """See RobotController."""
         self._ask("off")
 
-    def home(self) -> None:
+    def home(self, accept_unseen_deg: float = 0.0) -> str:
         """See RobotController."""
-        self._ask("home")
+        extra = {"accept_unseen_deg": accept_unseen_deg} if accept_unseen_deg else {}
+        return str(self._ask("home", **extra).get("seen", ""))
 
     def submit(self, job: Path, record: Path | None = None) -> int:
         """Check and queue a job; its text is sent when the daemon cannot read the file.

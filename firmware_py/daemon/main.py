@@ -10,7 +10,7 @@ import time
 from contextlib import closing
 from pathlib import Path
 
-from firmware_py.controller.contract import RobotController
+from firmware_py.controller.contract import OwnedController
 from firmware_py.controller.states import State
 from firmware_py.daemon.address import daemon_socket
 from firmware_py.daemon.listener import Listener
@@ -67,7 +67,7 @@ def serve(robot: Path, socket: Path | None, simulated: bool, recordings: Path) -
 
 
 def run_daemon(
-    controller: RobotController, server: Server, notifier: Notifier, signals: EndSignals
+    controller: OwnedController, server: Server, notifier: Notifier, signals: EndSignals
 ) -> int:
     """Serve until a signal comes or the server dies; closes server and controller."""
     try:
@@ -77,10 +77,12 @@ def run_daemon(
             )
             notifier.ready()
             _log.info("listening at %s", server.path)
-            while not signals.count and server.alive:
+            while not signals.count and server.alive and not controller.fatal():
                 notifier.status(_in_words(controller))
                 signals.wait(check_period_s(notifier.watchdog_s))
                 watchdog.check()
+            if why := controller.fatal():
+                _log.error("%s; the daemon ends, so that it is started again", why)
             notifier.stopping()
             server.end_commands()
             _settle(controller, watchdog, signals)
@@ -89,7 +91,7 @@ def run_daemon(
         controller.close()
 
 
-def _settle(controller: RobotController, watchdog: Watchdog, signals: EndSignals) -> None:
+def _settle(controller: OwnedController, watchdog: Watchdog, signals: EndSignals) -> None:
     """Decelerate on the path, so that the drives lose no step; a second signal hurries."""
     if controller.status().state not in MOVING:
         return
@@ -108,7 +110,7 @@ def _settle(controller: RobotController, watchdog: Watchdog, signals: EndSignals
         watchdog.check()
 
 
-def _in_words(controller: RobotController) -> str:
+def _in_words(controller: OwnedController) -> str:
     status = controller.status()
     job = f", job {status.job} {status.progress:.0%}" if status.job else ""
     why = f" ({status.why})" if status.why else ""

@@ -43,7 +43,7 @@ ARGUMENTS: Final[dict[str, dict[str, Argument]]] = {
     "version": {},
     "on": {},
     "off": {},
-    "home": {},
+    "home": {"accept_unseen_deg": Argument(float, 360.0)},
     "run": {"job": _PATH, "job_text": Argument(str, MAX_TEXT, 1), "name": _PATH, "record": _PATH},
     "pause": {},
     "resume": {},

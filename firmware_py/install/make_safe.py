@@ -13,13 +13,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from drivers.steps.build import lgpio_pins
-from drivers.steps.lgpio_lines import LgpioLines
+from drivers.steps.build import release_drives
 from firmware_py.robot_file import RobotFile, load_robot
 from foundation.errors import DeltactlError
-
-SIGNALS_BEFORE_ENA = 6
-"""STEP 1 to 3 and DIR 1 to 3, see drivers/steps/lines.py."""
 
 
 def make_safe(robot: RobotFile, *, hold: bool = False, gpio: Any | None = None) -> str:
@@ -27,14 +23,7 @@ def make_safe(robot: RobotFile, *, hold: bool = False, gpio: Any | None = None) 
 
     Raises PulseFault when the chip or a line cannot be had. gpio: a stand-in for lgpio.
     """
-    # Inputs are left alone: a line that cannot be read must not keep one from being released.
-    pins = lgpio_pins(robot.steps, robot.inputs)._replace(estop=None, alarms=[])
-    if hold:
-        pins = pins._replace(outputs=pins.outputs[:SIGNALS_BEFORE_ENA])
-    LgpioLines(pins, gpio).close()
-    if robot.steps.enable_pin is None:
-        return "STEP low; there is no ENA line"
-    return "STEP low, ENA left as it was" if hold else "STEP low, drives released"
+    return release_drives(robot.steps, robot.inputs, hold=hold, gpio=gpio)
 
 
 def main(arguments: list[str]) -> int:

@@ -11,7 +11,7 @@ from firmware_py.controller.build import build_controller
 from firmware_py.controller.controller import Controller
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.clock import sleep_s
-from foundation.errors import BusDead, SensorFault
+from foundation.errors import BusDead, NotReady, SensorFault
 
 
 @pytest.fixture
@@ -85,3 +85,44 @@ def test_a_sensor_that_is_gone_stops_the_robot_and_is_named(
     result = finish(homed, number)
     assert result.outcome == "fault"
     assert "sensor z" in result.why
+
+
+def stuck(switched: Controller, motor: int, closed: bool) -> None:
+    switches = list(switched.machine.home_switches)
+    switches[motor] = lambda: closed
+    object.__setattr__(switched.machine, "home_switches", tuple(switches))
+
+
+@pytest.mark.parametrize("motor", [0, 2])
+@pytest.mark.parametrize(("closed", "named"), [(True, "stuck closed"), (False, "stuck open")])
+def test_a_switch_that_is_stuck_is_named(
+    switched: Controller, motor: int, closed: bool, named: str
+) -> None:
+    stuck(switched, motor, closed)
+    with pytest.raises(NotReady, match=rf"switch of arm {motor + 1} .*{named}"):
+        switched.home()
+    assert switched.status().state == "unhomed"
+
+
+def test_a_switch_that_sticks_once_it_has_closed_is_named(switched: Controller) -> None:
+    pressed = switched.machine.home_switches[1]
+    met: list[bool] = []
+
+    def sticks() -> bool:
+        met.append(pressed() or (met[-1] if met else False))
+        return met[-1]
+
+    switches = list(switched.machine.home_switches)
+    switches[1] = sticks
+    object.__setattr__(switched.machine, "home_switches", tuple(switches))
+    with pytest.raises(
+        NotReady, match=r"arm 2 is closed after the arm has reached it.*stuck closed"
+    ):
+        switched.home()
+
+
+def test_homing_again_begins_at_the_switches(switched: Controller) -> None:
+    """The arms stand at their switches, which are closed: no fault."""
+    switched.home()
+    switched.home()
+    assert switched.status().state == "ready"

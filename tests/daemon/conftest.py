@@ -47,6 +47,7 @@ class MemoryController:
     lock: threading.RLock = field(default_factory=threading.RLock)
     frozen: bool = False
     closed: bool = False
+    lost: str = ""
     _count: int = 0
     _at_s: float = field(default_factory=time.monotonic)
 
@@ -56,12 +57,16 @@ class MemoryController:
     def power_off(self) -> None:
         self._request(Request.OFF, State.OFF)
 
-    def home(self) -> None:
+    def home(self, accept_unseen_deg: float = 0.0) -> str:
         self._request(Request.HOME, State.UNHOMED)
         time.sleep(self.home_s)
         with self.lock:
             if self.state is State.UNHOMED:
                 self.state = State.READY
+        return f"taken on trust to {accept_unseen_deg:g} degrees"
+
+    def fatal(self) -> str:
+        return self.lost
 
     def submit(self, job: Path, record: Path | None = None) -> int:
         require(Request.RUN, self.state, self.why)

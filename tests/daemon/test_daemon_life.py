@@ -185,6 +185,15 @@ def test_a_server_that_dies_ends_the_daemon(serve, notifier):
         assert run_daemon(daemon.controller, daemon.server, notifier, signals) == 1
 
 
+def test_a_controller_that_cannot_go_on_ends_the_daemon(serve, notifier, caplog):
+    daemon = serve(start=False)
+    threading.Timer(0.1, setattr, (daemon.controller, "lost", "the pulse process ended")).start()
+    with EndSignals() as signals:
+        assert run_daemon(daemon.controller, daemon.server, notifier, signals) == 1
+    assert daemon.controller.closed
+    assert "the pulse process ended; the daemon ends" in caplog.text
+
+
 def test_the_second_daemon_is_refused(serve):
     daemon = serve()
     with pytest.raises(ServiceError, match=r"another daemon answers at .*d\.sock"):

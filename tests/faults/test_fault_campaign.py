@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from tests.rigs.faults.campaign import KINDS, campaign, daemon_campaign, table
-from tests.rigs.faults.daemon_stand import stop_daemon
+from tests.rigs.faults.campaign import KINDS, campaign, daemon_campaign, rest_campaign, table
+from tests.rigs.faults.daemon_stand import DAEMON_KINDS, kill_pulses_of_daemon, stop_daemon
+from tests.rigs.faults.rest_kinds import REST_KINDS
 from tests.rigs.faults.verdict import MINIMUM_GAP, Verdict
 
 Attempt = Callable[[int], Verdict]
@@ -58,6 +59,23 @@ def test_faults_in_the_middle_of_a_run(names: tuple[str, ...]) -> None:
     assert MINIMUM_GAP == 0.9
 
 
+def test_faults_beside_a_run() -> None:
+    verdicts = list(rest_campaign(len(REST_KINDS), seed=5))
+    for verdict in verdicts:
+
+        def again(number: int, name: str = verdict.kind) -> Verdict:
+            return one_of(rest_campaign(1, number, {name: REST_KINDS[name]}))
+
+        settled_one = settled(again, verdict)
+        assert (settled_one.kind, settled_one.problems) == (verdict.kind, [])
+
+
+def test_a_daemon_without_its_pulse_process_releases_the_drives_and_ends() -> None:
+    kinds = {"daemon without pulse process": kill_pulses_of_daemon}
+    verdict = settled(lambda number: one_of(daemon_campaign(1, seed=1 + number, kinds=kinds)))
+    assert verdict.problems == []
+
+
 def test_a_daemon_that_wakes_up_does_not_just_go_on() -> None:
     kinds = {"daemon SIGSTOP": stop_daemon}
     verdict = settled(lambda number: one_of(daemon_campaign(1, seed=1 + number, kinds=kinds)))
@@ -80,4 +98,5 @@ def test_a_failure_is_excused_only_where_the_machine_was_too_busy_and_not_for_ev
 
 
 def test_every_kind_has_a_name_of_its_own_and_enough_of_them() -> None:
-    assert len({kind.name for kind in KINDS}) == len(KINDS) >= 15
+    names = [*(kind.name for kind in KINDS), *REST_KINDS, *DAEMON_KINDS]
+    assert len(set(names)) == len(names) >= 40

@@ -15,6 +15,7 @@ from tests.rigs.faults.daemon_stand import DAEMON_KINDS, DaemonFault, DaemonStan
 from tests.rigs.faults.judge import try_fault
 from tests.rigs.faults.kind import Kind
 from tests.rigs.faults.motion_kinds import MOTION_KINDS
+from tests.rigs.faults.rest_kinds import REST_KINDS, RestFault, try_at_rest
 from tests.rigs.faults.run_delay import all_waits_s
 from tests.rigs.faults.sensor_kinds import SENSOR_KINDS
 from tests.rigs.faults.stand import Stand
@@ -36,6 +37,23 @@ def campaign(count: int, seed: int, kinds: Sequence[Kind] = KINDS) -> Iterator[V
                 yield _try(stand, kind, chance)
                 if number % RUN_OF == RUN_OF - 1:
                     stand.end_run()
+        finally:
+            stand.close()
+
+
+def rest_campaign(
+    count: int, seed: int, kinds: Mapping[str, RestFault] = REST_KINDS
+) -> Iterator[Verdict]:
+    """`count` faults beside a run, every kind in turn. Yields a verdict for each."""
+    chance, turns = Random(seed), itertools.cycle(kinds.items())
+    with tempfile.TemporaryDirectory(prefix="deltactl-faults-") as folder:
+        stand = Stand(Path(folder))
+        try:
+            for name, fault in itertools.islice(turns, count):
+                before_s = stand.waited_s()
+                verdict = try_at_rest(stand, name, fault, chance)
+                verdict.waited_s = all_waits_s(before_s, stand.waited_s())
+                yield verdict
         finally:
             stand.close()
 

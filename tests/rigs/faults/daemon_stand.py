@@ -170,10 +170,36 @@ def stop_daemon(stand: DaemonStand, chance: Random) -> Verdict:
     return verdict
 
 
+def kill_pulses_of_daemon(stand: DaemonStand, chance: Random) -> Verdict:
+    """kill -9 of the pulse process: the daemon releases the drives, ends, is started again."""
+    verdict = Verdict("daemon without pulse process")
+    recording, bench, pulses = stand.begin(), stand.bench(), stand.pulse_pid()
+    before_s = stand.waited_s()
+    time.sleep(chance.uniform(0.0, 0.5))
+    verdict.waited_s = all_waits_s(before_s, stand.waited_s())
+    fault_ns = time.monotonic_ns()
+    os.kill(pulses, signal.SIGKILL)
+    released = wait_for(lambda: not bench.energised, 1.0)
+    verdict.seen_s = (time.monotonic_ns() - fault_ns) * 1e-9
+    verdict.demand(released is not None, "the drives are still energised")
+    ended = wait_for(lambda: stand.process.poll() is not None, 4.0)
+    verdict.demand(ended is not None, "the daemon lives on without pulse process")
+    verdict.demand(stand.process.poll() == 1, f"it ended with status {stand.process.poll()}")
+    _judge(verdict, bench, recording, fault_ns, HEARTBEAT_S)
+    said = (stand.folder / "log").read_text()
+    verdict.demand("pulse process ended (signal 9)" in said, "the log does not name the culprit")
+    stand.restart()
+    with Client(stand.socket) as client:
+        verdict.demand(client.status().state == "off", f"then {client.status().state}")
+        _must_refuse(client, stand, verdict, "off")
+    return verdict
+
+
 DaemonFault = Callable[[DaemonStand, Random], Verdict]
 DAEMON_KINDS: dict[str, DaemonFault] = {
     "daemon kill -9": kill_daemon,
     "daemon SIGSTOP": stop_daemon,
+    "daemon without pulse process": kill_pulses_of_daemon,
 }
 
 

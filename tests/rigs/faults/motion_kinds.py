@@ -53,6 +53,19 @@ def lose_steps(stand: Stand, chance: Random) -> Undo:
     return nothing
 
 
+def trip_all(stand: Stand, chance: Random) -> Undo:
+    """All drives report at once, as with their common supply gone."""
+    stand.bench.memory.ask_trips(7)
+    return stand.controller.power_off
+
+
+def drop_power(stand: Stand, chance: Random) -> Undo:
+    """The drives lose their supply without a word: all arms sink by five to nine degrees."""
+    for motor in (1, 2, 3):
+        stand.bench.slip(motor, -chance.randint(220, 400))
+    return nothing
+
+
 def stall_drive(stand: Stand, chance: Random) -> Undo:
     """Something holds a motor, and its drive does not notice."""
     motor = chance.randint(1, 3)
@@ -69,6 +82,16 @@ def stall_interpreter(stand: Stand, chance: Random) -> Undo:
 MOTION_KINDS = (
     Kind("e-stop pressed", press_estop, "stopped", EDGE_S, 0.2, "^e-stop$", "release the button"),
     Kind("drive alarm", trip_drive, "fault", EDGE_S, 0.2, "^alarm motor[123]$", "motor[123]"),
+    Kind(
+        "all drives alarm at once",
+        trip_all,
+        "fault",
+        EDGE_S,
+        0.2,
+        "alarm of all three motors at once: drive power lost",
+        "all three drives",
+    ),
+    Kind("drive power lost", drop_power, "fault", 1.0, 1.2, "lost steps: .*drive power lost"),
     Kind("steps lost", lose_steps, "fault", 1.0, 1.2, "lost steps: .* motor[123]"),
     Kind("motor held fast", stall_drive, "fault", 2.5, 2.7, "lost steps: .* motor[123]"),
     Kind("stop command", command_stop, "stopped", 0.01, 0.2, "a hand in the way"),

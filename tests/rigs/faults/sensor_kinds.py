@@ -8,6 +8,7 @@ from random import Random
 from typing import Any
 
 from drivers.fakes.vl53l1x_chip import Vl53l1xChip
+from firmware_py.controller.sight import BLIND_S
 from tests.rigs.faults.kind import Kind, Undo, nothing
 from tests.rigs.faults.stand import Stand
 
@@ -16,6 +17,7 @@ BAD_RAW_STATUS = (4, 5, 6, 7, 8, 12, 13, 18, 22)
 SICK_RAW_STATUS = (1, 2, 3, 17)
 """Raw codes of a broken sensor."""
 RESULT_BYTES = 17
+HANG_S = 8.0
 
 
 def each(*values: int) -> Iterator[int]:
@@ -33,6 +35,30 @@ def on_a_chip(**knobs: Any) -> Callable[[Stand, Random], Undo]:
         return chip.faults.clear
 
     return inject
+
+
+def on_all_chips(**knobs: Any) -> Callable[[Stand, Random], Undo]:
+    """Turn knobs of all three chips."""
+
+    def inject(stand: Stand, chance: Random) -> Undo:
+        chips = stand.rig.chips.values()
+        for chip in chips:
+            for name, value in knobs.items():
+                setattr(chip.faults, name, value)
+
+        def undo() -> None:
+            for chip in chips:
+                chip.faults.clear()
+
+        return undo
+
+    return inject
+
+
+def hang_bus(stand: Stand, chance: Random) -> Undo:
+    """One transfer does not come back for eight seconds; nothing else fails."""
+    stand.rig.bus.hang_s = HANG_S
+    return nothing
 
 
 def tear_data(stand: Stand, chance: Random) -> Undo:
@@ -65,6 +91,7 @@ def _any_chip(stand: Stand, chance: Random) -> Vl53l1xChip:
     return stand.rig.chips[chance.choice("xyz")]
 
 
+BLIND_END_S = BLIND_S + 0.2
 RESTARTED = r"sensor [xyz].*held in reset"
 
 SENSOR_KINDS = (
@@ -78,7 +105,7 @@ SENSOR_KINDS = (
         on_a_chip(frozen=True),
         within_s=3.0,
         culprit=RESTARTED,
-        hold_s=0.5,
+        hold_s=0.3,
     ),
     Kind("bad status", on_a_chip(raw_status=each(*BAD_RAW_STATUS)), within_s=1.0),
     Kind(
@@ -92,11 +119,56 @@ SENSOR_KINDS = (
         "sensor dead",
         on_a_chip(unpowered=True),
         "fault",
-        6.0,
-        6.5,
-        r"sensor [xyz]",
+        BLIND_END_S,
+        BLIND_END_S,
+        r"blind: no good reading of sensor [xyz] \(restarting",
         r"sensor [xyz]|no sensor answers",
     ),
-    Kind("bus held low", stick_bus, "fault", 1.2, 1.5, "no sensor answers.*errno 110", "I2C bus"),
+    Kind(
+        "bus held low",
+        stick_bus,
+        "fault",
+        BLIND_END_S,
+        BLIND_END_S,
+        "blind: .*errno 110",
+        "I2C bus|blind",
+    ),
+    Kind(
+        "a sensor blind (status)",
+        on_a_chip(raw_status=4),
+        "fault",
+        BLIND_END_S,
+        BLIND_END_S,
+        r"blind: no good reading of sensor [xyz] \(refused: status\)",
+        "blind",
+    ),
+    Kind(
+        "three sensors blind",
+        on_all_chips(raw_status=4),
+        "fault",
+        BLIND_END_S,
+        BLIND_END_S,
+        r"blind: .* x .* y .* z \(refused",
+        "blind",
+    ),
+    Kind(
+        "sensor frozen for good",
+        on_a_chip(frozen=True),
+        "fault",
+        BLIND_END_S,
+        BLIND_END_S,
+        "blind: no good reading of sensor [xyz]",
+        "blind|sensor [xyz]",
+    ),
+    Kind(
+        "I2C call hangs 8 s",
+        hang_bus,
+        "fault",
+        BLIND_END_S,
+        BLIND_END_S,
+        "blind: .* x .* y .* z",
+        "blind",
+        restart=True,
+    ),
     Kind("I2C adapter gone", take_adapter, "fault", 0.2, 0.4, "I2C adapter fails", "I2C adapter"),
 )

@@ -125,7 +125,7 @@ class Stand:
     def ensure_running(self) -> StandRun:
         """The run that is on its path, or a new one, homed before."""
         if self.run is None or self.controller.state is not State.RUNNING:
-            self._make_ready()
+            self.make_ready()
             self.run = self._begin()
         return self.run
 
@@ -153,7 +153,8 @@ class Stand:
         )
         self.server.start()
 
-    def _make_ready(self) -> None:
+    def make_ready(self) -> None:
+        """Switched on and homed, whatever came before."""
         controller = self.controller
         latched = controller.state in (State.STOPPED, State.FAULT)
         if controller.state is not State.OFF:

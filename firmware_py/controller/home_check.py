@@ -1,0 +1,96 @@
+"""Whether the sensors believe that the arms are at home, and how far they could be off unseen."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from firmware_py.controller.determined import BoolArray, determine, unseen_rad
+from firmware_py.robot_file import RobotFile
+from foundation.errors import NotReady
+from models.chain import Chain, Commands
+from models.robot import AXES, FloatArray
+
+
+def expected_ranges_m(robot: RobotFile) -> FloatArray | None:
+    """What the sensors should say at the home angles; None when the robot has no sensors.
+
+    Raises NotReady when the linkage cannot be assembled there.
+    """
+    if robot.sensors is None:
+        return None
+    home = Commands.of_angles(np.zeros(1), np.deg2rad([robot.homing.angle_deg]))
+    ranges_m: FloatArray = Chain(robot).simulate(home).ranges[0]
+    if not np.all(np.isfinite(ranges_m)):
+        raise NotReady(
+            "homing refused: the linkage cannot be assembled at homing.angle_deg"
+            f" {robot.homing.angle_deg}; correct the robot file"
+        )
+    return ranges_m
+
+
+@dataclass(frozen=True, slots=True)
+class HomeSeen:
+    """What the sensors said at home: in words, and whether somebody should look."""
+
+    text: str
+    warning: str = ""
+
+    def says(self) -> str:
+        """One line."""
+        return f"{self.text}; warning: {self.warning}" if self.warning else self.text
+
+
+def check_plausible(
+    robot: RobotFile, measured_m: FloatArray, accept_unseen_deg: float = 0.0
+) -> HomeSeen:
+    """Compare good readings (NaN = none) with the home pose; returns what was seen.
+
+    Raises NotReady when a sensor disagrees by more than `homing.tolerance_m`, or when the good
+    readings leave an arm undetermined by more than somebody has looked at and accepted.
+    """
+    expected_m = expected_ranges_m(robot)
+    good = np.isfinite(measured_m) & (expected_m is not None)
+    error_m = (
+        np.zeros(len(AXES)) if expected_m is None else np.where(good, measured_m - expected_m, 0.0)
+    )
+    worst = int(np.argmax(np.abs(error_m)))
+    if expected_m is not None and abs(error_m[worst]) > robot.homing.tolerance_m:
+        raise NotReady(
+            f"homing refused: sensor {AXES[worst]} reads {measured_m[worst]:.3f} m but"
+            f" {expected_m[worst]:.3f} m is expected with the arms at"
+            f" {robot.homing.angle_deg} degrees; put the arms against their stops and try again"
+        )
+    unseen_deg = _unseen_deg(robot, good, accept_unseen_deg)
+    off_mm = abs(error_m[worst]) * 1e3
+    agree = f"sensors agree with the home angles to {off_mm:.1f} mm" if good.any() else "no sensor"
+    seen = f"{agree}; an arm could be off by {unseen_deg:.0f} degrees unseen"
+    warning_m = robot.homing.warning_m
+    if robot.homing.method != "placed" or off_mm <= warning_m * 1e3:
+        return HomeSeen(seen)
+    return HomeSeen(
+        seen,
+        f"sensor {AXES[worst]} is {off_mm:.1f} mm from where the arms were said to be placed"
+        f" (homing.warning_m: {warning_m * 1e3:g} mm); look whether they are against their stops",
+    )
+
+
+def _unseen_deg(robot: RobotFile, good: BoolArray, accepted_deg: float) -> float:
+    """How far an arm may be off unseen, rounded up. Raises NotReady unless seen or accepted.
+
+    Switches determine each arm by itself; a robot that has them needs no sensors for that.
+    """
+    unseen_deg = math.ceil(math.degrees(unseen_rad(robot, good)) - 1e-6)
+    if determine(robot, good) or unseen_deg <= accepted_deg:
+        return unseen_deg
+    if robot.homing.method == "switch" and robot.sensors is None:
+        return unseen_deg
+    missing = " and ".join(axis for axis, ok in zip(AXES, good, strict=True) if not ok)
+    lack = f"no good reading from sensor {missing}" if robot.sensors else "the robot has no sensors"
+    raise NotReady(
+        f"homing refused: {lack}, so that an arm could be off by {unseen_deg} degrees unseen; see"
+        " 'deltactl sensors', or look at the arms yourself and say"
+        f" 'deltactl home --accept-unseen {unseen_deg}'"
+    )

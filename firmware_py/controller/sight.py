@@ -1,0 +1,90 @@
+"""Whether the robot sees its arms: good readings that determine them, and no older than `BLIND_S`.
+
+A sensor's own state says that it ranges; this says that what it says can be used. A status
+that refuses every sample, a sensor that repeats itself, an I2C call that does not come back:
+all of them end in readings that grow old.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from drivers.ranging.contract import Gate, Reading
+from firmware_py.robot_file import RobotFile
+from foundation.clock import NS_PER_S, ns
+from models.robot import AXES
+
+BLIND_S = 0.5
+PERIODS = 3
+"""A sensor that ranges slowly may take so many periods."""
+
+
+@dataclass(frozen=True, slots=True)
+class Blindness:
+    """Which sensors have said nothing good, since when, and what they say instead."""
+
+    axes: tuple[str, ...]
+    since_ns: int
+    seconds: float
+    instead: tuple[str, ...]
+
+    def says(self) -> str:
+        """One line, without a figure that changes."""
+        named = " and ".join(
+            f"{axis} ({said})" for axis, said in zip(self.axes, self.instead, strict=True)
+        )
+        return f"blind: no good reading of sensor {named} that would determine the arms"
+
+
+class Sight:
+    """Told of every reading, from any thread; asked by the control loop."""
+
+    def __init__(self, robot: RobotFile):
+        self._sensors = robot.sensors
+        self._limit_ns = max(ns(BLIND_S), round(PERIODS * NS_PER_S / robot.ranging.rate_hz))
+        self._good_ns: dict[str, int] = {}
+        self._said: dict[str, str] = {}
+        self._start_ns = 0
+
+    def restart(self, now_ns: int) -> None:
+        """The sensors have just been started: they have as long as any blindness may last."""
+        self._start_ns = now_ns
+        self._good_ns, self._said = {}, {}
+
+    def reading(self, reading: Reading) -> None:
+        """A sample of a sensor."""
+        if reading.gate is Gate.GOOD:
+            self._good_ns[reading.axis] = reading.t_ns
+            self._said.pop(reading.axis, None)
+        else:
+            self._said[reading.axis] = f"refused: {reading.gate.value}"
+
+    def blind(self, now_ns: int, health: Callable[[], dict[str, str]]) -> Blindness | None:
+        """The blindness of now, or None. A robot without sensors never sees, and is not blind.
+
+        health: what the driver says of each sensor, asked only in case of blindness.
+        """
+        if self._sensors is None:
+            return None
+        last_ns = [self._good_ns.get(axis, self._start_ns) for axis in AXES]
+        if now_ns - min(last_ns) <= self._limit_ns:  # three angles need all three ranges
+            return None
+        since_ns = min(last_ns)
+        # Whoever is about to follow is named too: one cause blinds all within a few polls.
+        late = [now_ns - seen_ns > self._limit_ns // 2 for seen_ns in last_ns]
+        axes = tuple(axis for axis, is_late in zip(AXES, late, strict=True) if is_late)
+        drivers = health()
+        instead = tuple(self._instead(axis, drivers.get(axis, "ok")) for axis in axes)
+        return Blindness(axes, since_ns, (now_ns - since_ns) / NS_PER_S, instead)
+
+    def says_of(self, axis: str, now_ns: int) -> str:
+        """'blind for 3.2 s (refused: status)' of one sensor; empty while it sees."""
+        age_ns = now_ns - self._good_ns.get(axis, self._start_ns)
+        if age_ns <= self._limit_ns:
+            return ""
+        return f"blind for {age_ns / NS_PER_S:.1f} s ({self._said.get(axis, 'no new sample')})"
+
+    def _instead(self, axis: str, health: str) -> str:
+        """The driver's word first: it knows of wires and resets."""
+        return self._said.get(axis, "no new sample") if health == "ok" else health
