@@ -8,7 +8,7 @@ from random import Random
 
 import numpy as np
 
-from foundation.errors import DeltactlError
+from foundation.errors import DeltactlError, NotReady
 from models.robot import AXES
 from recording.reader import read_run
 from recording.run import Run
@@ -21,6 +21,7 @@ from tests.rigs.faults.verdict import Verdict, judge_gaps
 LOST_S = 1.0
 LONGEST_PAUSE_S = 0.25
 READING_AGE_S = 0.2
+SEES_AGAIN_S = 3.0
 
 
 def try_fault(stand: Stand, kind: Kind, chance: Random) -> Verdict:
@@ -107,9 +108,21 @@ def _judge_refusals(stand: Stand, kind: Kind, verdict: Verdict, undo: object) ->
     verdict.demand(stand.bench.memory.edges() == edges_before, "moved when the cause had gone")
     verdict.demand(stand.state == kind.ends, f"the latch did not hold: {stand.state}")
     if not kind.restart:
-        stand.controller.acknowledge()
+        _acknowledge(stand)
         verdict.demand(stand.state == "unhomed", f"acknowledged, and {stand.state}")
         _must_refuse(stand, verdict, "unhomed")
+
+
+def _acknowledge(stand: Stand) -> None:
+    """At once, but for sensors, which take a moment until they see again."""
+    give_up_s = time.monotonic() + SEES_AGAIN_S
+    while True:
+        try:
+            return stand.controller.acknowledge()
+        except NotReady as error:
+            if "blind" not in str(error) or time.monotonic() > give_up_s:
+                raise
+        time.sleep(0.02)
 
 
 def _must_refuse(stand: Stand, verdict: Verdict, state: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import signal
+from contextlib import suppress
 from random import Random
 
 from tests.rigs.faults.kind import Kind, Undo, nothing
@@ -40,10 +41,15 @@ def kill_pulses(stand: Stand, chance: Random) -> Undo:
 
 
 def freeze_pulses(stand: Stand, chance: Random) -> Undo:
-    """SIGSTOP of the pulse process; it wakes up again later."""
+    """SIGSTOP of the pulse process; it is woken later, should it still be there."""
     pid = stand.pulse_pid
     os.kill(pid, signal.SIGSTOP)
-    return lambda: os.kill(pid, signal.SIGCONT)
+
+    def wake() -> None:
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGCONT)
+
+    return wake
 
 
 def lose_steps(stand: Stand, chance: Random) -> Undo:
