@@ -11,6 +11,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
+import typer
+
 from command_line.output import say, warn
 from firmware_py.daemon.client import daemon_answers
 from firmware_py.robot_file import find
@@ -23,17 +25,43 @@ END_S = 10.0
 
 
 def serve_page(
-    simulate: bool, robot: str, host: str, port: int, recordings: Path, socket: Path | None
+    simulate: bool,
+    robot: str,
+    host: str,
+    port: int,
+    recordings: Path,
+    socket: Path | None,
+    users: Path | None,
+    certificate: Path | None,
+    key: Path | None,
 ) -> None:
     """Serve until Ctrl-C. Raises MissingExtra without NiceGUI, ServiceError without a daemon."""
     file = find(robot)
     with needs("web", "the page"):
         from web.serve import Where, serve
-    with _simulated(file, recordings) if simulate else nullcontext(socket) as where:
+    with _simulated(file, recordings, socket) if simulate else nullcontext(socket) as where:
         if not simulate and not daemon_answers(where):
             warn("No daemon answers yet; the page will look for one until it comes.")
-        say(f"http://{host}:{port}  (Ctrl-C ends the page{' and the robot' if simulate else ''})")
-        serve(Where(host, port, where, recordings, _work(recordings), file))
+        scheme = "http" if certificate is None else "https"
+        what = "the page and the robot" if simulate else "the page"
+        say(f"{scheme}://{host}:{port}  (Ctrl-C ends {what})")
+        work = _work(recordings)
+        serve(Where(host, port, where, recordings, work, file, users, certificate, key))
+
+
+def add_web_user(name: str, file: Path, viewer: bool, token: bool) -> None:
+    """Ask for a password twice, or make one up, and write its hash. Raises ConfigError."""
+    with needs("web", "the page"):
+        from web.users import add_user, new_token
+
+    if token:
+        password = new_token()
+    else:
+        password = typer.prompt("password", hide_input=True, confirmation_prompt=True)
+    add_user(file, name, "viewer" if viewer else "operator", password)
+    say(f"{name} may sign in as {'viewer' if viewer else 'operator'}; {file} holds only a hash")
+    if token:
+        say(f"token (shown this once): {password}")
 
 
 def _work(recordings: Path) -> Path:
@@ -43,10 +71,10 @@ def _work(recordings: Path) -> Path:
 
 
 @contextmanager
-def _simulated(robot: Path, recordings: Path) -> Iterator[Path]:
-    """A simulated daemon in a process of its own; its socket lies in a private folder."""
+def _simulated(robot: Path, recordings: Path, given: Path | None) -> Iterator[Path]:
+    """A simulated daemon in a process of its own."""
     with tempfile.TemporaryDirectory(prefix="deltactl-web-") as folder:
-        socket = Path(folder) / "d.sock"
+        socket = given or Path(folder) / "d.sock"
         call = ["daemon", str(robot), "--simulate", "--socket", str(socket)]
         call += ["--recordings", str(recordings)]
         with (Path(folder) / "daemon.log").open("wb") as log:

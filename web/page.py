@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from typing import Any
 
@@ -26,6 +27,7 @@ COLOURS = {
     "stopped": "red-8",
     "fault": "red-8",
 }
+_log = logging.getLogger(__name__)
 LATCHED = ("stopped", "fault")
 
 
@@ -80,6 +82,7 @@ class RobotPage:
         if not self.operates:
             ui.notify(f"cannot {name}: you are signed in to look, not to operate", type="warning")
             return None
+        _log.info("%s asked for by %s", name, self.who or "somebody on this machine")
         try:
             answer = await run.io_bound(call, *arguments)
         except DeltactlError as error:
@@ -98,6 +101,7 @@ class RobotPage:
 
     async def stop(self) -> None:
         """Emergency stop; everybody who sees the page may."""
+        _log.info("stop asked for by %s", self.who or "somebody on this machine")
         try:
             await run.io_bound(self.site.link.stop, f"stopped on the page{self._by()}")
         except DeltactlError as error:
@@ -115,7 +119,13 @@ class RobotPage:
                 ui.tab("Jobs")
                 ui.tab("Recordings")
             self._tabs.set_value(first)
-            ui.space().classes("stop-room")
+            ui.space()
+            if self.who:
+                with ui.element("form").props('method=post action="/logout"'):
+                    ui.button(f"{self.who} ({self.may})").props(
+                        'type=submit flat dense no-caps color=white aria-label="Sign out"'
+                    ).tooltip("sign out")
+            ui.element("div").classes("stop-room")
 
     def _stop_button(self) -> None:
         # Above everything, dialogs too; Quasar draws those at 6000.

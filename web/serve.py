@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,14 +10,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import uvicorn
-from fastapi import FastAPI
+from fastapi import FastAPI, Request
 from nicegui import ui
 from starlette.responses import FileResponse, PlainTextResponse, Response
 
+from foundation.errors import ConfigError
 from web.belief import Beliefs
+from web.guard import LOCAL, MAX_BODY, Guard
 from web.link import DaemonLink
+from web.login import add_login
 from web.page import RobotPage
+from web.sessions import Session, Sessions
 from web.site import Site
+from web.users import load_users
 
 TITLE = "deltactl"
 RECONNECT_S = 8.0
@@ -34,22 +40,47 @@ class Where:
     recordings: Path
     work: Path
     robot: Path | None = None
+    users: Path | None = None
+    certificate: Path | None = None
+    key: Path | None = None
+
+    @property
+    def local(self) -> bool:
+        """Whether only this machine can reach it."""
+        return self.host in LOCAL
 
 
 def serve(where: Where) -> None:
-    """Serve until SIGINT or SIGTERM."""
+    """Serve until SIGINT or SIGTERM. Raises ConfigError where a network could come in unasked."""
+    if where.users is None and not where.local:
+        raise ConfigError(
+            f"--host {where.host}: on a network people sign in; make a file of them with"
+            " 'deltactl web-user NAME --file users.yaml', and give it with --users"
+        )
+    if (where.certificate is None) != (where.key is None):
+        raise ConfigError("--certificate and --key belong together; give both")
+    users = load_users(where.users) if where.users is not None else None
+    sessions = Sessions() if users is not None else None
+    secure = where.certificate is not None
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(message)s")
+    logging.getLogger("web.guard").setLevel(logging.WARNING)
     with _linked(where) as site:
-        app = application(site)
+        app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+        if users is not None and sessions is not None:
+            add_login(app, users, sessions, secure)
+        add_pages(app, site)
         config = uvicorn.Config(
-            app, host=where.host, port=where.port, log_level="warning",
+            Guard(app, sessions, local_only=where.local),
+            host=where.host, port=where.port, log_level="warning", access_log=False,
             server_header=False, proxy_headers=False, timeout_graceful_shutdown=1,
+            limit_concurrency=400, ws_max_size=MAX_BODY, ssl_certfile=where.certificate,
+            ssl_keyfile=where.key,
         )  # fmt: skip
         uvicorn.Server(config).run()
 
 
-def application(site: Site) -> FastAPI:
-    """The pages and the reports."""
-    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+def add_pages(app: FastAPI, site: Site) -> None:
+    """The page and the reports; NiceGUI answers all that no route before has."""
 
     @app.get("/health")
     def health() -> Response:
@@ -63,14 +94,14 @@ def application(site: Site) -> FastAPI:
         return FileResponse(path, media_type="text/html", headers=REPORT_HEADERS)
 
     @ui.page("/", title=TITLE)
-    def robot() -> None:
-        RobotPage(site, "operator")
+    def robot(request: Request) -> None:
+        session: Session = request.scope["deltactl"]
+        RobotPage(site, session.role, session.name)
 
     ui.run_with(
         app, title=TITLE, reconnect_timeout=RECONNECT_S, binding_refresh_interval=None,
         show_welcome_message=False, favicon="🦾",
     )  # fmt: skip
-    return app
 
 
 @contextmanager

@@ -53,6 +53,8 @@ def diagnose(recording: Path, folder: Path) -> dict[str, Any]:
     from models.robot import load_robot_model
     from recording.reader import read_run
 
+    for name in ("corrected.yaml", "next.yaml"):
+        (folder / name).unlink(missing_ok=True)
     robot = folder / "robot.yaml"
     robot.write_text(read_run(recording).configuration.robot_text, encoding="utf-8")
     answer = answer_of([recording], robot, json_out=folder / "answer.json", progress=_progress)

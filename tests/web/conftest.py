@@ -90,6 +90,7 @@ class WebPage:
     process: subprocess.Popen[bytes]
     url: str
     recordings: Path
+    socket: Path | None = None
 
 
 def free_port() -> int:
@@ -138,7 +139,11 @@ def end_page(page: WebPage) -> None:
 def simulated(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebPage]:
     """The page of a simulated robot, one for all tests."""
     folder = tmp_path_factory.mktemp("web")
-    page = start_page(folder, "--simulate", "--robot", str(patient_robot(folder)))
+    place = folder / "d.sock"
+    page = start_page(
+        folder, "--simulate", "--robot", str(patient_robot(folder)), "--socket", str(place)
+    )
+    page.socket = place
     yield page
     end_page(page)
 

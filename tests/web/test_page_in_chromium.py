@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
+from selenium.webdriver.common.by import By
 
-from tests.web.conftest import PHONE, Browser, WebPage
+from tests.web.conftest import PHONE, Browser, WebPage, end_page, start_page
+from web.users import add_user
 
 Open = Callable[..., Browser]
 
@@ -64,6 +67,8 @@ def test_a_job_that_fails_its_check_is_one_line_and_is_not_run(
     browser: Browser, simulated: WebPage
 ) -> None:
     browser.tab("Jobs")
+    editor = ".cm-content"
+    browser.wait(lambda: browser.driver.find_elements(By.CSS_SELECTOR, editor), "no editor")
     browser.driver.execute_script(
         "document.querySelector('.cm-content').focus();"
         "document.execCommand('selectAll'); document.execCommand('insertText', false,"
@@ -93,3 +98,23 @@ def test_on_a_phone_stop_and_state_are_in_sight(simulated: WebPage, chromium: Op
         assert height == "stop", f"something covers the stop button on {tab}"
         wide = phone.driver.execute_script("return document.documentElement.scrollWidth")
         assert wide <= inner[0] + 1, f"{tab} is wider than the phone"
+
+
+def test_a_viewer_sees_all_and_can_stop_but_not_start(
+    simulated: WebPage, chromium: Open, tmp_path: Path
+) -> None:
+    """On a page of its own beside the other, for the same robot, with passwords."""
+    users = tmp_path / "users.yaml"
+    add_user(users, "hall", "viewer", "look and stop")
+    page = start_page(tmp_path, "--users", str(users), "--socket", str(simulated.socket))
+    try:
+        viewer = chromium(page.url)
+        assert viewer.driver.current_url.endswith("/login")
+        viewer.driver.find_element(By.NAME, "name").send_keys("hall")
+        viewer.driver.find_element(By.NAME, "password").send_keys("look and stop\n")
+        viewer.says("state", "ready")
+        assert not viewer.driver.find_elements(By.CSS_SELECTOR, '[data-testid="home"]')
+        viewer.press("stop")
+        viewer.says("latched", "by hall", 5.0)
+    finally:
+        end_page(page)

@@ -1,0 +1,185 @@
+"""Signing in, and what the guard before the pages turns away, each in one line."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from fastapi import FastAPI, Request, WebSocket
+from starlette.responses import PlainTextResponse, Response
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+from foundation.errors import ConfigError
+from web.guard import MAX_BODY, Guard
+from web.login import add_login
+from web.serve import Where, serve
+from web.sessions import LASTS_S, Sessions
+from web.users import add_user, load_users, right
+
+HERE = "http://127.0.0.1:8080"
+WS = "ws://127.0.0.1:8080/ws"
+PASSWORD = "correct horse battery"
+
+
+@pytest.fixture(scope="module")
+def users_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("who") / "users.yaml"
+    add_user(path, "ada", "operator", PASSWORD)
+    add_user(path, "hall", "viewer", PASSWORD + "!")
+    return path
+
+
+def guarded(sessions: Sessions | None, **more: object) -> Guard:
+    """A small application behind the guard."""
+    app = FastAPI()
+
+    @app.get("/")
+    def page(request: Request) -> Response:
+        session = request.scope["deltactl"]
+        return PlainTextResponse(f"{session.name} {session.role}")
+
+    @app.post("/do")
+    async def do(request: Request) -> Response:
+        return PlainTextResponse(str(len(await request.body())))
+
+    @app.websocket("/ws")
+    async def socket(websocket: WebSocket) -> None:
+        await websocket.accept()
+        with suppress(WebSocketDisconnect):
+            while True:
+                await websocket.send_text(await websocket.receive_text())
+
+    guard = Guard(app, sessions, **more)  # type: ignore[arg-type]
+    if sessions is not None:
+        users = {"ada": USERS["ada"], "hall": USERS["hall"]}
+        add_login(app, users, sessions, secure=False)
+    return guard
+
+
+USERS: dict[str, object] = {}
+
+
+@pytest.fixture(autouse=True)
+def _users(users_file: Path) -> None:
+    USERS.update(load_users(users_file))
+
+
+def browser(guard: Guard) -> TestClient:
+    return TestClient(guard, base_url=HERE, follow_redirects=False)
+
+
+def test_on_this_machine_nobody_signs_in() -> None:
+    assert browser(guarded(None)).get("/").text == " operator"
+
+
+def test_on_a_network_somebody_has_to() -> None:
+    one = browser(guarded(Sessions()))
+    assert one.get("/").headers["location"] == "/login"
+    assert one.post("/do").status_code == 401
+    wrong = one.post("/login", data={"name": "ada", "password": "x"})
+    assert (wrong.status_code, "wrong" in wrong.text) == (401, True)
+    good = one.post("/login", data={"name": "ada", "password": PASSWORD})
+    given = good.headers["set-cookie"]
+    assert good.headers["location"] == "/"
+    assert "HttpOnly" in given
+    assert "SameSite=Strict" in given
+    assert one.get("/").text == "ada operator"
+    one.post("/logout")
+    assert one.get("/").status_code == 303
+
+
+def test_a_session_ends_by_itself_under_an_open_page() -> None:
+    one = browser(guarded(Sessions(lasts_s=0.6)))
+    one.post("/login", data={"name": "hall", "password": PASSWORD + "!"})
+    assert one.get("/").text == "hall viewer"
+    with one.websocket_connect(WS) as socket:
+        socket.send_text("x")
+        assert socket.receive_text() == "x"
+        time.sleep(0.7)
+        socket.send_text("y")
+        with pytest.raises(WebSocketDisconnect):
+            socket.receive_text()
+    assert one.get("/").status_code == 303
+    assert LASTS_S <= 12 * 3600
+
+
+def test_guessing_is_slow() -> None:
+    one = browser(guarded(Sessions()))
+    said = [one.post("/login", data={"name": "ada", "password": "x"}).status_code for _ in range(9)]
+    assert said == [401] * 8 + [429]
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"origin": "http://evil.example"},
+        {"origin": "null"},
+        {"origin": "http://127.0.0.1:9999"},
+        {"sec-fetch-site": "cross-site"},
+    ],
+)
+def test_other_sites_pages_can_do_nothing(headers: dict[str, str]) -> None:
+    one = browser(guarded(None))
+    assert one.post("/do", headers=headers).status_code == 403
+    with pytest.raises(WebSocketDisconnect) as refused, one.websocket_connect(WS, headers=headers):
+        pass
+    assert "another site" in refused.value.reason
+    assert one.post("/do", headers={"origin": HERE}).status_code == 200
+
+
+def test_a_name_that_was_bent_to_this_machine_is_refused() -> None:
+    answer = browser(guarded(None)).get("/", headers={"host": "evil.example"})
+    assert answer.status_code == 403
+    assert answer.text.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda one: one.post("/do", content=b"x" * (MAX_BODY + 1)),
+        lambda one: one.post("/do", headers={"content-length": "9" * 30}, content=b"x"),
+    ],
+)
+def test_a_giant_upload_is_refused(make: Callable[[TestClient], object]) -> None:
+    answer = make(browser(guarded(None)))
+    assert answer.status_code == 413  # type: ignore[attr-defined]
+
+
+def test_too_many_requests_and_too_many_pages_are_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = browser(guarded(None, max_pages=2))
+    with one.websocket_connect(WS), one.websocket_connect(WS):
+        assert one.get("/").status_code == 503
+        assert "open already" in one.get("/").text
+        with pytest.raises(WebSocketDisconnect), one.websocket_connect(WS):
+            pass
+    assert one.get("/").status_code == 200
+    monkeypatch.setattr("web.guard.REQUESTS_HZ", 0.01)
+    monkeypatch.setattr("web.guard.REQUESTS_BURST", 3)
+    hasty = browser(guarded(None))
+    assert [hasty.get("/").status_code for _ in range(4)] == [200, 200, 200, 429]
+
+
+def test_the_file_holds_hashes_and_only_the_service_reads_it(users_file: Path) -> None:
+    text = users_file.read_text()
+    assert PASSWORD not in text
+    assert users_file.stat().st_mode & 0o777 == 0o600
+    users = load_users(users_file)
+    assert right(users, "ada", PASSWORD) is users["ada"]
+    assert right(users, "ada", PASSWORD + "!") is None
+    assert right(users, "nobody", PASSWORD) is None
+    os.chmod(users_file, 0o640)
+    with pytest.raises(ConfigError, match="chmod 600"):
+        load_users(users_file)
+    os.chmod(users_file, 0o600)
+    with pytest.raises(ConfigError, match="characters at least"):
+        add_user(users_file, "eve", "viewer", "short")
+
+
+def test_no_network_without_users(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="web-user"):
+        serve(Where("0.0.0.0", 8080, None, tmp_path, tmp_path / "w"))
