@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_py.controller.contract import SensorStatus
@@ -20,6 +20,7 @@ HOME = (0.0, 0.0, -0.45)
 angle = st.floats(math.radians(-15), math.radians(100))
 
 
+@settings(deadline=None)
 @given(angles=st.tuples(angle, angle, angle))
 def test_forearms_as_drawn_have_their_length_and_end_at_the_platform(
     angles: tuple[float, float, float],
@@ -35,6 +36,7 @@ def test_forearms_as_drawn_have_their_length_and_end_at_the_platform(
         assert np.linalg.det(rotation) == pytest.approx(1.0, abs=1e-4)
 
 
+@settings(deadline=None)
 @given(
     x_m=st.floats(-1.0, 1.0), y_m=st.floats(-1.0, 1.0), z_m=st.floats(-1.2, 0.2)
 )  # fmt: skip
@@ -45,6 +47,7 @@ def test_a_move_is_held_to_the_limits(x_m: float, y_m: float, z_m: float) -> Non
         assert held == (x_m, y_m, z_m)
 
 
+@settings(deadline=None)
 @given(point=st.tuples(*[st.floats(-0.2, 0.2)] * 3))
 def test_ranges_put_the_platform_where_it_is(point: tuple[float, float, float]) -> None:
     ranges = [offset + value for offset, value in zip((0.6, 0.6, 0.9), point, strict=True)]
