@@ -76,12 +76,14 @@ web.register(app)
 
 def main() -> None:
     """Run the command line; used by the `deltactl` script."""
-    from foundation.errors import DeltactlError
+    from foundation.errors import ConfigError, DeltactlError
 
     try:
         app()
     except DeltactlError as error:
-        print(f"deltactl: {one_line(error)}", file=sys.stderr)
+        mistakes = error.args if isinstance(error, ConfigError) and error.args else (error,)
+        for mistake in mistakes:
+            print(f"deltactl: {one_line(mistake)}", file=sys.stderr)
         sys.exit(2)
     except BrokenPipeError:
         sys.exit(0)
@@ -91,7 +93,7 @@ def main() -> None:
         sys.exit(2)
 
 
-def one_line(error: BaseException) -> str:
+def one_line(error: object) -> str:
     """The message without line breaks."""
     return " ".join(str(error).split())
 

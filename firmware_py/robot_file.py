@@ -13,6 +13,7 @@ from drivers.settings import InputSettings, Pin, RangingSettings, StepSettings
 from firmware_py.servo.as_built import AsBuiltServo
 from foundation.errors import ConfigError, MissingFile
 from foundation.strict_yaml import Document, StrictModel
+from foundation.yaml_tree import Location
 from models.chain.active import of_entries
 from models.robot import KINDS, DeltaRobot, DriveSection, EffectEntry
 from recording.keeping import KeptRecordings
@@ -20,6 +21,17 @@ from recording.keeping import KeptRecordings
 Angle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
 Coordinate = Annotated[float, Field(gt=-10.0, lt=10.0, description="a robot arm is under 10 m")]
 
+SAID_FOR_HARDWARE: dict[str, tuple[str, ...]] = {
+    "steps": ("step_pins", "direction_pins", "enable_pin", "alarm_pins"),
+    "inputs": ("estop_pin",),
+    "ranging": ("xshut_pins",),
+    "limits": (
+        *("arm_deg", "step_rate_hz", "joint_speed_radps", "joint_acceleration_radps2"),
+        "approach_speed_radps",
+    ),
+    "homing": ("method", "angle_deg"),
+}
+"""Keys without which a robot runs simulated only; `null` says that there is no such pin."""
 I2C_PINS = (2, 3)
 """SDA and SCL of bus 1 on the 40-pin header."""
 
@@ -171,6 +183,18 @@ class RobotFile(DeltaRobot):
                     )
                 seen[pin] = ".".join(key)
 
+    def left_open(self) -> list[str]:
+        """What must be said before anything moves on hardware, and is not: keys of the file.
+
+        Defaults of these are another robot's; simulated, nothing is hurt by them.
+        """
+        return [
+            f"{section}.{key}"
+            for section, keys in SAID_FOR_HARDWARE.items()
+            for key in keys
+            if key not in getattr(self, section).model_fields_set
+        ]
+
     def _servo_clashes(self) -> Iterator[tuple[tuple[str, ...], str]]:
         servo = self.drive.kind == "servo"
         if servo and self.masses is None:
@@ -198,22 +222,25 @@ def load_robot(path: Path) -> RobotFile:
         known = "cannot be run, only diagnosed" if kind in KINDS else "must be 'delta'"
         raise document.fail(("kind",), f"{known} (got {kind!r})")
     robot = document.check(RobotFile)
-    for location, message in robot.clashes():
-        raise document.fail(location, message)
-    _check_effects(document, ("effects",), robot.effects)
-    _check_effects(document, ("as_built", "effects"), robot.as_built.effects or ())
+    mistakes = [
+        *robot.clashes(),
+        *_wrong_effects(("effects",), robot.effects),
+        *_wrong_effects(("as_built", "effects"), robot.as_built.effects or ()),
+    ]
+    if mistakes:
+        raise document.fail_all(mistakes)
     return robot
 
 
-def _check_effects(
-    document: Document, place: tuple[str, ...], entries: tuple[EffectEntry, ...]
-) -> None:
-    """Refuse effects, components and parameters that the vocabulary does not have."""
+def _wrong_effects(
+    place: tuple[str, ...], entries: tuple[EffectEntry, ...]
+) -> Iterator[tuple[Location, str]]:
+    """Effects, components and parameters that the vocabulary does not have."""
     for index, entry in enumerate(entries):
         try:
             of_entries([entry])
         except ConfigError as error:
-            raise document.fail((*place, index), str(error)) from error
+            yield (*place, index), str(error)
 
 
 CONFIG_FOLDER = Path(__file__).resolve().parent.parent / "config"

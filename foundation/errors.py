@@ -30,7 +30,13 @@ class DeltactlError(Exception):
 
 
 class ConfigError(DeltactlError, ValueError):
-    """A configuration file says something it may not: wrong type, bound or key."""
+    """A configuration file says something it may not: wrong type, bound or key.
+
+    With several arguments: all mistakes of a file, a line each.
+    """
+
+    def __str__(self) -> str:
+        return "\n".join(str(mistake) for mistake in self.args)
 
 
 class MissingFile(ConfigError, FileNotFoundError):

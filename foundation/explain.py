@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Container
+from collections.abc import Container, Sequence
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -18,11 +18,58 @@ BOUNDS = (
 """The kinds of error that a bound causes; the field's description is the bound's reason."""
 
 
+def explain_all(
+    model: type[BaseModel], error: ValidationError, in_file: Container[Location]
+) -> list[tuple[Location, str]]:
+    """Where each mistake stands and what to say about it; `in_file` holds all places of the file.
+
+    What follows from another mistake is left out: the key that is missing where one is misspelt,
+    and what the other members of a union say of the same value.
+    """
+    left = error.errors(include_url=False)
+    mistakes = []
+    while left:
+        found = _worst(left, in_file)
+        mistakes.append(_explained(model, found, in_file))
+        left = [one for one in left if one is not found and not _same(found, one, in_file)]
+        if found["type"] == "extra_forbidden":
+            left = _without_the_meant(found["loc"], left)
+    return mistakes
+
+
 def explain(
     model: type[BaseModel], error: ValidationError, in_file: Container[Location]
 ) -> tuple[Location, str]:
-    """Where the mistake stands and what to say about it; `in_file` holds all places of the file."""
-    found = _worst(error, in_file)
+    """The worst of the mistakes alone."""
+    return explain_all(model, error, in_file)[0]
+
+
+def _same(found: Any, other: Any, in_file: Container[Location]) -> bool:
+    """Whether another error is about the same value; keys that are missing are their own."""
+    if _lacks_a_key(found) or _lacks_a_key(other):
+        return bool(other["loc"] == found["loc"])
+    place, beside = _place(found["loc"], in_file), _place(other["loc"], in_file)
+    return bool(beside) and (beside == place[: len(beside)] or place == beside[: len(place)])
+
+
+def _lacks_a_key(error: Any) -> bool:
+    return bool(error["type"] == "missing" and isinstance(error["loc"][-1], str))
+
+
+def _without_the_meant(misspelt: Location, errors: list[Any]) -> list[Any]:
+    """The errors less that of the one missing key beside a misspelt one that was meant by it."""
+    missing = [
+        one for one in errors if one["type"] == "missing" and one["loc"][:-1] == misspelt[:-1]
+    ]
+    names = [str(one["loc"][-1]) for one in missing]
+    close = difflib.get_close_matches(str(misspelt[-1]), names, n=1, cutoff=0.5)
+    meant = [one for one in missing if str(one["loc"][-1]) in close]
+    return [one for one in errors if one not in (meant or missing[:1])]
+
+
+def _explained(
+    model: type[BaseModel], found: Any, in_file: Container[Location]
+) -> tuple[Location, str]:
     place = _place(found["loc"], in_file)
     kind = found["type"]
     if kind == "extra_forbidden":
@@ -40,12 +87,10 @@ def explain(
     return place, f"{said}: {reason}" if reason else said
 
 
-def _worst(error: ValidationError, in_file: Container[Location]) -> Any:
-    """The one error to report."""
+def _worst(errors: Sequence[Any], in_file: Container[Location]) -> Any:
+    """The one error to report first."""
     # A misspelt key is also a missing one: the misspelling is what the user can see.
-    found = sorted(
-        error.errors(include_url=False), key=lambda one: one["type"] != "extra_forbidden"
-    )
+    found = sorted(errors, key=lambda one: one["type"] != "extra_forbidden")
     place = _place(found[0]["loc"], in_file)
     # Of the errors that the members of a union give for one value, the innermost says most.
     places = [(_place(one["loc"], in_file), one) for one in found]

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from foundation.errors import ConfigError
-from foundation.explain import explain
+from foundation.explain import explain_all
 from foundation.plain_file import TooLong, read_plain
 from foundation.yaml_tree import Location, Tree, YamlError
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
+MOST_MISTAKES = 20
 MAX_BYTES = 20_000_000
 """Several times the largest job (100,000 joint poses); a wrong file must not fill the memory."""
 
@@ -60,13 +62,23 @@ class Document:
             f"{self.path}:{self.line_of(location)}: {key + ': ' if key else ''}{message}"
         )
 
+    def fail_all(self, mistakes: Iterable[tuple[Location, str]]) -> ConfigError:
+        """One ConfigError for several mistakes; at most MOST_MISTAKES of them are listed."""
+        lines = [str(self.fail(*mistake)) for mistake in mistakes]
+        more = len(lines) - MOST_MISTAKES
+        if more > 0:
+            lines[MOST_MISTAKES:] = [f"{self.path}: and {more} more mistakes"]
+        return ConfigError(*lines)
+
     def check(self, model: type[ModelT], data: object | None = None) -> ModelT:
         """Turn the document (or `data`, a part of it) into `model`. Raises ConfigError."""
         payload = json.dumps(self.data if data is None else data)
         try:
             return model.model_validate_json(payload)
         except ValidationError as error:
-            raise self.fail(*explain(model, error, self.lines)) from None
+            found = explain_all(model, error, self.lines)
+            found.sort(key=lambda mistake: self.line_of(mistake[0]))
+            raise self.fail_all(found) from None
 
     def _parse(self, text: str) -> dict[str, Any]:
         try:

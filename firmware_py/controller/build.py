@@ -76,6 +76,15 @@ def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:
     )
 
 
+def check_said(robot: RobotFile) -> None:
+    """Raise ConfigError when the robot file leaves open what hardware depends on."""
+    if open_keys := robot.left_open():
+        raise ConfigError(
+            f"robot '{robot.name}' can be run simulated only: its file does not say "
+            f"{', '.join(open_keys)}; write them down ('deltactl init' asks for them)"
+        )
+
+
 def real_machine(robot: RobotFile) -> Machine:
     """The Pi's pins and bus. Raises HardwareError naming what is not there, ConfigError."""
     from drivers.pin_factory import lgpio_pin_factory
@@ -86,6 +95,7 @@ def real_machine(robot: RobotFile) -> Machine:
             f"robot '{robot.name}': there is no driver for real servo drives (drive.kind servo);"
             " run it simulated"
         )
+    check_said(robot)
     clock, homing = RealClock(), robot.homing
     pins = lgpio_pin_factory()
     sensors = open_robot_sensors(robot.ranging, clock, pins)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from firmware_py.controller.build import build_controller
 from firmware_py.job_file import load_job
 from firmware_py.robot_file import CONFIG_FOLDER, find, load_robot
 from foundation.errors import ConfigError, MissingFile
@@ -138,3 +140,36 @@ def test_named_files_are_sought_beside_the_job_first(tmp_path):
     assert find("zhao-2023.yaml", beside=tmp_path / "job.yaml") == own
     own.unlink()
     assert find("zhao-2023.yaml", beside=tmp_path / "job.yaml") == CONFIG_FOLDER / own.name
+
+
+def test_all_mistakes_of_a_file_are_listed_at_once(tmp_path):
+    text = HEART.replace("width_m: 0.2", "widht_m: 0.2").replace("t_pwm_s: 0.006", "t_pwm_s: 1e-6")
+    text = text.replace("repeats: 1", "repeats: 0").replace("robot: zhao-2023.yaml", "")
+    (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError) as error:
+        load_job(tmp_path / "job.yaml")
+    said = [line.removeprefix(f"{tmp_path}/job.yaml:") for line in error.value.args]
+    assert [line.split(": ")[1].split(" ")[0] for line in said] == [
+        "'robot'", "path.widht_m", "timing.t_pwm_s", "repeats",
+    ]  # fmt: skip
+
+
+def test_sections_that_contradict_each_other_are_listed_at_once(tmp_path):
+    text = ZHAO.replace("[17, 27, 22]", "[17, 17, 22]").replace("[30, 30, 30]", "[30, 30, 130]")
+    (tmp_path / "robot.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError) as error:
+        load_robot(tmp_path / "robot.yaml")
+    assert len(error.value.args) == 2
+
+
+@pytest.mark.parametrize("section", ["steps", "inputs", "ranging", "limits", "homing"])
+def test_hardware_wants_its_pins_limits_and_homing_said(tmp_path, section):
+    text = re.sub(rf"^{section}:.*\n(?:  .*\n)+", "", ZHAO, flags=re.MULTILINE)
+    path = tmp_path / "robot.yaml"
+    path.write_text(text, encoding="utf-8")
+    robot = load_robot(path)
+    assert robot.left_open()
+    assert all(key.startswith(f"{section}.") for key in robot.left_open())
+    build_controller(path, simulated=True, realtime=False, recordings=tmp_path).close()
+    with pytest.raises(ConfigError, match=rf"simulated only: its file does not say {section}\."):
+        build_controller(path, simulated=False, realtime=True, recordings=tmp_path)

@@ -15,11 +15,13 @@ INPUTS = {"job": 150, "socket": 150, "recording": 250, "model": 100, "csv": 250}
 def test_only_errors_of_ours(name: str) -> None:
     fuzzed, chance = TARGETS[name](), random.Random(name)
     said: list[str] = []
+    taken = 0
     for data in (*fuzzed.seeds, *(mutated(fuzzed, chance) for _ in range(INPUTS[name]))):
         try:
             fuzzed.run(data)
+            taken += 1
         except OURS as error:
-            said.append(str(error))
+            said += [str(line) for line in error.args] or [str(error)]
     assert not any("\n" in text for text in said)
-    assert len(said) < INPUTS[name], "nothing was taken: the seeds are broken"
+    assert taken > 0, "nothing was taken: the seeds are broken"
     assert name == "socket" or len(said) > 10
