@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +17,7 @@ from models.robot import load_robot_model
 
 if TYPE_CHECKING:
     from diagnosis.observations.column_mapping import Mapping
+    from recording.flat import FlatRecording
 
 
 def diagnose_recordings(
@@ -35,15 +37,12 @@ def diagnose_recordings(
         from diagnosis.api import diagnose
     from diagnosis.answer.corrected_robot import save_corrected
     from diagnosis.experiment import write_job
-    from diagnosis.observations.column_mapping import read_mapped
     from diagnosis.report.html import write_report
     from diagnosis.report.summary import summary_lines
-    from recording.flat_files import read_flat
 
     robot_file = find(robot)
     quiet = json_file is not None and str(json_file) == "-"
-    mapping = _mapping(columns) if columns else None
-    read = partial(read_mapped, mapping=mapping) if mapping else read_flat
+    read = read_with(columns)
     hidden = quiet or not errors.is_terminal  # elsewhere it would leave an empty line
     shown = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Progress(*shown, console=errors, transient=True, disable=hidden) as progress:
@@ -71,6 +70,17 @@ def diagnose_recordings(
     for name, path in (("report", report), ("answer", json_file), ("robot file", save_robot)):
         if path is not None:
             say(f"{name}: {path}")
+
+
+def read_with(columns: list[str]) -> Callable[[Path], FlatRecording]:
+    """What reads recordings, with the mapping that these options say."""
+    from recording.flat_files import read_flat
+
+    if not columns:
+        return read_flat
+    with needs("diagnosis", "--set"):
+        from diagnosis.observations.column_mapping import read_mapped
+    return partial(read_mapped, mapping=_mapping(columns))
 
 
 def _mapping(columns: list[str]) -> Mapping:

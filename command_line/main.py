@@ -11,6 +11,7 @@ from command_line import (
     collect,
     demo,
     evaluate,
+    init,
     jobs,
     prove,
     reproduce,
@@ -66,6 +67,7 @@ jobs.register(app)
 service.register(app)
 robotless.register(app)
 demo.register(app)
+init.register(app)
 prove.register(app)
 collect.register(app)
 train.register(app)

@@ -1,0 +1,125 @@
+"""The robot file's text, from answers; comments say what was left out and what each part means."""
+
+from __future__ import annotations
+
+from firmware_py.describing.questions import Answers, numbers
+
+NOTE = "# Made by deltactl init. Every key with unit, bounds and default: docs/reference/"
+
+
+def robot_text(kind: str, answers: Answers, wired: bool) -> str:
+    """YAML of a machine of this kind. Raises ConfigError for an answer that is no number."""
+    makers = {"delta": _delta, "stepper_axis": _stepper, "servo_axis": _servo}
+    lines = [NOTE, f"kind: {kind}", f"name: {_text(answers['name'])}"]
+    if kind in makers:
+        lines += makers[kind](answers)
+    if kind == "delta":
+        lines += _wiring(answers) if wired else NO_WIRING
+    return "\n".join(lines) + "\n"
+
+
+NO_WIRING = [
+    "",
+    "# No pins, limits or homing are said: this file runs simulated, not on hardware.",
+    "# 'deltactl init FILE --kind delta --wiring' asks for them.",
+]
+
+
+def _delta(answers: Answers) -> list[str]:
+    lengths = ("base_radius", "platform_radius", "upper_arm", "forearm")
+    metres = {key: numbers(answers, f"{key}_mm")[0] / 1000.0 for key in lengths}
+    below = metres["forearm"] + metres["upper_arm"]
+    return [
+        "",
+        "geometry:",
+        *(f"  {key}_m: {_number(value)}" for key, value in metres.items()),
+        "  azimuth_deg: [0, 120, 240]   # directions of the arms, seen from above",
+        *_drive(answers),
+        "",
+        "# A ranging sensor reports offset + axis . p, with p the platform's position. The offsets",
+        "# are a guess; 'deltactl sensors --calibrate z=0.412' says what they are.",
+        "sensors:",
+        f"  x: {{offset_m: {_number(round(below, 3))}, axis: [1, 0, 0]}}",
+        f"  y: {{offset_m: {_number(round(below, 3))}, axis: [0, 1, 0]}}",
+        f"  z: {{offset_m: {_number(round(1.2 * below, 3))}, axis: [0, 0, 1]}}",
+    ]
+
+
+def _drive(answers: Answers) -> list[str]:
+    steps, gear = numbers(answers, "microsteps_per_rev")[0], numbers(answers, "gear_ratio")[0]
+    return [
+        "",
+        "drive:",
+        f"  microsteps_per_rev: {_number(steps)}",
+        f"  gear_ratio: {_number(gear)}",
+    ]
+
+
+def _stepper(answers: Answers) -> list[str]:
+    return [*_drive(answers), f"zero: {answers['zero']}   # absolute: an offset is a finding"]
+
+
+def _servo(answers: Answers) -> list[str]:
+    inertia = numbers(answers, "inertia")[0]
+    unit = "kg" if answers["motion"] == "linear" else "kg m2"
+    lines = [f"motion: {answers['motion']}"]
+    if inertia > 0.0:
+        gain = numbers(answers, "effort_gain")[0]
+        lines += [f"inertia: {_number(inertia)}   # {unit}", f"effort_gain: {_number(gain)}"]
+    else:
+        lines.append(f"# inertia: 0.1   # {unit}; needed where the recording has an effort column")
+    return [*lines, f"zero: {answers['zero']}   # absolute: an offset is a finding"]
+
+
+def _wiring(answers: Answers) -> list[str]:
+    low, high = numbers(answers, "arm_deg", 2)
+    return [
+        "",
+        "steps:                        # BCM numbers",
+        f"  step_pins: {_pins(answers, 'step_pins')}",
+        f"  direction_pins: {_pins(answers, 'direction_pins')}",
+        f"  enable_pin: {_pin(answers, 'enable_pin')}",
+        f"  alarm_pins: {_pins(answers, 'alarm_pins')}",
+        "",
+        "inputs:",
+        f"  estop_pin: {_pin(answers, 'estop_pin')}",
+        "",
+        "ranging:",
+        f"  xshut_pins: {_pins(answers, 'xshut_pins')}",
+        "",
+        "limits:                       # checked along the whole path before anything moves",
+        f"  arm_deg: [{_number(low)}, {_number(high)}]",
+        *(
+            f"  {key}: {_number(numbers(answers, key)[0])}"
+            for key in (
+                *("step_rate_hz", "joint_speed_radps", "joint_acceleration_radps2"),
+                "approach_speed_radps",
+            )
+        ),
+        "",
+        "homing:",
+        "  method: placed              # the arms are put against stops or a jig by hand",
+        f"  angle_deg: [{', '.join(map(_number, numbers(answers, 'home_deg', 3)))}]",
+    ]
+
+
+def _pins(answers: Answers, key: str) -> str:
+    if _none(answers[key]):
+        return "null"
+    return f"[{', '.join(map(_number, numbers(answers, key, 3)))}]"
+
+
+def _pin(answers: Answers, key: str) -> str:
+    return "null" if _none(answers[key]) else _number(numbers(answers, key)[0])
+
+
+def _none(text: str) -> bool:
+    return text.strip().lower() in ("none", "no", "null", "-", "")
+
+
+def _number(value: float) -> str:
+    return str(int(value)) if value == int(value) else f"{value:.10g}"
+
+
+def _text(value: str) -> str:
+    return "'" + value.replace("'", "''") + "'" if not value.replace("-", "").isalnum() else value

@@ -1,0 +1,137 @@
+"""`deltactl init`: what it writes passes the checks it will be held to, and runs."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from firmware_py.describing.first_job import write_first_job
+from firmware_py.describing.questions import QUESTIONS, WIRING, gather
+from firmware_py.describing.robot_text import robot_text
+from firmware_py.planner.check import check_job
+from firmware_py.robot_file import load_robot
+from foundation.errors import ConfigError
+from models.robot import KINDS, load_robot_model
+from recording.flat import FlatRecording
+from recording.flat_files import write_flat
+
+Deltactl = Callable[..., subprocess.CompletedProcess[str]]
+DELTA = {
+    "name": "mine", "base_radius_mm": "120", "platform_radius_mm": "40", "upper_arm_mm": "150",
+    "forearm_mm": "320", "microsteps_per_rev": "3200", "gear_ratio": "5",
+}  # fmt: skip
+WIRED = {
+    "step_pins": "17 27 22", "direction_pins": "23,24,25", "enable_pin": "5", "alarm_pins": "none",
+    "estop_pin": "26", "xshut_pins": "4 20 21", "arm_deg": "-10 90", "joint_speed_radps": "4",
+    "joint_acceleration_radps2": "20", "home_deg": "30 30 30",
+}  # fmt: skip
+
+
+def options(answers: dict[str, str]) -> list[str]:
+    return [word for key, text in answers.items() for word in (f"--{key.replace('_', '-')}", text)]
+
+
+def test_from_options_to_a_simulated_job(deltactl: Deltactl, tmp_path: Path) -> None:
+    shown = deltactl("init", "mine.yaml", *options(DELTA)).stdout
+    assert "next: deltactl run mine-circle.yaml" in shown
+    result = json.loads(deltactl("run", "mine-circle.yaml", "--simulate", "--json").stdout)
+    assert result["outcome"] == "done"
+    assert load_robot(tmp_path / "mine.yaml").left_open()
+
+
+def test_with_its_wiring_nothing_is_left_open(deltactl: Deltactl, tmp_path: Path) -> None:
+    deltactl("init", "mine.yaml", "--wiring", *options(DELTA | WIRED))
+    robot = load_robot(tmp_path / "mine.yaml")
+    assert robot.left_open() == []
+    assert robot.steps.alarm_pins is None
+    assert robot.limits.arm_deg == (-10.0, 90.0)
+
+
+def test_all_that_is_missing_is_said_at_once(deltactl: Deltactl) -> None:
+    refused = deltactl("init", "mine.yaml", "--gear-ratio", "5", status=2)
+    said = refused.stderr.splitlines()
+    assert [line.split()[1] for line in said] == [
+        "--base-radius-mm", "--platform-radius-mm", "--upper-arm-mm", "--forearm-mm",
+    ]  # fmt: skip
+
+
+def test_a_refused_answer_leaves_no_file(deltactl: Deltactl, tmp_path: Path) -> None:
+    wrong = DELTA | {"upper_arm_mm": "150000", "gear_ratio": "-1"}
+    refused = deltactl("init", "mine.yaml", *options(wrong), status=2)
+    assert "geometry.upper_arm_m" in refused.stderr
+    assert "drive.gear_ratio" in refused.stderr
+    assert not list(tmp_path.glob("*.yaml"))
+
+
+def test_a_file_is_written_over_only_with_force(deltactl: Deltactl, tmp_path: Path) -> None:
+    (tmp_path / "mine.yaml").write_text("precious")
+    refused = deltactl("init", "mine.yaml", "--kind", "range_sensor", status=2)
+    assert "--force" in refused.stderr
+    assert (tmp_path / "mine.yaml").read_text() == "precious"
+    deltactl("init", "mine.yaml", "--kind", "range_sensor", "--force")
+    assert load_robot_model(tmp_path / "mine.yaml").kind == "range_sensor"
+
+
+@pytest.mark.parametrize("kind", sorted(set(KINDS) - {"delta"}))
+def test_every_kind_with_what_enter_means(tmp_path: Path, kind: str) -> None:
+    answers = {one.key: one.default or "12" for one in QUESTIONS[kind]}
+    (tmp_path / "one.yaml").write_text(robot_text(kind, answers, wired=False))
+    assert load_robot_model(tmp_path / "one.yaml").kind == kind
+
+
+def test_the_gear_is_measured_from_steps_and_angle(deltactl: Deltactl, tmp_path: Path) -> None:
+    t_s = 0.01 * np.arange(500)
+    steps = np.round(20_000 * np.sin(t_s))
+    rad = steps * 2 * np.pi / (3200 * 50.0) + 0.2
+    write_flat(FlatRecording(t_s, {"steps_1": steps, "theta_1": rad}), tmp_path / "run.csv")
+    deltactl(
+        "init", "table.yaml", "--kind", "stepper_axis", "--measure", "run.csv",
+        "--microsteps-per-rev", "3200",
+    )  # fmt: skip
+    robot = load_robot_model(tmp_path / "table.yaml")
+    assert robot.drive.gear_ratio == pytest.approx(50.0, rel=1e-4)
+
+
+def test_questions_are_asked_where_somebody_sits() -> None:
+    asked: list[str] = []
+
+    def ask(question) -> str:
+        asked.append(question.key)
+        return question.default or "1"
+
+    gather(QUESTIONS["delta"] + WIRING, {"name": "x"}, ask)
+    assert "name" not in asked
+    assert {"forearm_mm", "step_pins"} <= set(asked)
+    with pytest.raises(ConfigError) as error:
+        gather(WIRING, {}, None)
+    assert len(error.value.args) == len([one for one in WIRING if one.default is None])
+
+
+@given(
+    base=st.floats(20, 400), platform=st.floats(10, 200),
+    upper=st.floats(30, 500), longer=st.floats(1.3, 3.0), gear=st.floats(1, 50),
+)  # fmt: skip
+@settings(
+    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+def test_the_first_job_of_any_delta_may_run(
+    tmp_path: Path, base: float, platform: float, upper: float, longer: float, gear: float
+) -> None:
+    answers = DELTA | {
+        "base_radius_mm": f"{base:.1f}", "platform_radius_mm": f"{platform:.1f}",
+        "upper_arm_mm": f"{upper:.1f}", "forearm_mm": f"{longer * upper:.1f}",
+        "gear_ratio": f"{gear:.2f}",
+    }  # fmt: skip
+    file, job = tmp_path / "any.yaml", tmp_path / "any-circle.yaml"
+    file.write_text(robot_text("delta", answers, wired=False))
+    if write_first_job(load_robot(file), file, job) is None:
+        assert not job.exists()
+    else:
+        assert check_job(job).duration_s > 0.0
