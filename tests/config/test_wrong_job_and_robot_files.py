@@ -127,7 +127,9 @@ def test_a_file_that_is_not_there_lists_those_that_are(tmp_path):
         find("zhao-2032.yaml", beside=tmp_path / "job.yaml")
     said = str(error.value)
     assert "or in config; did you mean 'zhao-2023.yaml'?" in said
-    with pytest.raises(MissingFile, match=r"there are circle\.yaml, heart\.yaml, micro"):
+    with pytest.raises(
+        MissingFile, match=r"there are circle\.yaml, demo-heart\.yaml, heart\.yaml, micro"
+    ):
         find("q.yaml")
     (tmp_path / "mine.tflite").write_bytes(b"")
     with pytest.raises(MissingFile, match=r"or in models/trained; did you mean 'mine.tflite'\?$"):

@@ -1,7 +1,8 @@
 """Commands as README and docs give them, to be held against the program or typed verbatim.
 
 A fence that begins with ```sh is typed on a PC, line by line, on a clean clone. One word after it
-says why it is not: `pi` (needs a Raspberry Pi, or root), `long` (hours, or the tests themselves).
+says why it is not: `pi` (needs a Raspberry Pi, or root), `long` (hours, or the tests themselves),
+`yours` (needs a file of the reader's).
 """
 
 from __future__ import annotations
