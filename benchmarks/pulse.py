@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 
 from drivers.fakes.gpio_chip import GpioChip
+from drivers.fakes.steps import simulated_step_output
 from drivers.fakes.syscall_trap import Device, SyscallTrap, available
 from drivers.settings import InputSettings, StepSettings
-from drivers.steps.build import simulated_step_output
 from drivers.steps.contract import Ticks
 from foundation.clock import VirtualClock, sleep_s
 

@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from drivers.fakes.steps import simulated_step_output
 from drivers.settings import InputSettings, StepSettings
-from drivers.steps.build import build_step_output, simulated_step_output
+from drivers.steps.build import build_step_output
 from drivers.steps.contract import OutputState, StepOutput, Ticks
 from drivers.steps.process_host import ProcessStepOutput
 from foundation.clock import RealClock

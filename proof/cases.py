@@ -12,10 +12,10 @@ from proof.hidden.hidden import Hidden
 from proof.hidden.oddities import ODDITIES
 from proof.hidden.tolerances import tolerances
 from proof.motion.curves import SHAPES, curve
-from proof.motion.stepping import StepTrain
 from proof.motion.survey import survey
 from proof.recorded import Machine
 from proof.robot.as_built import AsBuilt
+from proof.robot.stepping import StepTrain
 from proof.sensors.noise import Noise
 from proof.sensors.ranging import Sensors
 

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from proof.motion.stepping import StepTrain
 from proof.motion.survey import survey
 from proof.recorded import Machine, sample_times
 from proof.robot.as_built import Body, FloatArray, Joints
 from proof.robot.assemble import Assembly
 from proof.robot.bodies import build
 from proof.robot.run import TIMESTEP_S, Truth, run
+from proof.robot.stepping import StepTrain
 from proof.sensors.ranging import ideal_ranges
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from proof.motion.stepping import StepTrain
 from proof.robot.as_built import AsBuilt, FloatArray
 from proof.robot.run import Truth, run
+from proof.robot.stepping import StepTrain
 from proof.sensors.noise import Noise
 from proof.sensors.ranging import Sensors, ideal_ranges, read
 from recording.flat import AnyArray, FlatRecording, from_columns

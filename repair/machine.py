@@ -15,10 +15,10 @@ from foundation.errors import ConfigError
 from proof.hidden.build_in import VOCABULARY, construct, hidden, plan, settle
 from proof.hidden.hidden import Hidden
 from proof.hidden.oddities import ODDITIES
-from proof.motion.stepping import StepTrain
 from proof.motion.survey import survey
 from proof.recorded import Machine, record
 from proof.robot.run import run
+from proof.robot.stepping import StepTrain
 from recording.flat import FlatRecording
 from repair.played import Played
 from repair.tracking import Drawn, drawn

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.answer.records import ParameterResult
+from diagnosis.estimation.blocks import blocks_of
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.file_tolerances import giving_way, pull
 from diagnosis.estimation.least_squares import Fitter
-from diagnosis.evidence.noise_estimation import blocks_of
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate, Term
 

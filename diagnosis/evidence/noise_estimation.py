@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from diagnosis.estimation.blocks import blocks_of
 from diagnosis.estimation.budget import NOISE, Patience
 from diagnosis.estimation.file_tolerances import small_errors
 from diagnosis.estimation.least_squares import Fitter
@@ -18,8 +19,8 @@ from diagnosis.estimation.noise import estimate
 from diagnosis.estimation.splines import FINE_PIECES, FreeShape, free_shapes, way_shapes
 from diagnosis.evidence.library import Bank, build
 from diagnosis.evidence.saturated_model import Saturated, given_back
-from diagnosis.evidence.score_test import BLOCK_S, Scorer, doubt
-from diagnosis.observations.readings import BoolArray, FloatArray, IntArray, without_outliers
+from diagnosis.evidence.score_test import Scorer, doubt
+from diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
 from diagnosis.plants.contract import Model
 
 ROUNDS = 2
@@ -94,13 +95,6 @@ def _prepared(
     parts = [entry.columns for entry in bank.entries]
     scorer.doubt = np.array([doubt(scorer.gram[p, p], with_small[p]) for p in parts])
     return Prepared(model, fitter, bank, scorer, valid, fine, left * larger, small)
-
-
-def blocks_of(fitter: Fitter) -> IntArray:
-    """Number of the block of time each whitened reading lies in, (m,)."""
-    t_s = fitter.model.readings.t_s[fitter.whiten.rows]
-    length = max(BLOCK_S, 30 * fitter.model.readings.period_s)
-    return np.asarray((t_s - t_s.min()) / length, dtype=np.intp)
 
 
 def _inflation(bank: Bank, fitter: Fitter, floor: FloatArray) -> FloatArray:

@@ -14,7 +14,6 @@ from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 
 DRAWS = 1000
 SEED = 20260101
-BLOCK_S = 1.5
 COLLINEAR = 1e-6
 """Share of a column that must be left after projection for a test to be possible."""
 

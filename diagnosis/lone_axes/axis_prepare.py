@@ -10,11 +10,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import median_filter
 
+from diagnosis.estimation.blocks import blocks_of
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import HUBER, ORDER, ChannelNoise, Whitener, estimate, history
 from diagnosis.estimation.splines import FINE_PIECES, free_shapes
 from diagnosis.evidence.library import Bank, build
-from diagnosis.evidence.noise_estimation import Prepared, blocks_of
+from diagnosis.evidence.noise_estimation import Prepared
 from diagnosis.evidence.score_test import Scorer
 from diagnosis.observations.readings import (
     HAMPEL_LIMIT,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from mmap import mmap
-from typing import Final, NamedTuple
+from time import monotonic_ns
+from typing import Any, Final, NamedTuple
 
 from drivers.fakes.step_drive import SimulatedDrive
 from drivers.steps.lines import (
@@ -294,3 +295,9 @@ class FakeLines:
             self._alarms = self.memory.alarms
             if self.on_alarms is not None:
                 self.on_alarms(self._alarms)
+
+
+def of_config(config: dict[str, Any]) -> FakeLines:
+    """The lines of the bench whose memory the pulse process was given."""
+    memory = BenchMemory(mmap(config["bench"], BENCH_BYTES))
+    return FakeLines(memory, monotonic_ns, FakeWiring(*config["wiring"]))

@@ -1,27 +1,25 @@
-"""Step outputs from settings: on the hardware, or on the fake bench."""
+"""Step outputs on the hardware, from settings (those of the fake bench: drivers.fakes.steps)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from drivers.fakes.bench import FakeBench, fake_bench
 from drivers.pin_factory import lgpio_pin_factory
 from drivers.settings import SHORTEST_PERIOD_S, InputSettings, StepSettings
 from drivers.steps.contract import StepOutput
 from drivers.steps.gpiozero_lines import GpiozeroLines
 from drivers.steps.lgpio_lines import LgpioLines, LgpioPins
 from drivers.steps.lines import ALARM_BITS, ENABLE_BIT, ESTOP_BIT
-from drivers.steps.output import PlayerStepOutput
 from drivers.steps.process_host import ProcessStepOutput, PulseProcess
 from drivers.steps.task_host import TaskStepOutput
 from drivers.steps.timing import PlayerSettings
 from foundation.clock import NS_PER_S, Clock, VirtualClock, ns
-from foundation.errors import ConfigError
 
 SIGNALS_BEFORE_ENA = 6
 """STEP 1 to 3 and DIR 1 to 3, see drivers/steps/lines.py."""
+LGPIO = "drivers.steps.lgpio_lines:of_config"
+"""What opens the lines in the pulse process, see pulse_main.open_lines."""
 POLL_NS = 1_000_000
 VIRTUAL_POLL_NS = 10_000_000
 """On a virtual clock nothing happens between tasks, and the last look is right at each edge."""
@@ -101,58 +99,14 @@ def build_step_output(
     """
     if settings.backend == "gpiozero":
         lines = GpiozeroLines(settings, inputs, pin_factory or lgpio_pin_factory())
-        return _task_output(settings, inputs, clock, lines)
+        return task_output(settings, inputs, clock, lines)
     pins = lgpio_pins(settings, inputs)
     process = PulseProcess(
         player_settings(settings, inputs, CHECK_AHEAD_NS),
-        {"lines": "lgpio", "pins": pins},
+        {"lines": LGPIO, "pins": pins},
         board_path=board_path,
     )
     return ProcessStepOutput(process, clock, minimum_period_ns(settings, clock))
-
-
-@dataclass(frozen=True)
-class SimulatedSteps:
-    """A step output on the fake bench, and the bench."""
-
-    output: PlayerStepOutput
-    bench: FakeBench
-
-    def close(self) -> None:
-        """Close both."""
-        self.output.close()
-        self.bench.close()
-
-
-def simulated_step_output(
-    settings: StepSettings,
-    inputs: InputSettings,
-    clock: Clock,
-    *,
-    realtime: bool,
-    board_path: Path | None = None,
-) -> SimulatedSteps:
-    """The same backends on simulated drives.
-
-    realtime False: on any clock, the pulse backend's player runs in this process.
-    realtime True: on the real clock, a pulse process plays on fake lines.
-    The gpiozero backend runs in this process in both cases, on mock pins.
-    """
-    if realtime and isinstance(clock, VirtualClock):
-        raise ConfigError("a virtual clock does not run in real time; use the real clock")
-    own_process = realtime and settings.backend == "pulse"
-    bench = fake_bench(settings, inputs, clock, shared=own_process)
-    if not own_process:
-        on_pins = settings.backend == "gpiozero"
-        lines = GpiozeroLines(settings, inputs, bench.pin_factory) if on_pins else bench.lines
-        return SimulatedSteps(_task_output(settings, inputs, clock, lines), bench)
-    assert bench.descriptor is not None
-    wires = {"lines": "fake", "bench": bench.descriptor, "wiring": bench.wiring}
-    process = PulseProcess(
-        player_settings(settings, inputs, CHECK_AHEAD_NS), wires, (bench.descriptor,), board_path
-    )
-    output = ProcessStepOutput(process, clock, minimum_period_ns(settings, clock))
-    return SimulatedSteps(output, bench)
 
 
 def minimum_period_ns(settings: StepSettings, clock: Clock) -> int:
@@ -164,9 +118,10 @@ def minimum_period_ns(settings: StepSettings, clock: Clock) -> int:
     return max(least_ns, round(pulse_ns))
 
 
-def _task_output(
+def task_output(
     settings: StepSettings, inputs: InputSettings, clock: Clock, lines: Any
 ) -> TaskStepOutput:
+    """A player in this process, on given lines."""
     period_ns = minimum_period_ns(settings, clock)
     poll_ns = VIRTUAL_POLL_NS if isinstance(clock, VirtualClock) else POLL_NS
     return TaskStepOutput(

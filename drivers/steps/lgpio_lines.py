@@ -119,3 +119,8 @@ def _library() -> ModuleType:
         return import_module("lgpio")
     except ImportError as error:
         raise PulseFault("the package lgpio is missing; install it (python3-lgpio)") from error
+
+
+def of_config(config: dict[str, Any]) -> LgpioLines:
+    """The lines at the pins that the pulse process was told."""
+    return LgpioLines(LgpioPins(*config["pins"]))

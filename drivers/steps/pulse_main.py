@@ -9,6 +9,7 @@ import json
 import os
 import signal
 import sys
+from importlib import import_module
 from mmap import mmap
 from time import monotonic_ns, sleep
 from typing import Any
@@ -24,15 +25,13 @@ IDLE_S = 0.001
 
 
 def open_lines(config: dict[str, Any]) -> LineGroup:
-    """The line group that the controller named."""
-    if config["lines"] == "fake":
-        from drivers.fakes.lines import BENCH_BYTES, BenchMemory, FakeLines, FakeWiring
+    """The line group that the controller named, as 'module:function' of the whole config.
 
-        memory = BenchMemory(mmap(config["bench"], BENCH_BYTES))
-        return FakeLines(memory, monotonic_ns, FakeWiring(*config["wiring"]))
-    from drivers.steps.lgpio_lines import LgpioLines, LgpioPins
-
-    return LgpioLines(LgpioPins(*config["pins"]))
+    The lines of a fake bench are such a module too: this one need not know it.
+    """
+    module, _, function = config["lines"].partition(":")
+    opened: LineGroup = getattr(import_module(module), function)(config)
+    return opened
 
 
 def watch_controller(words: memoryview, controller: int) -> None:

@@ -8,13 +8,14 @@ from pathlib import Path
 
 from drivers.fakes.range_noise import RangeNoise
 from drivers.fakes.ranging_rig import build_rig
+from drivers.fakes.steps import simulated_step_output
 from drivers.inputs import home_switches
-from drivers.steps.build import build_step_output, release_drives, simulated_step_output
+from drivers.steps.build import build_step_output, release_drives
 from drivers.steps.contract import MOTORS
 from firmware_py.controller.controller import Controller
+from firmware_py.controller.servo_machine import servo_machine
 from firmware_py.machine import Machine
 from firmware_py.robot_file import RobotFile, load_robot
-from firmware_py.simulation.servo_machine import servo_machine
 from firmware_py.simulation.world import SimulatedRobot
 from foundation.clock import Clock, RealClock, VirtualClock
 from foundation.errors import ConfigError

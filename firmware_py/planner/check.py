@@ -7,7 +7,7 @@ from pathlib import Path
 
 from drivers.steps.contract import Counts
 from firmware_py.job_file import JobFile, load_job
-from firmware_py.paths.of_job import path_of
+from firmware_py.path_of_job import path_of
 from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.planner.limits import PathLimits
 from firmware_py.planner.plan import Plan, TimedLap, schedule_of

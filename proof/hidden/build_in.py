@@ -10,11 +10,11 @@ import numpy as np
 
 from proof.hidden import frame, joints, sensing
 from proof.hidden.hidden import Hidden, Kind, Parameters, number, split_interval
-from proof.motion.stepping import StepTrain
 from proof.recorded import Machine
 from proof.robot.as_built import FloatArray
 from proof.robot.assemble import Assembly
 from proof.robot.bodies import build
+from proof.robot.stepping import StepTrain
 
 VOCABULARY: dict[str, Kind] = {
     kind.effect: kind for kind in (*joints.KINDS, *frame.KINDS, *sensing.KINDS)

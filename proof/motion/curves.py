@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from proof.motion.inverse import arm_angles
-from proof.motion.stepping import IntArray, StepTrain, cut, together
 from proof.robot.as_built import Body, FloatArray, Joints
+from proof.robot.stepping import IntArray, StepTrain, cut, together
 
 SPACING_M = 0.0015
 

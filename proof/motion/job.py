@@ -14,9 +14,9 @@ import numpy as np
 from foundation.errors import ConfigError
 from proof.motion.curves import SHAPES, to_counts
 from proof.motion.inverse import arm_angles
-from proof.motion.stepping import IntArray, StepTrain, together
 from proof.motion.survey import HIGHEST, LOWEST
 from proof.robot.as_built import Body, FloatArray
+from proof.robot.stepping import IntArray, StepTrain, together
 
 USUAL_T_PWM_S = 0.002
 SPACING_M = 0.0015

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from proof.motion.stepping import IntArray, StepTrain, cut, together
+from proof.robot.stepping import IntArray, StepTrain, cut, together
 
 LOWEST, HIGHEST = 0, 3333
 """Microsteps: 0 to 75 degrees, where every combination of angles can be assembled."""

@@ -8,11 +8,11 @@ import mujoco
 import numpy as np
 from mujoco.rollout import Rollout
 
-from proof.motion.stepping import StepTrain
 from proof.robot.as_built import AsBuilt, FloatArray
 from proof.robot.assemble import LOOPS, Assembly
 from proof.robot.bodies import build
 from proof.robot.gear import asked_angles, flanks
+from proof.robot.stepping import StepTrain
 
 TIMESTEP_S = 0.001
 KEEP_EVERY = 5

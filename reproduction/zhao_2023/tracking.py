@@ -9,9 +9,9 @@ import numpy as np
 
 from models.robot import FloatArray, Sensors
 from models.training.dataset import IntArray
-from proof.motion.stepping import together
 from proof.recorded import Machine, sample_times
 from proof.robot.run import run
+from proof.robot.stepping import together
 from proof.sensors.ranging import read
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]

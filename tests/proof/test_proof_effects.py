@@ -8,13 +8,13 @@ import pytest
 pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
 
 from proof.hidden.build_in import SINGLES, VOCABULARY, Planned, construct, heights_m
-from proof.motion.stepping import StepTrain, together
 from proof.motion.survey import survey
 from proof.recorded import Machine
 from proof.robot.as_built import AsBuilt, Body, Joints, three
 from proof.robot.assemble import Assembly
 from proof.robot.bodies import build
 from proof.robot.run import run
+from proof.robot.stepping import StepTrain, together
 from proof.sensors.noise import SILENT
 from proof.sensors.ranging import ideal_ranges, read
 

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' (MuJoCo)")
 
 from proof.motion.curves import SHAPES, curve
-from proof.motion.stepping import StepTrain, together
 from proof.motion.survey import HIGHEST, LOWEST, survey
 from proof.recorded import sample_times
 from proof.robot.run import Truth
+from proof.robot.stepping import StepTrain, together
 from proof.sensors.noise import Noise, dropouts, wander
 from proof.sensors.ranging import Sensors, ideal_ranges, read
 

@@ -11,9 +11,9 @@ from firmware_py.collecting.poses import survey_counts
 from firmware_py.robot_file import find, load_robot
 from foundation.errors import ConfigError, UnreachablePoint
 from models.linkage import Linkage, forward
-from proof.motion.stepping import together
 from proof.recorded import Machine
 from proof.robot.run import run
+from proof.robot.stepping import together
 from reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built, machine_of
 from reproduction.zhao_2023.limit import ExpectedMap
 from reproduction.zhao_2023.settling import SettlingRobot

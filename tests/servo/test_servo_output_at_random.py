@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.steps.contract import OutputState, Ticks
+from firmware_py.controller.servo_machine import servo_machine
 from firmware_py.machine import Machine
-from firmware_py.simulation.servo_machine import servo_machine
 from foundation.clock import VirtualClock, sleep_s
 from foundation.errors import DeltactlError
 

@@ -14,9 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drivers.fakes.steps import SimulatedSteps, simulated_step_output
 from drivers.settings import InputSettings, StepSettings
 from drivers.steps import board as b
-from drivers.steps.build import SimulatedSteps, build_step_output, simulated_step_output
+from drivers.steps.build import build_step_output
 from drivers.steps.contract import OutputState, Ticks
 from drivers.steps.process_host import ProcessStepOutput, last_counts
 from foundation.clock import RealClock, VirtualClock
@@ -131,7 +132,7 @@ CONTROLLER = textwrap.dedent("""
     from pathlib import Path
     import numpy as np
     from drivers.settings import InputSettings, StepSettings
-    from drivers.steps.build import simulated_step_output
+    from drivers.fakes.steps import simulated_step_output
     from drivers.steps.contract import Ticks
     from foundation.clock import RealClock
 

@@ -11,12 +11,13 @@ import pytest
 
 from drivers.fakes.bench import FakeBench, fake_bench
 from drivers.fakes.gpio_chip import GpioChip
+from drivers.fakes.steps import simulated_step_output
 from drivers.fakes.syscall_trap import SyscallTrap, available
 from drivers.settings import InputSettings, StepSettings
-from drivers.steps.build import build_step_output, simulated_step_output
+from drivers.steps.build import build_step_output
 from drivers.steps.contract import OutputState, StepOutput, Ticks
+from firmware_py.controller.servo_machine import servo_machine
 from firmware_py.robot_file import find, load_robot
-from firmware_py.simulation.servo_machine import servo_machine
 from foundation.clock import Clock, RealClock, VirtualClock, ns, sleep_s
 from foundation.errors import DriveAlarm, EmergencyStop, LimitExceeded, NotReady, PulseFault
 

@@ -1,0 +1,147 @@
+"""The shape of the source: lines, files, import circles, numbers that decide an answer.
+
+    python benchmarks/structure.py [--root DIR] [--folder diagnosis]
+
+Lines and files are those of Python below --folder, by room. A circle is a set of rooms that import
+each other, directly or around a corner, wherever in a file the import stands. A room is a folder
+without folders in it; the loose files of a folder that has some stand for themselves. A number that
+decides is a constant in capitals at the top of a file of --folder, or a field with a default of a
+class called ...Options or EffectKind, whose value is a number or holds numbers.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import sys
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+NOT_SHIPPED = ("tests", "docs", "build", "benchmarks")
+NOT_DECIDING = ("report", "drawing")
+"""Rooms whose numbers are of words and pictures."""
+
+
+def packages(root: Path) -> list[Path]:
+    """Folders of the source at the top."""
+    tops = sorted(path for path in root.iterdir() if path.is_dir() and path.name[0] != ".")
+    return [top for top in tops if top.name not in NOT_SHIPPED and any(top.glob("*.py"))]
+
+
+def room_of(root: Path, file: Path) -> str:
+    """The room of a file, or the file itself where it is loose beside rooms."""
+    folder = file.parent
+    parts = folder.relative_to(root).parts
+    if any(any(other.glob("*.py")) for other in folder.iterdir() if other.is_dir()):
+        return ".".join((*parts, file.stem))
+    return ".".join(parts)
+
+
+def imports(root: Path) -> dict[str, dict[str, list[str]]]:
+    """Room -> rooms that it imports -> files that do so."""
+    files = [file for top in packages(root) for file in sorted(top.rglob("*.py"))]
+    known = {".".join(file.relative_to(root).with_suffix("").parts): file for file in files}
+    known |= {name.removesuffix(".__init__"): file for name, file in known.items()}
+    found: dict[str, dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
+    for file in files:
+        room = room_of(root, file)
+        for name in _named(ast.parse(file.read_text(encoding="utf-8"))):
+            if name in known and (other := room_of(root, known[name])) != room:
+                found[room][other].append(str(file.relative_to(root)))
+    return {room: dict(others) for room, others in found.items()}
+
+
+def _named(tree: ast.Module) -> Iterator[str]:
+    """Every module that a file imports; of `from a import b` both a.b and a may be one."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def circles(edges: Mapping[str, Mapping[str, object]]) -> list[list[str]]:
+    """Sets of rooms that reach each other."""
+    reach = {room: _reached(edges, room) for room in edges}
+    found = {
+        tuple(sorted({room} | {o for o in reach[room] if room in reach.get(o, ())}))
+        for room in reach
+        if room in reach[room]
+    }
+    return [list(circle) for circle in sorted(found)]
+
+
+def _reached(edges: Mapping[str, Mapping[str, object]], start: str) -> set[str]:
+    seen: set[str] = set()
+    waiting = list(edges.get(start, ()))
+    while waiting:
+        room = waiting.pop()
+        if room not in seen:
+            seen.add(room)
+            waiting += edges.get(room, ())
+    return seen
+
+
+def deciding(folder: Path) -> list[str]:
+    """Names of the numbers below a folder that decide an answer, one for each definition."""
+    files = [f for f in sorted(folder.rglob("*.py")) if not set(f.parts) & set(NOT_DECIDING)]
+    return [name for file in files for name in _numbers(ast.parse(file.read_text("utf-8")))]
+
+
+def _numbers(tree: ast.Module) -> Iterator[str]:
+    for node in tree.body:
+        if isinstance(node, ast.ClassDef) and node.name.endswith(("Options", "EffectKind")):
+            yield from (name for part in node.body for name in _assigned(part) if name.islower())
+        yield from (name for name in _assigned(node) if name.isupper())
+
+
+def _assigned(node: ast.stmt) -> Iterator[str]:
+    """Names that get a number, or something with numbers in it."""
+    if isinstance(node, ast.Assign):
+        targets, value = node.targets, node.value
+    elif isinstance(node, ast.AnnAssign) and node.value is not None:
+        targets, value = [node.target], node.value
+    else:
+        return
+    if not any(
+        isinstance(part, ast.Constant) and type(part.value) in (int, float)
+        for part in ast.walk(value)
+    ):
+        return
+    for target in targets:
+        names = target.elts if isinstance(target, ast.Tuple) else [target]
+        yield from (name.id for name in names if isinstance(name, ast.Name))
+
+
+def main() -> int:
+    """Exit status 1 when there is a circle."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--root", type=Path, default=ROOT)
+    parser.add_argument("--folder", default="diagnosis")
+    options = parser.parse_args()
+    root, folder = options.root.resolve(), options.root.resolve() / options.folder
+    files, lines = Counter[str](), Counter[str]()
+    for file in sorted(folder.rglob("*.py")):
+        room = ".".join(file.parent.relative_to(root).parts)
+        files[room] += 1
+        lines[room] += len(file.read_text(encoding="utf-8").splitlines())
+    for room, count in files.items():
+        print(f"{room:32s} {count:3d} files {lines[room]:6d} lines")
+    print(f"{'all':32s} {files.total():3d} files {lines.total():6d} lines")
+    names = Counter(deciding(folder))
+    again = [name for name, count in names.items() if count > 1]
+    print(f"numbers: {names.total()}, names defined more than once: {', '.join(again) or 'none'}")
+    found = circles(imports(root))
+    for circle in found:
+        print(f"import circle: {', '.join(circle)}")
+    print(f"{len(found)} import circles")
+    return int(bool(found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,39 @@
+"""The source has no import circles between its rooms, and the command that says so sees one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from benchmarks.structure import ROOT, circles, deciding, imports
+
+
+def test_no_rooms_import_each_other() -> None:
+    assert circles(imports(ROOT)) == []
+
+
+def test_a_circle_around_a_corner_is_seen(tmp_path: Path) -> None:
+    for room, text in {
+        "one": "from two import thing",
+        "two": "def late():\n    import three.thing",
+        "three": "from one.thing import thing",
+        "four": "import one.thing",
+    }.items():
+        (tmp_path / room).mkdir()
+        (tmp_path / room / "__init__.py").touch()
+        (tmp_path / room / "thing.py").write_text(text)
+    assert circles(imports(tmp_path)) == [["one", "three", "two"]]
+
+
+def test_loose_files_beside_rooms_stand_for_themselves(tmp_path: Path) -> None:
+    (tmp_path / "roof" / "room").mkdir(parents=True)
+    (tmp_path / "roof" / "base.py").write_text("")
+    (tmp_path / "roof" / "top.py").write_text("import roof.room.inner")
+    (tmp_path / "roof" / "room" / "inner.py").write_text("import roof.base")
+    assert circles(imports(tmp_path)) == []
+
+
+def test_numbers_that_decide_are_counted(tmp_path: Path) -> None:
+    (tmp_path / "a.py").write_text(
+        'LIMIT = 3.0\nNAME = "x"\nclass SearchOptions:\n    most: int = 4'
+    )
+    assert deciding(tmp_path) == ["LIMIT", "most"]
