@@ -9,14 +9,9 @@ import pytest
 from gpiozero import OutputDevice
 
 from drivers.fakes.bench import fake_bench
+from drivers.fakes.steps import simulated_step_output
 from drivers.settings import InputSettings, StepSettings
-from drivers.steps.build import (
-    build_step_output,
-    lgpio_pins,
-    minimum_period_ns,
-    player_settings,
-    simulated_step_output,
-)
+from drivers.steps.build import build_step_output, lgpio_pins, minimum_period_ns, player_settings
 from drivers.steps.contract import OutputState, Ticks
 from drivers.steps.lines import ALARM_BITS, ESTOP_BIT
 from drivers.steps.task_host import TaskStepOutput
