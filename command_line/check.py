@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from command_line.output import console, duration, facts, print_json, say, warn
-from firmware_py.compensation.coverage import Coverage, coverage_of
 from firmware_py.planner.check import check_job as dry_run
 from firmware_py.planner.summary import CheckSummary
 from firmware_py.robot_file import find
+from repair.coverage import Coverage, coverage_of
 
 
 def check_job(job: Path, robot: str | None, json_out: bool) -> None:

@@ -31,14 +31,24 @@ def prove(
     minutes: Annotated[
         float, typer.Option(help="Begin no case after this time; the table is of what is there.")
     ] = float("inf"),
+    repair: Annotated[
+        bool,
+        typer.Option("--repair", help="Correct each robot and compare what it draws instead."),
+    ] = False,
 ) -> None:
     """Conceal effects in a simulated robot of another make, diagnose them blind, and count.
 
     ```
     deltactl prove --cases 300 --seed 7 --out proof-7
+    deltactl prove --repair --cases 40 --seed 1 --out repair-1
     deltactl prove --cases 3000 --seed 8 --out proof-8 --scheduler tcp://host:8786
     ```
     """
+    if repair:
+        from command_line.prove_repair import prove_repair
+
+        prove_repair(cases, seed, out, workers, scheduler)
+        return
     with needs("proof", "prove"):
         from proof.prove.campaign import prove as run
     tied = cases // 10 if ties is None else ties

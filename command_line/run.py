@@ -14,7 +14,6 @@ from command_line.check import say_covered
 from command_line.follow import follow
 from command_line.output import print_json, say, warn
 from command_line.show import show_tracking, write_report
-from firmware_py.compensation.coverage import coverage_of
 from firmware_py.controller.contract import JobResult
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.job_file import load_job
@@ -22,6 +21,7 @@ from firmware_py.machine import is_raspberry_pi
 from firmware_py.robot_file import find
 from foundation.clock import sleep_s
 from foundation.errors import ConfigError, MotionError, RecordingError, ServiceError
+from repair.coverage import coverage_of
 
 POLL_S = 0.1
 VIRTUAL_POLL_S = 0.5

@@ -15,10 +15,10 @@ from charts.page import columns, heading, page, paragraph, table
 from charts.spec import Colour, Series
 from diagnosis.answer.records import Channel
 from diagnosis.report.drawing import machine_drawing
-from firmware_py.compensation.coverage import Coverage
 from foundation.errors import RecordingError
 from models.robot import FloatArray, load_robot_model
 from proof.hidden.hidden import Hidden
+from repair.coverage import Coverage
 from repair.story import Story
 from repair.tracking import Drawn
 

@@ -11,11 +11,11 @@ import numpy as np
 from diagnosis.answer.corrected_robot import save_corrected
 from diagnosis.answer.records import Diagnosis
 from diagnosis.api import diagnose
-from firmware_py.compensation.coverage import Coverage, coverage_of
 from firmware_py.planner.check import plan_of
 from firmware_py.robot_file import load_robot
 from proof.hidden.hidden import Hidden
 from recording.flat_files import write_flat
+from repair.coverage import Coverage, coverage_of
 from repair.machine import Concealing, conceal
 from repair.played import Played, played
 from repair.tracking import Drawn

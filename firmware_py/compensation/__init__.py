@@ -1,6 +1,6 @@
-"""What is done about a robot's known effects while it moves.
+"""Feed-forward for those of a robot's known effects that remember, or that change with time.
 
-In: a plan made by the inverse kinematics, and the effects that a robot file believes in. Out: the
-same plan with play taken up where arms turn round, growth followed as the arms warm up, and late
-drives told early; and in words what is compensated, what is not and why.
+In: arm angles that an inverse kinematics chose, with their times, and the effects that a robot file
+believes in. Out: the angles to command instead (play taken up where arms turn round, growth
+followed), and the steps of late drives, made early. What does not remember is the inverse's.
 """

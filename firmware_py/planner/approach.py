@@ -26,16 +26,23 @@ from models.robot import ARMS, FloatArray
 
 
 def approach(
-    robot: RobotFile, start_rad: FloatArray, goal_rad: FloatArray
+    robot: RobotFile,
+    start_rad: FloatArray,
+    goal_rad: FloatArray,
+    preload_rad: FloatArray | None = None,
 ) -> MoveSchedule | TogetherSchedule:
     """Moves from one pose to another at `limits.approach_speed_radps`; angles (3,), commanded.
 
-    Where the backend cannot step motors one shortly after the other, all step together.
+    preload_rad: the last of the way comes from so far beside the goal, (3,) [rad]. Where the
+    backend cannot step motors one shortly after the other, all step together.
 
     Raises UnreachablePoint when no way is found.
     """
     limits, step_rad = robot.limits, robot.drive.rad_per_step
-    way_rad = find_way(robot, start_rad, goal_rad)
+    if preload_rad is None:
+        way_rad = find_way(robot, start_rad, goal_rad)
+    else:
+        way_rad = np.vstack([find_way(robot, start_rad, goal_rad - preload_rad), goal_rad])
     if robot.steps.backend == "gpiozero":
         speed_radps = min(limits.approach_speed_radps, limits.joint_speed_radps)
         slowest = max(robot.steps.shortest_period_s, 1.0 / limits.step_rate_hz)

@@ -6,9 +6,12 @@ import math
 from pathlib import Path
 
 from drivers.steps.contract import Counts
+from firmware_py.compensation.remembering import Remembering
 from firmware_py.job_file import JobFile, load_job
 from firmware_py.path_of_job import path_of
+from firmware_py.paths.path import Space
 from firmware_py.planner.kinematics import kinematics_of
+from firmware_py.planner.lap_memory import LapMemory
 from firmware_py.planner.limits import PathLimits
 from firmware_py.planner.plan import Plan, TimedLap, schedule_of
 from firmware_py.planner.summary import CheckSummary, summarise
@@ -35,6 +38,9 @@ def make_plan(job: JobFile, robot: RobotFile, kinematics: InverseKinematics) -> 
     limits = PathLimits(job, robot)
     limits.check_timing()
     path = path_of(job, robot)
+    remembering = Remembering(robot)
+    if remembering.active and path.space is Space.CARTESIAN:
+        return _with_memory(job, robot, kinematics, remembering)
     builder = LapBuilder(kinematics, Linkage.of(robot.geometry), robot.drive.rad_per_step)
     first = _timed(job, robot, limits, builder.first(path), 1)
     again = None
@@ -42,6 +48,31 @@ def make_plan(job: JobFile, robot: RobotFile, kinematics: InverseKinematics) -> 
         # A closed path is the same every time round.
         again = first if path.is_closed else _timed(job, robot, limits, builder.again(path), 2)
     return Plan(job, robot, kinematics, first, again, float(path.dwell_s[0]))
+
+
+def _with_memory(
+    job: JobFile, robot: RobotFile, kinematics: InverseKinematics, remembering: Remembering
+) -> Plan:
+    """The same where arms have play or grow: laps are planned, then commanded otherwise."""
+    limits, path = PathLimits(job, robot), path_of(job, robot)
+    builder = LapBuilder(kinematics, Linkage.of(robot.geometry), robot.drive.rad_per_step)
+    memory = LapMemory(robot, remembering)
+    first = _timed(job, robot, limits, builder.first(path), 1)
+    for _ in range(TIMED_AGAIN):
+        first = _timed(job, robot, limits, (memory.first(first), None), 1)
+    again = None
+    if job.repeats > 1:
+        built = builder.first(path) if path.is_closed else builder.again(path)
+        again = _timed(job, robot, limits, built, 2)
+        for _ in range(TIMED_AGAIN):
+            again = _timed(job, robot, limits, (memory.again(again, first), None), 2)
+    return Plan(
+        job, robot, kinematics, first, again, float(path.dwell_s[0]), memory.preload_rad(first)
+    )
+
+
+TIMED_AGAIN = 2
+"""Taking up play changes the timing, and where arms fall slowly in their play that changes it."""
 
 
 def check_job(

@@ -52,6 +52,8 @@ class Plan:
     """The lap of every repeat but the first; None when there is only one."""
     first_dwell_s: float
     """Rest at the first target, before the first lap."""
+    preload_rad: FloatArray | None = None
+    """How far before the start of the path the way to it begins, (3,): play is taken up then."""
 
     def laps(self) -> Iterator[tuple[int, TimedLap]]:
         """The laps with their repeat, from 1."""
@@ -63,7 +65,10 @@ class Plan:
     def approach(self, from_counts: Counts) -> MoveSchedule | TogetherSchedule:
         """The moves from where the arms are to the first target. Raises UnreachablePoint."""
         start_rad = np.array(from_counts) * self.robot.drive.rad_per_step
-        return approach(self.robot, start_rad, self.first.lap.angles_rad[0])
+        goal_rad = self.first.lap.angles_rad[0]
+        if self.preload_rad is None:
+            return approach(self.robot, start_rad, goal_rad)
+        return approach(self.robot, start_rad, goal_rad, self.preload_rad)
 
     @property
     def first_counts(self) -> Counts:

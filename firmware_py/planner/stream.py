@@ -12,6 +12,7 @@ import numpy as np
 
 from drivers.steps.contract import Counts, Ticks
 from firmware_py.paths.path import Space
+from firmware_py.planner.lead_stream import LeadStream
 from firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached, Schedule
 from firmware_py.planner.plan import Plan, TimedLap
 from firmware_py.planner.step_gate import StepGate
@@ -34,16 +35,20 @@ class MotionStream:
         """Find the way to the path's start. Raises UnreachablePoint."""
         self.plan = plan
         self.approach = plan.approach(from_counts)
-        self.path_start_ns = self.approach.duration_ns
+        self._lead = LeadStream(plan.robot)
+        self.path_start_ns = self.approach.duration_ns + self._lead.after_ns
         """When the first target is reached; before that comes the approach."""
-        self.end_ns = _end_ns(plan, self.approach.duration_ns)
+        self.end_ns = _end_ns(plan, self.approach.duration_ns) + 4 * self._lead.after_ns
         robot = plan.robot
         self._mapper = TargetMapper(plan.kinematics, robot.drive, robot.limits.arm_deg)
         self._gate = StepGate()
 
     def __iter__(self) -> Iterator[Chunk]:
+        return self._lead.chunks(self._planned()) if self._lead.active else self._planned()
+
+    def _planned(self) -> Iterator[Chunk]:
         yield from self._approach()
-        lap_ns = self.path_start_ns + ns(self.plan.first_dwell_s)
+        lap_ns = self.approach.duration_ns + ns(self.plan.first_dwell_s)
         index = 1
         for repeat, timed in self.plan.laps():
             self._gate.rules(*timed.schedule.gate_ns)
@@ -60,18 +65,18 @@ class MotionStream:
         first = self.plan.first
         self._map_again(first.lap, 0, 0, 1)
         self._gate.rules(*self.approach.gate_ns)
-        there = _reached(first, 0, 0, 1, self.path_start_ns, 0)
+        there = _reached(first, 0, 0, 1, self.approach.duration_ns, 0)
         moves = len(self.approach.reached_ns) - 1
         yield from _chunks(self.approach, 0, moves, 0, self._gate, there)
         if self.plan.first_dwell_s > 0.0:
-            until_ns = self.path_start_ns + ns(self.plan.first_dwell_s)
+            until_ns = self.approach.duration_ns + ns(self.plan.first_dwell_s)
             yield Chunk(NO_TICKS, NOTHING_REACHED, until_ns)
 
     def _map_again(self, lap: Lap, first: int, last: int, repeat: int) -> None:
         if lap.space is Space.JOINT:
             return
         counts_of = self._mapper.counts
-        checked = lap.counts[first : last + 1].tolist()
+        checked = lap.mapped_counts[first : last + 1].tolist()
         for row, (x_m, y_m, z_m) in enumerate(lap.targets[first : last + 1].tolist()):
             counts = counts_of(x_m, y_m, z_m)
             if list(counts) != checked[row]:

@@ -41,9 +41,16 @@ class Lap:
     angles_rad: FloatArray
     counts: Int64Array
     position_m: FloatArray
+    mapped: Int64Array | None = None
+    """Counts (n, 3) that the inverse kinematics gave, where others are commanded."""
 
     def __len__(self) -> int:
         return len(self.targets)
+
+    @property
+    def mapped_counts(self) -> Int64Array:
+        """What the inverse kinematics must answer again."""
+        return self.counts if self.mapped is None else self.mapped
 
     def says(self, row: int) -> str:
         """A target in words."""

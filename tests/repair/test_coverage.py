@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.compensation.coverage import LEFT, WAYS, coverage_of
 from firmware_py.controller.job_queue import prepare
 from firmware_py.planner.check import check_job
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
@@ -16,6 +15,7 @@ from models.calibrated_inverse import INVERTIBLE, CalibratedInverse
 from models.chain import Chain, Commands
 from models.effects import VOCABULARY
 from models.robot import EffectEntry
+from repair.coverage import LEFT, WAYS, coverage_of
 
 ROBOT = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
 EFFECTS = """

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from firmware_py.compensation.ways import AHEAD, AT_REVERSALS, WARMING
 from firmware_py.job_file import JobFile, NetworkIk, load_job
 from firmware_py.planner.kinematics import network_file
 from firmware_py.robot_file import RobotFile, find, load_robot
@@ -13,9 +14,6 @@ from models.calibrated_inverse import INVERTIBLE, corrections_of
 from models.effects import VOCABULARY
 from models.robot import EffectEntry
 
-AHEAD = frozenset({"following_lag", "viscous_friction"})
-AT_REVERSALS = frozenset({"gear_backlash", "joint_friction"})
-WARMING = frozenset({"thermal_expansion"})
 READINGS = frozenset(
     {
         *("sensor_offset", "sensor_scale", "sensor_crosstalk", "sensor_drift"),

@@ -1,0 +1,133 @@
+"""Steps of a drive that follows late, made early enough that the arm is there in time.
+
+A drive with a dead time d and a lag T does x at t when it is told u(t) = x(t + d) + T x'(t + d).
+The counts of the plan are smoothed over a part of T to have a speed at all (a triangle, so that
+single steps do not show). The path is known before it is driven: nothing has to be guessed, all
+drives only start a little later. No drive is told more than `MOST_LEAD_S` early.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drivers.steps.contract import MOTORS, Int64Array
+from firmware_py.compensation.ways import AHEAD
+from firmware_py.robot_file import RobotFile
+from foundation.clock import NS_PER_S
+from models.chain.active import of_entries
+from models.effects.kind import scalar
+from models.robot import FloatArray
+
+MOST_LEAD_S = 0.5
+GRID_S = 0.001
+SMOOTHED = 0.3
+"""Half-width of the smoothing as a share of the lag."""
+LEAST_SMOOTHED_S = 0.012
+"""And at least this: a few steps of slow motion."""
+BACK = 0.9
+"""Share of a step that must be wrong before a motor turns round for it."""
+NOTHING = np.empty(0, dtype=np.int64)
+
+
+def lags_s(robot: RobotFile) -> tuple[FloatArray, FloatArray]:
+    """Dead times and lags of the drives as believed, both (3,) [s], bounded."""
+    dead, lag = np.zeros(MOTORS), np.zeros(MOTORS)
+    for active in of_entries(one for one in robot.effects if one.effect in AHEAD):
+        motor, values = active.kind.index(active.component), active.values
+        if active.kind.name == "following_lag":
+            dead[motor] += scalar(values, "dead_time")
+            lag[motor] += scalar(values, "time")
+        else:
+            lag[motor] += scalar(values, "coefficient") / scalar(values, "stiffness")
+    share = np.minimum(1.0, MOST_LEAD_S / np.maximum(dead + lag, 1e-9))
+    return dead * share, lag * share
+
+
+class Lead:
+    """One motor: planned steps go in, with their times, and come out with times to make them at.
+
+    Everything comes out `after_ns` later than planned, less what it has to be early.
+    """
+
+    def __init__(self, dead_s: float, lag_s: float, after_ns: int, fastest_hz: float):
+        self._lag_s = lag_s
+        self._half = round(max(SMOOTHED * lag_s, LEAST_SMOOTHED_S) / GRID_S) if lag_s else 0
+        self._shift_ns = after_ns - round(dead_s * NS_PER_S)
+        self._most = fastest_hz * GRID_S
+        self._grid_ns = round(GRID_S * NS_PER_S)
+        self._due, self._sign = NOTHING, NOTHING
+        self._done = 0
+        """Grid points that were turned into commands."""
+        self._count = 0
+        """Planned count before the steps that wait."""
+        self._told = 0.0
+        self._made = 0
+        self._way = 1
+
+    @staticmethod
+    def ahead_s(dead_s: float, lag_s: float) -> float:
+        """How far ahead of time the plan must be known."""
+        smoothed = max(SMOOTHED * lag_s, LEAST_SMOOTHED_S) + 2.0 * GRID_S if lag_s else 0.0
+        return dead_s + smoothed
+
+    def steps(
+        self, due_ns: Int64Array, signs: Int64Array, until_ns: int
+    ) -> tuple[Int64Array, Int64Array, int]:
+        """Times and signs to make, and up to when that is all; the plan is known to `until_ns`."""
+        if not self._lag_s:
+            return due_ns + self._shift_ns, signs, until_ns + self._shift_ns
+        self._due = np.concatenate([self._due, due_ns])
+        self._sign = np.concatenate([self._sign, signs])
+        last = until_ns // self._grid_ns - self._half
+        if last <= self._done:
+            return NOTHING, NOTHING, self._done * self._grid_ns + self._shift_ns
+        told = self._commands(self._done, int(last))
+        made = self._as_steps(told)
+        self._done = int(last)
+        self._forget()
+        return *made, self._done * self._grid_ns + self._shift_ns
+
+    def _commands(self, first: int, last: int) -> FloatArray:
+        """What to tell at grid points first + 1 to last, in steps."""
+        grid = np.arange(first - self._half, last + self._half + 1) * self._grid_ns
+        row = np.searchsorted(self._due, grid, side="right")
+        total = np.concatenate([[0], np.cumsum(self._sign)])
+        counts = (self._count + total[row]).astype(np.float64)
+        h = self._half
+        triangle = np.concatenate([np.arange(1, h + 1), np.arange(h, 0, -1)[1:]]) / h**2
+        smooth = np.convolve(counts, triangle, mode="valid")
+        # Slope of the triangle-smoothed counts, central.
+        slope = np.gradient(smooth) / GRID_S
+        wanted: FloatArray = smooth + self._lag_s * slope
+        return wanted[2:-1]
+
+    def _as_steps(self, wanted: FloatArray) -> tuple[Int64Array, Int64Array]:
+        due, signs = [], []
+        told, most = self._told, self._most
+        for number, goal in enumerate(wanted.tolist()):
+            new = told + min(max(goal - told, -most), most)
+            crossed = self._crossed(new)
+            for count in range(abs(crossed)):
+                sign = 1 if crossed > 0 else -1
+                half = self._made + sign * (count + 0.5)
+                part = min(max((half - told) / (new - told), 0.0), 1.0)
+                due.append(round((self._done + number + part) * self._grid_ns) + self._shift_ns)
+                signs.append(sign)
+            self._made += crossed
+            told = new
+        self._told = told
+        return np.array(due, dtype=np.int64), np.array(signs, dtype=np.int64)
+
+    def _forget(self) -> None:
+        old = int(np.searchsorted(self._due, (self._done - self._half - 2) * self._grid_ns))
+        self._count += int(self._sign[:old].sum())
+        self._due, self._sign = self._due[old:], self._sign[old:]
+
+    def _crossed(self, told: float) -> int:
+        """Steps to make: one is due half-way; back again only when most of it is to be undone."""
+        beyond = told - self._made
+        if abs(beyond) < (0.5 if beyond * self._way >= 0.0 else BACK):
+            return 0
+        steps = max(1, int(np.floor(abs(beyond) + 0.5)))
+        self._way = 1 if beyond > 0.0 else -1
+        return self._way * steps

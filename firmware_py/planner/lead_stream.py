@@ -1,0 +1,84 @@
+"""A motion with the steps of late drives moved ahead; all else waits as long as they need."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from firmware_py.compensation.lead import Lead, lags_s
+from firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached
+from firmware_py.planner.step_gate import StepGate
+from firmware_py.robot_file import RobotFile
+from foundation.clock import ns
+
+MERGE_S = 20e-6
+"""Steps of different motors this near to each other are one tick."""
+
+
+class LeadStream:
+    """Turns the chunks of a motion into chunks `after_ns` later, late drives less so."""
+
+    def __init__(self, robot: RobotFile):
+        dead_s, lag_s = lags_s(robot)
+        pairs = list(zip(dead_s.tolist(), lag_s.tolist(), strict=True))
+        together = robot.steps.backend == "gpiozero"
+        self.active = any(dead + lag > 0.0 for dead, lag in pairs) and not together
+        """The gpiozero backend cannot step motors one shortly after the other."""
+        self.after_ns = ns(max(Lead.ahead_s(*pair) for pair in pairs)) if self.active else 0
+        step_s = 1.0 / robot.limits.step_rate_hz
+        fastest = min(
+            robot.limits.step_rate_hz, robot.limits.joint_speed_radps / robot.drive.rad_per_step
+        )
+        self._leads = [Lead(dead, lag, self.after_ns, fastest) for dead, lag in pairs]
+        self._gate = StepGate()
+        self._gate.rules(min(ns(MERGE_S), ns(step_s / 6.0)), ns(step_s))
+
+    def chunks(self, planned: Iterator[Chunk]) -> Iterator[Chunk]:
+        """The same motion, nothing of it lost."""
+        waiting: list[Reached] = []
+        until_ns = 0
+        for chunk in planned:
+            until_ns = max(until_ns, chunk.until_ns)
+            yield from self._moved(chunk, waiting)
+        # The plan ends here: the arms stand, which is all that need be known.
+        rest = Chunk(NO_TICKS, NOTHING_REACHED, until_ns + 3 * self.after_ns)
+        yield from self._moved(rest, waiting)
+
+    def _moved(self, chunk: Chunk, waiting: list[Reached]) -> Iterator[Chunk]:
+        due, signs, known = [], [], []
+        for motor, lead in enumerate(self._leads):
+            mine = np.flatnonzero(chunk.ticks.steps[:, motor])
+            made = lead.steps(
+                chunk.ticks.due_ns[mine],
+                chunk.ticks.steps[mine, motor].astype(np.int64),
+                chunk.until_ns,
+            )
+            due.append(made[0])
+            signs.append(made[1])
+            known.append(made[2])
+        until_ns = min(known)
+        ticks = self._gate.ticks(due, signs, until_ns)
+        if len(chunk.reached):
+            waiting.append(chunk.reached)
+        settled = min(until_ns, self._gate.settled_ns)
+        yield Chunk(ticks, self._reached(waiting, settled), settled)
+
+    def _reached(self, waiting: list[Reached], until_ns: int) -> Reached:
+        """Targets that are due by then, moved as the whole motion is."""
+        if not waiting:
+            return NOTHING_REACHED
+        first, *rest = waiting
+        for more in rest:
+            first = _joined(first, more)
+        t_ns = first.t_ns + self.after_ns
+        count = int(np.searchsorted(t_ns, until_ns, side="right"))
+        waiting[:] = [first.part(slice(count, None))] if count < len(first) else []
+        return replace(first.part(slice(None, count)), t_ns=t_ns[:count])
+
+
+def _joined(one: Reached, more: Reached) -> Reached:
+    return Reached(
+        *(np.concatenate([getattr(one, name), getattr(more, name)]) for name in Reached.__slots__)
+    )
