@@ -13,7 +13,7 @@ WITH    ?= $(if $(ON_A_PI),,diagnosis$(COMMA)web)
 EXTRAS   = $(if $(WITH),[$(WITH)])
 INSTALL  = $(PYTHON) -m pip --python $(BIN)/python install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: run demo extras test check newcomer hil-aarch64 benchmarks clean
+.PHONY: run demo extras test check newcomer reference hil-aarch64 benchmarks clean
 
 run: $(VENV)/.run
 	$(BIN)/deltactl run $(JOB)
@@ -60,6 +60,10 @@ $(VENV)/.test: $(VENV)/bin/python pyproject.toml constraints.txt
 	@echo "Installing deltactl with all its parts and the tests into $(VENV): some minutes, the first time."
 	@$(INSTALL) -e '.[diagnosis,training,tables,proof,web,foxglove,test]'
 	@touch $@ $(VENV)/.run
+
+# Pages and JSON Schemas, from the code: docs/reference and schemas.
+reference: $(VENV)/.test
+	$(BIN)/python -m reference.write
 
 # What a newcomer types, on a clean clone: every command of README and docs that a PC can run.
 newcomer: $(VENV)/.test

@@ -16,11 +16,12 @@ from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, find, load_robot
 from foundation.errors import LimitExceeded, UnreachablePoint
 from models.inverse_kinematics import GeometricInverse
 from models.linkage import Linkage, Status, forward
-from models.robot import load_delta
+from models.robot import KINDS, load_delta, load_robot_model
 
 FILES = sorted(CONFIG_FOLDER.glob("*.yaml"))
-ROBOTS = [path for path in FILES if "kind" in yaml.safe_load(path.read_text(encoding="utf-8"))]
-JOBS = [path for path in FILES if path not in ROBOTS]
+KIND = {path: yaml.safe_load(path.read_text(encoding="utf-8")).get("kind") for path in FILES}
+ROBOTS = [path for path in FILES if KIND[path] == "delta"]
+JOBS = [path for path in FILES if KIND[path] is None]
 
 
 def name(path: Path) -> str:
@@ -52,6 +53,11 @@ def test_a_robot_stands_at_home_and_is_the_same_for_the_diagnosis(path):
     model = load_delta(path)
     assert model.geometry == robot.geometry
     assert model.drive == robot.drive
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_machine_has_an_example(kind):
+    assert any(load_robot_model(path).kind == kind for path in FILES if KIND[path] == kind)
 
 
 @pytest.mark.parametrize("path", JOBS, ids=name)

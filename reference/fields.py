@@ -1,0 +1,174 @@
+"""What a configuration model says of its keys: type, unit, bounds, default, and in words."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+import types
+import typing
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+UNITS = {
+    "m": "m", "mm": "mm", "rad": "rad", "deg": "degrees", "s": "s", "ms": "ms", "us": "us",
+    "hz": "Hz", "kg": "kg", "nm": "N m", "radps": "rad/s", "radps2": "rad/s2", "mps": "m/s",
+    "gib": "GiB", "days": "days", "a": "A", "nmpa": "N m/A", "kgm2": "kg m2", "nmsprad": "N m s/rad",
+    "1ps": "1/s", "1ps2": "1/s2", "mcps": "Mcps", "pin": "BCM number", "pins": "BCM numbers",
+}  # fmt: skip
+"""Units by the end of a key's name."""
+NAMES = {int: "whole number", float: "number", str: "text", bool: "true or false"}
+SIGNS = {"gt": "above", "ge": "from", "lt": "below", "le": "to"}
+LENGTHS = {"min_length": "at least", "max_length": "at most"}
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """One key of a section."""
+
+    name: str
+    type: str
+    unit: str
+    bounds: str
+    default: str
+    says: str
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """One model: where it stands in the file, what it is, and its keys."""
+
+    place: str
+    choice: str
+    """What selects it among others at the same place, as `shape: circle`."""
+    says: str
+    keys: tuple[Key, ...]
+
+
+def sections(model: type[BaseModel], place: str = "") -> Iterator[Section]:
+    """The section of a model and those below it, depth first."""
+    keys = tuple(key(name, field, model) for name, field in model.model_fields.items())
+    yield Section(place, _choice(model), inspect.getdoc(model) or "", keys)
+    for name, field in model.model_fields.items():
+        below = f"{place}.{name}" if place else name
+        many = "[]" if _is_list(field.annotation) else ""
+        for inner in models_in(field.annotation):
+            yield from sections(inner, below + many)
+
+
+def key(name: str, field: FieldInfo, model: type[BaseModel]) -> Key:
+    """What a field says."""
+    known = field.alias or name
+    unit = UNITS.get(known.rsplit("_", 1)[-1], "") if "_" in known else ""
+    bounds, reason = _bounds(field)
+    words = [_docstrings(model).get(name, ""), reason]
+    default = "required" if field.is_required() else _shown(field)
+    said = "; ".join(word.strip().rstrip(".") for word in words if word)
+    return Key(known, _type(field.annotation), unit, bounds, default, said)
+
+
+def models_in(annotation: Any) -> list[type[BaseModel]]:
+    """The models that a value may be."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    found = [inner for part in get_args(annotation) for inner in models_in(part)]
+    return list(dict.fromkeys(found))
+
+
+def _choice(model: type[BaseModel]) -> str:
+    for name in ("kind", "shape", "mode", "method"):
+        field = model.model_fields.get(name)
+        if field is not None and get_origin(field.annotation) is Literal:
+            (value, *others) = get_args(field.annotation)
+            if not others:
+                return f"{name}: {value}"
+    return ""
+
+
+def _is_list(annotation: Any) -> bool:
+    if get_origin(annotation) is tuple:
+        return Ellipsis in get_args(annotation)
+    return any(_is_list(part) for part in get_args(annotation))
+
+
+def _type(annotation: Any) -> str:
+    origin, parts = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _type(parts[0])
+    if origin is Literal:
+        return " or ".join(f"`{part}`" for part in parts)
+    if origin in (Union, types.UnionType):
+        return " or ".join(dict.fromkeys(_type(part) for part in parts))
+    if origin is tuple:
+        if Ellipsis in parts:
+            return f"list of {_type(parts[0])}"
+        return f"{len(parts)} times {_type(parts[0])}"
+    if origin is dict:
+        return f"keys with {_type(parts[1])}"
+    if annotation is type(None):
+        return "null"
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return "section"
+    return NAMES.get(annotation, getattr(annotation, "__name__", str(annotation)))
+
+
+def _bounds(field: Any) -> tuple[str, str]:
+    """Bounds and their reason, of a field or of what its type is made of."""
+    metadata = (
+        field.metadata if isinstance(field, FieldInfo) else getattr(field, "__metadata__", ())
+    )
+    reason = (field.description if isinstance(field, FieldInfo) else None) or ""
+    words: dict[str, str] = {}
+    for one in metadata:
+        if isinstance(one, FieldInfo):
+            inner, why = _bounds(one)
+            words["field"] = inner
+            reason = reason or why
+            continue
+        for name, sign in (SIGNS | LENGTHS).items():
+            if (value := getattr(one, name, None)) is not None:
+                words[name] = f"{sign} {value:,}" if isinstance(value, int) else f"{sign} {value:g}"
+    if words:
+        return " ".join(word for word in words.values() if word), reason
+    annotation = field.annotation if isinstance(field, FieldInfo) else field
+    for part in typing.get_args(annotation):
+        inner, why = _bounds(part)
+        if inner:
+            return inner, reason or why
+    return "", reason
+
+
+def _shown(field: FieldInfo) -> str:
+    value = field.get_default(call_default_factory=True, validated_data={})
+    if value is PydanticUndefined:
+        return ""
+    if isinstance(value, BaseModel):
+        return "its defaults"
+    if value is None:
+        return "null"
+    if isinstance(value, tuple):
+        return "[" + ", ".join(f"{part}" for part in value) + "]"
+    return str(value).lower() if isinstance(value, bool) else f"{value}"
+
+
+@cache
+def _docstrings(model: type[BaseModel]) -> dict[str, str]:
+    """The texts that stand under the fields of a class and its bases."""
+    found: dict[str, str] = {}
+    for base in reversed(model.__mro__):
+        if not (issubclass(base, BaseModel) and base.__module__ != "pydantic.main"):
+            continue
+        body = ast.parse(textwrap.dedent(inspect.getsource(base))).body[0]
+        assert isinstance(body, ast.ClassDef)
+        for one, after in zip(body.body, body.body[1:], strict=False):
+            if not (isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name)):
+                continue
+            if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
+                found[one.target.id] = " ".join(str(after.value.value).split())
+    return found

@@ -1,0 +1,215 @@
+"""The pages in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import BaseModel
+
+from diagnosis.observations.column_mapping import IN_SI, Mapping
+from firmware_py.daemon.protocol import ARGUMENTS, SLOW
+from firmware_py.job_file import JobFile
+from firmware_py.robot_file import SAID_FOR_HARDWARE, RobotFile
+from models.effects import PORT_TEXT, VOCABULARY
+from models.effects.kind import EffectKind
+from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
+from models.robot import KINDS
+from recording.channels import CHANNELS
+from recording.flat import UNITS
+from reference.fields import Section, sections
+
+ROOT = Path(__file__).parents[1]
+MADE = "<!-- Made by `make reference` from the code; a test fails when it is stale. -->"
+
+
+def pages() -> dict[str, str]:
+    """Text of each page by its name under docs/reference/."""
+    return {
+        "README.md": _contents(),
+        "jobs.md": _jobs(),
+        "robots.md": _robots(),
+        "effects.md": _effects(),
+        "columns.md": _columns(),
+        "socket.md": _socket(),
+    }
+
+
+def _page(title: str, *parts: str) -> str:
+    return "\n\n".join([f"# {title}", MADE, *(part for part in parts if part)]) + "\n"
+
+
+def _contents() -> str:
+    return _page(
+        "Reference",
+        "- [Job files](jobs.md)\n- [Robot files](robots.md), every kind of machine\n"
+        "- [Effects](effects.md): what the diagnosis can name\n- [Columns](columns.md) of tables, "
+        "mappings, and the channels of recordings\n- [Requests](socket.md) of the daemon's socket",
+        "Editors check and complete these files with the JSON Schemas in `schemas/`. In VS Code "
+        "with the YAML extension, or any editor with yaml-language-server, a first line does it:",
+        "```yaml\n# yaml-language-server: $schema=../schemas/robot.json\n```",
+    )
+
+
+def _jobs() -> str:
+    return _page(
+        "Job files",
+        "What is run: `deltactl check JOB.yaml`, `deltactl run JOB.yaml`. Schema: "
+        "`schemas/job.json`. An unknown key is refused.",
+        *_tables(JobFile, examples("path")),
+    )
+
+
+def _robots() -> str:
+    must = ", ".join(f"`{s}.{key}`" for s, keys in SAID_FOR_HARDWARE.items() for key in keys)
+    parts = [
+        "What a perfect machine would be. `deltactl init` writes one. Schema: "
+        "`schemas/robot.json`. An unknown key is refused.",
+        f"On hardware these must be said, and have no default: {must}. A file without them runs "
+        "simulated only.",
+    ]
+    for kind, model in KINDS.items():
+        whole = RobotFile if kind == "delta" else model
+        parts += [f"## kind: {kind}", *_examples(kind), *_tables(whole, examples("geometry"))]
+    return _page("Robot files", *parts)
+
+
+def _examples(kind: str) -> list[str]:
+    names = [
+        f"`config/{path.name}`"
+        for path in sorted((ROOT / "config").glob("*.yaml"))
+        if yaml.safe_load(path.read_text(encoding="utf-8")).get("kind") == kind
+    ]
+    return [f"Examples: {', '.join(names)}."] if names else []
+
+
+def examples(with_key: str) -> dict[str, str]:
+    """Values of keys in the shipped files that have this key, by place, as `path.radius_m`."""
+    found: dict[str, str] = {}
+
+    def walk(value: Any, place: str) -> None:
+        for name, inner in value.items():
+            below = f"{place}.{name}" if place else name
+            if isinstance(inner, dict):
+                walk(inner, below)
+            elif not isinstance(inner, list) or not any(isinstance(x, dict) for x in inner):
+                found.setdefault(below, str(inner).replace("'", ""))
+
+    for path in sorted((ROOT / "config").glob("*.yaml")):
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+        if with_key in data or "kind" in data:
+            walk(data, "")
+    return found
+
+
+def _tables(model: type[BaseModel], example: dict[str, str]) -> list[str]:
+    parts: list[str] = []
+    for section in sections(model):
+        parts += _table(section, example)
+    return parts
+
+
+def _table(section: Section, example: dict[str, str]) -> list[str]:
+    head = f"`{section.place}`" if section.place else "The file"
+    choice = f", `{section.choice}`" if section.choice and section.place else ""
+    rows = [
+        (
+            f"`{key.name}`", key.type, key.unit, key.bounds, key.default,
+            _example(section, key.name, example), key.says,
+        )
+        for key in section.keys
+    ]  # fmt: skip
+    columns = ("key", "type", "unit", "bounds", "default", "example", "")
+    return [f"### {head}{choice}", section.says, table(columns, rows)]
+
+
+def _example(section: Section, name: str, example: dict[str, str]) -> str:
+    """A value of a shipped file; of the key that chooses among sections, its choice."""
+    if section.choice.startswith(f"{name}: "):
+        return section.choice.split(": ")[1]
+    return example.get(f"{section.place}.{name}" if section.place else name, "")
+
+
+def table(columns: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A table in Markdown."""
+    lines = [list(columns)]
+    lines += [
+        ["---"] * len(lines[0]),
+        *([cell.replace("|", "\\|") for cell in row] for row in rows),
+    ]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _effects() -> str:
+    parts = [
+        "What the diagnosis can name, what a robot file may state under `effects`, and what a "
+        "simulated robot may have under `as_built`. Values are in SI units.",
+        "## Deltas",
+        _effect_table(VOCABULARY),
+        "## Axes that follow a command",
+        "On a linear axis m, N and kg stand in place of rad, N m and kg m2.",
+        _effect_table(command_effects("rotary")),
+        "## Axes that are driven by effort",
+        _effect_table(effort_effects("rotary")),
+        "## Range sensors alone",
+        _effect_table(sensor_effects()),
+        "An example: `effects: [{effect: gear_backlash, component: motor2, parameters: "
+        "{width: 0.004}}]`",
+    ]
+    return _page("Effects", *parts)
+
+
+def _effect_table(kinds: dict[str, EffectKind]) -> str:
+    rows = [
+        (
+            f"`{kind.name}`", ", ".join(kind.components), f"`{one.name}`", one.unit,
+            f"{one.low:g} to {one.high:g}",
+            "required" if one.default is None else f"{one.default:g}", PORT_TEXT[kind.port],
+        )
+        for kind in sorted(kinds.values(), key=lambda kind: kind.name)
+        for one in kind.parameters
+    ]  # fmt: skip
+    return table(("effect", "component", "parameter", "unit", "plausible", "default", "at"), rows)
+
+
+def _columns() -> str:
+    units = ", ".join(f"`{unit}`" for unit in IN_SI)
+    parts = [
+        "## Tables",
+        "One row a sample; `t` increases; cells may be empty. Columns of other names are kept.",
+        table(("column", "unit"), [(f"`{name}`", unit) for name, unit in UNITS.items()]),
+        "## Mappings",
+        "`--columns FILE` or `--set NAME=COLUMN[unit]` bring other names and units to these. "
+        "`deltactl diagnose --inspect FILE` proposes one. Schema: `schemas/mapping.json`. Units: "
+        f"{units}.",
+        *_tables(Mapping, {}),
+        "## Channels of a recording (MCAP)",
+    ]
+    for channel in CHANNELS:
+        rows = [(f"`{field.name}`", field.kind, field.says) for field in channel.fields]
+        parts += [f"### `{channel.topic}`", channel.says, table(("field", "kind", "says"), rows)]
+    return _page("Columns and channels", *parts)
+
+
+def _socket() -> str:
+    rows = [
+        (
+            f"`{do}`",
+            ", ".join(
+                f"`{name}` ({one.type.__name__}, {one.least:g} to {one.most:g}"
+                f"{' characters' if one.type is str else ''})"
+                for name, one in arguments.items()
+            ),
+            "one after another" if do in SLOW else "at once",
+        )
+        for do, arguments in ARGUMENTS.items()
+    ]
+    return _page(
+        "Requests of the socket",
+        "One JSON object a line, each way; [the service](../service.md) says how. Schema: "
+        "`schemas/request.json`.",
+        table(("do", "with", "carried out"), rows),
+        'An example: `{"id": 1, "do": "run", "job": "/var/lib/deltactl/circle.yaml"}`',
+    )
