@@ -9,6 +9,7 @@ import typer
 
 from command_line import (
     collect,
+    correct,
     demo,
     evaluate,
     init,
@@ -66,6 +67,7 @@ def deltactl(
 jobs.register(app)
 service.register(app)
 robotless.register(app)
+correct.register(app)
 demo.register(app)
 init.register(app)
 prove.register(app)

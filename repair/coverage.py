@@ -93,8 +93,20 @@ def coverage(
         learned = NetworkFile.load(file).metadata.robot.effects
         inside, warning = "in the network", _network_warning(file.name, known, learned, robot_path)
         known = tuple(entry for entry in known if entry in learned)
+    return Coverage(tuple(_covered(robot.effects, known, inside)), warning)
+
+
+def robot_coverage(robot: RobotFile) -> Coverage:
+    """What any job in space does about each effect, with an inverse that knows them all."""
+    inside = "in the inverse kinematics"
+    return Coverage(tuple(_covered(robot.effects, corrections_of(robot), inside)))
+
+
+def _covered(
+    entries: tuple[EffectEntry, ...], known: tuple[EffectEntry, ...], inside: str
+) -> list[Covered]:
     covered = []
-    for entry in robot.effects:
+    for entry in entries:
         if entry.effect in INVERTIBLE:
             is_known = entry.model_copy(update={"found": None}) in known
             why = "the network does not know it"
@@ -103,7 +115,7 @@ def coverage(
             covered.append(_by(entry, WAYS[entry.effect]))
         else:
             covered.append(_left(entry, LEFT.get(entry.effect, "no command makes it better")))
-    return Coverage(tuple(covered), warning)
+    return covered
 
 
 def _network_warning(

@@ -21,7 +21,8 @@ from models.robot import EffectEntry, FoundBy, load_robot_model
 HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
 SURE = 0.8
 """A finding less probable than this is written only when everything is asked for."""
-JOINT = (Port.MOTOR, Port.GEAR, Port.ARM)
+MOVED = (Port.MOTOR, Port.GEAR, Port.ARM, Port.LINKAGE)
+"""Where an effect is in the robot, and not in what sees it."""
 _SECTION = re.compile(r"^effects:.*\n?(?:(?:[ \t#-].*)?\n)*", re.MULTILINE)
 
 
@@ -74,9 +75,10 @@ def lasts(finding: Finding) -> bool:
 def sure(finding: Finding) -> bool:
     """Whether it is clear what to correct.
 
-    A rival at the same joint asks for the same correction in the motion that was recorded: play
-    that hangs on one flank and another home, a late drive and viscous friction. So its
-    probability counts for the finding, and it alone does not keep it out.
+    A rival that moves the robot as well as the finding does, as far as the recording goes, asks for
+    the same correction there: play that hangs on one flank and another home, a late drive and
+    viscous friction, soft joints and a load. So its probability counts for the finding, and it
+    alone does not keep it out. One in the sensors would have nothing corrected.
     """
     alike = [one for one in finding.alternatives if _corrected_alike(finding, one)]
     if finding.probability is None:
@@ -86,8 +88,7 @@ def sure(finding: Finding) -> bool:
 
 def _corrected_alike(finding: Finding, other: Alternative) -> bool:
     kinds = [VOCABULARY.get(one.effect) for one in (finding, other)]
-    at_joint = all(kind is not None and kind.port in JOINT for kind in kinds)
-    return at_joint and finding.component == other.component
+    return all(kind is not None and kind.port in MOVED for kind in kinds)
 
 
 def _entry(finding: Finding, recordings: list[str]) -> EffectEntry:

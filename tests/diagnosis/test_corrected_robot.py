@@ -112,7 +112,7 @@ def test_a_size_found_again_replaces_the_one_believed(robot_file: Path, tmp_path
 
 
 def test_what_is_not_sure_is_written_only_when_asked_for(robot_file: Path) -> None:
-    tie = Alternative(effect="motor_azimuth", component="motor2", delta_chi2=1.0)
+    tie = Alternative(effect="frame_tilt", component="frame", delta_chi2=1.0)
     tied = finding("home_offset", "motor2", angle=0.02).model_copy(update={"alternatives": [tie]})
     faint = finding("gear_ratio", "motor1", scale=1.01).model_copy(update={"probability": 0.5})
     found = answer(tied, faint)

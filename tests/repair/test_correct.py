@@ -1,0 +1,61 @@
+"""Recordings in, a corrected robot out; what was corrected is not found again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("mujoco", reason="the robot of the proof is MuJoCo's")
+
+from diagnosis.api import diagnose
+from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from foundation.errors import RecordingError
+from recording.flat_files import write_flat
+from repair.campaign import Row, kinds_of
+from repair.correct import correct
+from repair.machine import conceal
+
+ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
+
+
+def test_a_corrected_robot_diagnosed_again_lacks_nothing(tmp_path: Path) -> None:
+    recording = tmp_path / "survey.csv.gz"
+    write_flat(conceal(["gear_ratio"], seed=4).survey(90.0), recording)
+    found = correct([recording], ROBOT, tmp_path / "mine.yaml", train=False)
+    assert found.changed
+    assert [one.effect for one in found.coverage.compensated] == ["gear_ratio"]
+    (entry,) = load_robot(found.robot_file).effects
+    assert entry.found is not None
+    assert entry.found.recordings == ("survey.csv.gz",)
+    assert diagnose([recording], found.robot_file).verdict == "nothing_missing"
+    with pytest.raises(RecordingError, match="exists already"):
+        correct([recording], ROBOT, found.robot_file, train=False)
+
+
+def test_what_happened_once_is_work_to_do_and_changes_nothing(tmp_path: Path) -> None:
+    recording = tmp_path / "survey.csv.gz"
+    write_flat(conceal(["lost_steps"], seed=2).survey(60.0), recording)
+    found = correct([recording], ROBOT, tmp_path / "mine.yaml", train=False)
+    assert [finding.effect for finding, _ in found.held_back] == ["lost_steps"]
+    assert "home" in found.held_back[0][1]
+    assert not found.changed
+
+
+def test_every_effect_comes_first_then_pairs_unknowns_and_nothing() -> None:
+    groups = [kinds_of(1, number) for number in range(40)]
+    alone = [names[0] for names, unknown in groups if len(names) == 1 and not unknown]
+    assert len(set(alone)) == len(alone) > 15
+    assert any(len(names) == 2 for names, _ in groups)
+    assert ([], True) in groups
+    assert ([], False) in groups
+
+
+def test_enough_is_near_the_possible_and_worse_is_worse_than_before() -> None:
+    def row(before_mm: float, after_mm: float) -> Row:
+        return Row(0, (), (), 1e-3 * before_mm, 1e-3 * after_mm, 0.08e-3)
+
+    assert row(3.0, 0.14).enough
+    assert not row(3.0, 0.2).enough
+    assert row(0.08, 0.2).worse
+    assert not row(0.08, 0.081).worse
