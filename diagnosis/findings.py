@@ -142,7 +142,7 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
             times_s=model.readings.whole,
             recordings=list(range(1, len(model.readings.shift_s) + 1)),
         ),
-        evidence=Evidence(delta_chi2=gain, p=search.p(_log_p(gain, free))),
+        evidence=Evidence(delta_chi2=gain, p=search.tests.p(_log_p(gain, free))),
         share_of_mismatch=float(np.clip(gain / total, 0.0, 1.0)),
         depends_on=list(dict.fromkeys([*free.depends_on, *instead])),
         tied=[name for name in instead if name not in free.depends_on],
@@ -201,15 +201,15 @@ def _stale(outcome: Outcome, run: Stale) -> Finding:
 
 def rest(outcome: Outcome) -> Rest:
     """What the tests say of what is left."""
-    search, solution = outcome.explained.search, outcome.explained.solution
-    scores = search.scores(solution)
+    tests, solution = outcome.explained.search.tests, outcome.explained.solution
+    scores = tests.scores(solution)
     ranked = [
         (entry.free, float(scores.gain[i]), float(scores.log_p[i]))
-        for i, entry in enumerate(search.prepared.bank.entries)
+        for i, entry in enumerate(tests.prepared.bank.entries)
         if entry.free
     ]
-    free, gain, log_p = min([*ranked, *search.fine_scores(solution)], key=lambda item: item[2])
-    p = search.p(float(min(log_p, scores.log_p.min())))
+    free, gain, log_p = min([*ranked, *tests.fine_scores(solution)], key=lambda item: item[2])
+    p = tests.p(float(min(log_p, scores.log_p.min())))
     if not seen(p):
         return Rest(p)
     share = float(np.clip(gain / solution.cost, 1e-9, 1.0))

@@ -56,7 +56,7 @@ def diagnose_model(
         partial(rest, outcome),
     ]
     found, fit, left = side_by_side(tasks)
-    hidden, smallest = limits(explained.search)
+    hidden, smallest = limits(explained.search.tests)
     progress("what run would tell more")
     searched = explained.search
     searched.prepared.bank.forget_white()

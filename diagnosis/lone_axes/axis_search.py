@@ -19,11 +19,11 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.penalties import Trial, price
 from diagnosis.estimation.splines import FreeShape
 from diagnosis.evidence.chi2_tail import log_sf, log_sfs
+from diagnosis.evidence.detection import Detection as Search
 from diagnosis.lone_axes.axis_jumps import scan
 from diagnosis.lone_axes.axis_tidy import ALIKE, tidied
 from diagnosis.observations.readings import IntArray
 from diagnosis.plants.candidate import Term
-from diagnosis.selection.stepwise import Search
 
 MOST_TERMS = 6
 TRIED = 6

@@ -13,15 +13,9 @@ from diagnosis.estimation.penalties import Trial
 from diagnosis.evidence.chi2_tail import log_sf
 from diagnosis.plants.candidate import Candidate, Term
 from diagnosis.plants.shared_parameters import apart, whole_groups
+from diagnosis.selection.begun_fits import followed, promising, tried
 from diagnosis.selection.equivalents import twins
-from diagnosis.selection.leave_out import BETTER
-from diagnosis.selection.stepwise import Search
-from diagnosis.selection.trials import promising
-
-LIMIT = 11.0
-"""Chi-square within which two explanations count as tied."""
-REFITTED = 6
-MOST_TURNS = 2
+from diagnosis.selection.search import Search
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,11 +34,12 @@ class Standing:
 
 def settle(search: Search, solution: Solution) -> tuple[Solution, list[Standing]]:
     """How each term stands; a rival that is worth more becomes the finding."""
-    for _ in range(MOST_TURNS):
+    worth = search.criterion.worth
+    for _ in range(search.options.most_swaps_of_ties):
         stands = stands_of(search, solution)
         rivals = [rival for stand in stands for rival in stand.rivals]
-        best = min(rivals, key=search.worth, default=solution)
-        stays = search.worth(best) > search.worth(solution) - BETTER
+        best = min(rivals, key=worth, default=solution)
+        stays = worth(best) > worth(solution) - search.options.better
         if stays or not search.patience.lasts(Until.SETTLED):
             return solution, stands
         solution = in_parts(search, best)
@@ -97,13 +92,15 @@ def _standing(search: Search, solution: Solution, each: Sequence[Sequence[int]])
         [partial(_left_out, search, solution, numbers) for numbers in each]
     )
     rivals = [((*cut.bare.terms, start), cut.bare) for cut in cuts for start in cut.starts]
-    tried = iter(search.tried(rivals))
-    begun = [promising(cut.bare, [next(tried) for _ in cut.starts]) for cut in cuts]
+    begun_fits = iter(tried(search.fitter, rivals, search.options))
+    begun = [
+        promising(cut.bare, [next(begun_fits) for _ in cut.starts], search.options) for cut in cuts
+    ]
     hopeful = [
-        [one for one in ones if one.within_reach(solution, cut.gain)]
+        [one for one in ones if one.within_reach(solution, cut.gain, search.options)]
         for cut, ones in zip(cuts, begun, strict=True)
     ]
-    others = iter(search.followed([one for ones in hopeful for one in ones]))
+    others = iter(followed(search.fitter, [one for ones in hopeful for one in ones]))
     return [
         _stands(search, solution, cut, [next(others) for _ in ones])
         for cut, ones in zip(cuts, hopeful, strict=True)
@@ -124,12 +121,13 @@ def _left_out(search: Search, solution: Solution, numbers: Sequence[int]) -> _Le
 def _stands(
     search: Search, solution: Solution, cut: _LeftOut, others: Sequence[Solution]
 ) -> Standing:
+    worth = search.criterion.worth
     log_p = log_sf(cut.gain, sum(len(one.moved) for one in cut.own))
     rivals: list[tuple[Alternative, Candidate, Solution]] = []
     for other in others:
         worse = other.cost - solution.cost
         # A rival with fewer coordinates is forgiven what the others' freedom is worth.
-        if min(worse, search.worth(other) - search.worth(solution)) < LIMIT:
+        if min(worse, worth(other) - worth(solution)) < search.options.tied:
             one = other.terms[-1].candidate
             entry = Alternative(
                 effect=one.effect, component=one.component, delta_chi2=max(worse, 0.0)
@@ -138,7 +136,7 @@ def _stands(
     rivals.sort(key=lambda found: found[2].cost)
     alternatives = [line for entry, one, _ in rivals for line in _members(entry, one)]
     return Standing(
-        cut.gain, search.p(log_p), _unique(alternatives), [found[2] for found in rivals]
+        cut.gain, search.tests.p(log_p), _unique(alternatives), [found[2] for found in rivals]
     )
 
 
@@ -152,14 +150,18 @@ def _starts(
     twinned = {term.candidate.key for term in known}
     effects = {term.candidate.effect for term in left_out}
     keys = [term.candidate.key for term in left_out]
-    least = min(0.75 * gain, gain - 60.0)
+    least = min(search.options.tie_share * gain, gain - search.options.tie_reach)
     trials = [
         t
-        for t in search.trials(bare, keys, groups=True)
+        for t in search.tests.trials(bare, keys, groups=True)
         if t.gain > least and not _same(t, effects, numbers)
     ]
     trials.sort(key=lambda t: -t.gain)
-    best = [t.start for t in trials[:REFITTED] if t.start.candidate.key not in twinned]
+    best = [
+        t.start
+        for t in trials[: search.options.ties_refitted]
+        if t.start.candidate.key not in twinned
+    ]
     return [*known, *best]
 
 

@@ -7,17 +7,17 @@ from scipy.special import chdtri, chndtrinc
 
 from diagnosis.answer.records import NotTestable, SmallestDetectable
 from diagnosis.answer.verdict import ALARM
+from diagnosis.evidence.detection import Detection
 from diagnosis.evidence.library import Entry
 from diagnosis.observations.readings import FloatArray
-from diagnosis.selection.stepwise import Search
 
 POWER = 0.8
 """Share of recordings like this one in which an effect of the smallest size would be found."""
 
 
-def limits(search: Search) -> tuple[list[NotTestable], list[SmallestDetectable]]:
+def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable]]:
     """Both lists, by effect and component."""
-    bank, scores = search.prepared.bank, search.scores_of_empty
+    bank, scores = tests.prepared.bank, tests.scores_of_empty
     hidden = [
         NotTestable(
             effect=c.effect, component=c.component,
@@ -26,8 +26,8 @@ def limits(search: Search) -> tuple[list[NotTestable], list[SmallestDetectable]]
         for c in bank.silent
         if not c.members
     ]  # fmt: skip
-    tests = search.calibration.tests + search.event_tests
-    scorer = search.prepared.scorer
+    independent = tests.calibration.tests + tests.event_tests
+    scorer = tests.prepared.scorer
     smallest: dict[tuple[str, ...], SmallestDetectable] = {}
     for number, entry in enumerate(bank.entries):
         if entry.candidate is None or entry.shape is None or not entry.shape.linear:
@@ -35,7 +35,7 @@ def limits(search: Search) -> tuple[list[NotTestable], list[SmallestDetectable]]
         if entry.candidate.members:
             continue
         scatter = float(scorer.inflation[number])
-        needed = _needed(tests, entry.df, scatter, scatter * float(scorer.doubt[number]))
+        needed = _needed(independent, entry.df, scatter, scatter * float(scorer.doubt[number]))
         size = _size(entry, scores.information[number], needed)
         if size is None:
             hidden.append(

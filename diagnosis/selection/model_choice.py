@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
 
 from diagnosis.estimation.budget import Until
 from diagnosis.estimation.estimate import Solution
@@ -15,14 +12,11 @@ from diagnosis.evidence.detection import Progress
 from diagnosis.evidence.noise_estimation import Prepared, once_more
 from diagnosis.observations.readings import BoolArray, FloatArray
 from diagnosis.selection.ambiguity import Standing, in_parts, settle
+from diagnosis.selection.exchange import best_of, group_instead, pairs_for_one
 from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_free_shapes
+from diagnosis.selection.options import OPTIONS
+from diagnosis.selection.search import Search
 from diagnosis.selection.small_errors import LooselyBuilt, Needed
-from diagnosis.selection.stepwise import Search
-
-CALMER = 0.99
-"""Noise that shrinks by more than this once an explanation is found had mismatch in it."""
-MOST_ROUNDS = 3
-MOST_REFITS = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,10 +38,10 @@ class Explained:
 def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Explained:
     """Search for few effects; then let tolerances everywhere and free shapes compete."""
     search = Search(prepared, rad_per_step, progress)
-    first_p = search.first_p()
+    first_p = search.tests.first_p()
     search, solution = calmed(search, search.run())
     search.prepared.bank.forget_raw()
-    nominal = search.empty
+    nominal = search.tests.empty
     loosely = LooselyBuilt(search)
     told, solution = _told(loosely, *_reviewed(loosely, solution))
     progress("what else it could be")
@@ -80,35 +74,24 @@ def _told(
 def _reviewed(loosely: LooselyBuilt, solution: Solution) -> tuple[Solution, Needed | None]:
     """A solution or what is better as two causes for one or as a group; and what of it is needed
     beside small errors everywhere, where these may be better still.
-
-    Most solutions stay as they are: all is asked at the same time.
     """
     search = loosely.search
-    if loosely.likely(solution):
-        if not search.patience.lasts(Until.REVIEWED):
-            return solution, None
-        _ = loosely.other  # before the fork, for whoever asks for it afterwards
+    if loosely.likely(solution) and not search.patience.lasts(Until.REVIEWED):
+        return solution, None
     if len(solution.terms) > 1 and not search.patience.lasts(Until.DOUBTED):
         return solution, loosely.needed(solution)
-    doubted = search.doubted(solution)
-    tasks: list[Callable[[], Any]] = [
-        partial(loosely.needed, solution),
-        partial(search.group_instead, solution),
-        *doubted,
-    ]
-    needed, group, *pairs = search.fitter.side_by_side(tasks)
-    finished = search.best_pair(solution, pairs)
-    if finished is not solution:
-        group = search.group_instead(finished)
+    pairs = search.fitter.side_by_side(pairs_for_one(search, solution))
+    finished = best_of(search, solution, pairs)
+    group = group_instead(search, finished)
     chosen = finished if group is None else group
-    return chosen, needed if chosen is solution else loosely.needed(chosen)
+    return chosen, loosely.needed(chosen)
 
 
 def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
     """Search on where the noise had mismatch in it: what rings or sticks looks like noise with a
     memory, and whitening by that takes it, and much beside it, away.
     """
-    for _ in range(MOST_ROUNDS):
+    for _ in range(search.options.most_noise_rounds):
         prepared = search.prepared
         if not solution.terms or not _calmer(
             left_noise(search.fitter, solution, prepared.valid), search.fitter.whiten
@@ -118,7 +101,7 @@ def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
             break
         search.progress("noise of the readings, once more")
         again = once_more(prepared, solution.predicted)
-        search = Search(again, search.rad_per_step, search.progress, search.calibration)
+        search = Search(again, search.rad_per_step, search.progress, search.tests.calibration)
         solution = search.resumed(solution.terms, solution.nuisances)
     return search, solution
 
@@ -132,13 +115,13 @@ def left_noise(fitter: Fitter, solution: Solution, valid: BoolArray) -> Whitener
 def _calmer(new: Whitener, old: Whitener) -> bool:
     """Whether any channel is less noisy than was thought."""
     pairs = zip(new.channels, old.channels, strict=True)
-    return any(len(a.rows) and a.sigma < CALMER * b.sigma for a, b in pairs)
+    return any(len(a.rows) and a.sigma < OPTIONS.calmer * b.sigma for a, b in pairs)
 
 
 def final_fit(explained: Explained, valid: BoolArray) -> tuple[Fitter, Solution]:
     """Fit again under the noise that the chosen explanation itself leaves, until both agree."""
     fitter, solution = explained.search.fitter, explained.solution
-    for _ in range(MOST_REFITS):
+    for _ in range(explained.search.options.most_final_fits):
         whitener = left_noise(fitter, solution, valid)
         calmer = _calmer(whitener, fitter.whiten)
         fitter = Fitter(fitter.model, whitener, fitter.nuisances)

@@ -12,12 +12,9 @@ from diagnosis.estimation.discrepancy import FREE
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.penalties import FREE_PRICE, free_price, price, price_of
 from diagnosis.estimation.splines import FreeShape
-from diagnosis.selection.stepwise import Search
-
-MOST_RIVALS = 2
-MOST_FREES = 2
-SPARE = 0.1
-"""What any effect may still do beside a shape that explains it all, of what that does more."""
+from diagnosis.selection.addition import falls_short
+from diagnosis.selection.removal import drop
+from diagnosis.selection.search import Search
 
 
 def with_free_shapes(search: Search, solution: Solution) -> Solution:
@@ -25,10 +22,10 @@ def with_free_shapes(search: Search, solution: Solution) -> Solution:
 
     What one shape leaves at its own port is its blur and earns no second one there.
     """
-    for _ in range(MOST_FREES):
+    for _ in range(search.options.most_shapes):
         if solution.frees and not search.patience.lasts(Until.SHAPED):
             return solution
-        if not solution.terms and not solution.frees and search.first_p() > ALARM:
+        if not solution.terms and not solution.frees and search.tests.first_p() > ALARM:
             return solution
         taken = {free.port for free in solution.frees}
         if taken and all(free.port in taken for free in free_rivals(search, solution)):
@@ -46,8 +43,8 @@ def shape_promises(search: Search, solution: Solution, story: float) -> bool:
     """Whether a free shape, instead of a solution or beside it, scores more than another story."""
     return any(
         one.cost - gain + free_price(free) < story
-        for one in (search.empty, solution)
-        for free, gain, _ in search.fine_scores(one)
+        for one in (search.tests.empty, solution)
+        for free, gain, _ in search.tests.fine_scores(one)
     )
 
 
@@ -60,8 +57,8 @@ def explains_it_all(search: Search, shaped: Solution, story: float) -> bool:
     beside = [term.candidate for term in shaped.terms]
     if not ports or any(one.component not in ports or one.effect in small for one in beside):
         return False
-    left = max((trial.gain for trial in search.trials(shaped)), default=0.0)
-    return left < SPARE * (story - search.story(shaped))
+    left = max((trial.gain for trial in search.tests.trials(shaped)), default=0.0)
+    return left < search.options.spare * (story - search.criterion.story(shaped))
 
 
 def challenge(search: Search, solution: Solution) -> Solution:
@@ -72,7 +69,7 @@ def challenge(search: Search, solution: Solution) -> Solution:
     as_free = any(price_of(term) > price(term.candidate) for term in named)
     if len(named) > 1 or (named and starts) or as_free:
         # Far-off effects may hold each other up: what a shape does instead of all is asked, too.
-        alone = [*free_rivals(search, search.empty), *(beside if not solution.frees else ())]
+        alone = [*free_rivals(search, search.tests.empty), *(beside if not solution.frees else ())]
         starts += [((), (free,)) for free in dict.fromkeys(alone)]
     begun = search.fitter.side_by_side(
         [partial(search.fitter.solve, *start, solution.nuisances) for start in starts],
@@ -94,7 +91,7 @@ def _best_grown(
         [partial(_grown, search, rival, solution, best) for rival in rivals],
         [free for rival in rivals for free in rival.frees],
     )
-    return min([best, *(one for one in grown if one is not None)], key=search.story)
+    return min([best, *(one for one in grown if one is not None)], key=search.criterion.story)
 
 
 def _least_story(rival: Solution) -> float:
@@ -107,25 +104,25 @@ def _grown(search: Search, rival: Solution, solution: Solution, best: Solution) 
     for one that stays behind the best so far.
     """
     if rival.terms:
-        return search.drop(rival) if _least_story(rival) < search.story(best) else None
-    if search.falls_short(rival, 1, search.worth(best)):
+        return drop(search, rival) if _least_story(rival) < search.criterion.story(best) else None
+    if falls_short(search, rival, 1, search.criterion.worth(best)):
         return None
-    return search.one_more(search.drop(rival), solution)
+    return search.one_more(drop(search, rival), solution)
 
 
 def free_rivals(search: Search, solution: Solution) -> list[FreeShape]:
     """Free shapes that explain most of what a solution leaves."""
-    scores = search.scores(solution)
+    scores = search.tests.scores(solution)
     ranked = [
         (entry.free, float(scores.gain[number]), float(scores.log_p[number]))
         for number, entry in enumerate(search.prepared.bank.entries)
         if entry.free is not None
     ]
-    ranked += search.fine_scores(solution)
+    ranked += search.tests.fine_scores(solution)
     ranked.sort(key=lambda item: item[2])
-    least = max(FREE_PRICE, FREE * search.least_gain(solution))
+    least = max(FREE_PRICE, FREE * search.criterion.least_gain(solution))
     return [
         free
-        for free, gain, log_p in ranked[:MOST_RIVALS]
-        if gain > least and search.p(log_p) < ALARM
+        for free, gain, log_p in ranked[: search.options.rival_shapes]
+        if gain > least and search.tests.p(log_p) < ALARM
     ]

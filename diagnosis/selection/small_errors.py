@@ -14,10 +14,8 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.plants.candidate import Term
 from diagnosis.selection.outside_contact import blurred, clear_rows
-from diagnosis.selection.stepwise import CHOICE, PILE, Search
-
-PROMOTED = 12.0
-"""Chi-square that lifting the prior of a tolerance must gain to make it a finding."""
+from diagnosis.selection.removal import drop
+from diagnosis.selection.search import Search
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +43,7 @@ class LooselyBuilt:
         fitter = Fitter(model, few.whiten, many, few.patience)
         loose = replace(prepared, fitter=fitter)
         return Search(loose, self.search.rad_per_step, self.search.progress,
-                      self.search.calibration)  # fmt: skip
+                      self.search.tests.calibration)  # fmt: skip
 
     def likely(self, solution: Solution) -> bool:
         """Whether to look: a pile of effects, or a rest that a wrong size would explain."""
@@ -53,10 +51,10 @@ class LooselyBuilt:
         tolerances = effects_of_building(search.prepared.model)
         if not solution.terms or not tolerances:
             return False
-        rest = search.trials(solution)
+        rest = search.tests.trials(solution)
         static = bool(rest) and rest[0].start.candidate.effect in tolerances
-        rest_is_static = static and search.p(rest[0].log_p) < ALARM
-        return len(solution.terms) >= PILE or rest_is_static or self._small(solution)
+        rest_is_static = static and search.tests.p(rest[0].log_p) < ALARM
+        return len(solution.terms) >= search.options.pile or rest_is_static or self._small(solution)
 
     def needed(self, solution: Solution) -> Needed | None:
         """What is needed beside small errors everywhere, if these may be the better story: some
@@ -64,10 +62,10 @@ class LooselyBuilt:
         """
         if not self.likely(solution):
             return None
-        needed = self.other.drop(self.other.fitter.solve(solution.terms, solution.frees))
+        needed = drop(self.other, self.other.fitter.solve(solution.terms, solution.frees))
         if len(needed.terms) == len(solution.terms) and not self._better(solution, needed):
             return None
-        return Needed(needed.terms, needed.nuisances, self.other.story(needed))
+        return Needed(needed.terms, needed.nuisances, self.other.criterion.story(needed))
 
     def instead(self, solution: Solution, needed: Needed) -> Solution | None:
         """Small errors everywhere with what else these need, where they are the better story.
@@ -77,12 +75,12 @@ class LooselyBuilt:
         """
         other, model = self.other, self.search.prepared.model
         begun = tuple(term for term in needed.terms if not usual(model, term))
-        if not other.any_shows(other.trials(other.empty)):
+        if not other.tests.any_shows(other.tests.trials(other.tests.empty)):
             found = other.run()
         elif begun == needed.terms:
             found = other.collected(other.fitter.solve(begun, (), needed.nuisances))
         else:
-            found = other.resumed(begun, other.empty.nuisances)
+            found = other.resumed(begun, other.tests.empty.nuisances)
         if other.patience.lasts(Until.DOUBTED):
             found = other.finished(found)
         rival = self._promoted(found)
@@ -97,11 +95,14 @@ class LooselyBuilt:
         """
         clear = clear_rows(self.search.fitter, solution, rival)
         many = blurred(rival, clear)
-        evidence, story = _evidence(self.other, rival) - many, self.other.story(rival) - many
+        evidence, story = (
+            _evidence(self.other, rival) - many,
+            self.other.criterion.story(rival) - many,
+        )
 
         def beats(one: Solution) -> bool:
             few = blurred(one, clear)
-            small = self._small(one) and story < self.search.story(one) - few
+            small = self._small(one) and story < self.search.criterion.story(one) - few
             return small or evidence < _evidence(self.search, one) - few
 
         if not beats(solution):
@@ -116,7 +117,7 @@ class LooselyBuilt:
         if not more:
             return solution
         both = search.fitter.solve((*solution.terms, *more), solution.frees, solution.nuisances)
-        most = max(search.least_gain(solution, term.candidate) for term in more)
+        most = max(search.criterion.least_gain(solution, term.candidate) for term in more)
         return both if solution.cost - both.cost < most else solution
 
     def _small(self, solution: Solution) -> bool:
@@ -129,15 +130,15 @@ class LooselyBuilt:
 
     def _promoted(self, solution: Solution) -> Solution:
         """A wrong size that is too far off for a tolerance, though the priors nearly hide it."""
-        other = self.other
+        other, promoted = self.other, self.search.options.promoted
         tolerances = effects_of_building(other.prepared.model) - {"transmission_error"}
-        static = [t for t in other.trials(solution) if t.start.candidate.effect in tolerances]
-        if not static or static[0].gain < PROMOTED:
+        static = [t for t in other.tests.trials(solution) if t.start.candidate.effect in tolerances]
+        if not static or static[0].gain < promoted:
             return solution
         grown = other.fitter.solve(
             (*solution.terms, static[0].start), solution.frees, solution.nuisances
         )
-        return grown if solution.cost - grown.cost > PROMOTED else solution
+        return grown if solution.cost - grown.cost > promoted else solution
 
 
 def _evidence(search: Search, solution: Solution) -> float:
@@ -146,4 +147,4 @@ def _evidence(search: Search, solution: Solution) -> float:
     count = sum(len(t.candidate.moved) for t in solution.nuisances)
     jac = solution.tangent[: fitter.rows, :count] * fitter.spread
     occam = float(np.linalg.slogdet(np.eye(count) + jac.T @ jac)[1])
-    return search.worth(solution) + CHOICE * len(solution.terms) + occam
+    return search.criterion.worth(solution) + search.options.choice * len(solution.terms) + occam

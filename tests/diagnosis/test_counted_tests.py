@@ -13,7 +13,7 @@ from diagnosis.evidence.detection import Detection
 from diagnosis.evidence.noise_estimation import Prepared, prepare
 from diagnosis.plants.delta import DeltaModel
 from diagnosis.selection.detection_limits import limits
-from diagnosis.selection.stepwise import Search
+from diagnosis.selection.search import Search
 from models.robot import DeltaRobot
 from tests.diagnosis.conftest import Record
 
@@ -34,12 +34,12 @@ def test_a_scan_that_did_not_run_is_no_test(prepared: Prepared) -> None:
 def test_the_smallest_size_grows_with_what_makes_a_score_scatter(prepared: Prepared) -> None:
     """Four times the variance needs twice the size, as four times the noise would."""
     search = Search(prepared, 0.0)
-    sizes = {(s.effect, s.component): s.value for s in limits(search)[1]}
+    sizes = {(s.effect, s.component): s.value for s in limits(search.tests)[1]}
     scorer = prepared.scorer
     before = scorer.inflation
     try:
         scorer.inflation = 4.0 * before
-        larger = {(s.effect, s.component): s.value for s in limits(search)[1]}
+        larger = {(s.effect, s.component): s.value for s in limits(search.tests)[1]}
     finally:
         scorer.inflation = before
     assert larger["home_offset", "motor1"] == pytest.approx(
@@ -55,13 +55,13 @@ def test_four_in_five_scores_of_the_smallest_size_raise_the_alarm(prepared: Prep
     scorer.inflation, scorer.doubt = np.ones_like(kept[0]), np.ones_like(kept[1])
     try:
         search = Search(plain, 0.0)
-        smallest = {(s.effect, s.component): s.value for s in limits(search)[1]}
+        smallest = {(s.effect, s.component): s.value for s in limits(search.tests)[1]}
         number = next(i for i, e in enumerate(plain.bank.entries) if e.key[0] == "home_offset")
         component = plain.bank.entries[number].key[1]
-        (information,) = search.scores_of_empty.information[number].ravel()
+        (information,) = search.tests.scores_of_empty.information[number].ravel()
     finally:
         scorer.inflation, scorer.doubt = kept
     mean = smallest["home_offset", component] * np.sqrt(information)
     drawn = (mean + np.random.default_rng(5).standard_normal(20_000)) ** 2
-    alarm = chdtri(1, ALARM / (search.calibration.tests + search.event_tests))
+    alarm = chdtri(1, ALARM / (search.tests.calibration.tests + search.tests.event_tests))
     assert np.mean(drawn > alarm) == pytest.approx(0.8, abs=0.02)

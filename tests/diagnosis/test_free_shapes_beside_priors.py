@@ -10,8 +10,8 @@ import pytest
 from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.delta import DeltaModel
 from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_free_shapes
+from diagnosis.selection.search import Search
 from diagnosis.selection.small_errors import LooselyBuilt
-from diagnosis.selection.stepwise import Search
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording
 
@@ -34,11 +34,11 @@ def loosely(delta: DeltaRobot, record: Record) -> LooselyBuilt:
 
 def test_a_shape_that_takes_over_lets_small_errors_spring_back(loosely: LooselyBuilt) -> None:
     other = loosely.other
-    free, gain, _ = max(other.fine_scores(other.empty), key=lambda one: one[1])
-    found = other.fitter.solve((), (free,), other.empty.nuisances)
+    free, gain, _ = max(other.tests.fine_scores(other.tests.empty), key=lambda one: one[1])
+    found = other.fitter.solve((), (free,), other.tests.empty.nuisances)
     held = other.fitter.rows
-    assert np.sum(other.empty.residual[held:] ** 2) > 2.0 * np.sum(found.residual[held:] ** 2)
-    assert other.empty.cost - found.cost == pytest.approx(gain, rel=0.05)
+    assert np.sum(other.tests.empty.residual[held:] ** 2) > 2.0 * np.sum(found.residual[held:] ** 2)
+    assert other.tests.empty.cost - found.cost == pytest.approx(gain, rel=0.05)
 
 
 def test_a_shape_that_explains_it_all_needs_no_loosely_built_machine(
@@ -46,10 +46,10 @@ def test_a_shape_that_explains_it_all_needs_no_loosely_built_machine(
 ) -> None:
     search = loosely.search
     solution = search.run()
-    told = search.story(solution)
+    told = search.criterion.story(solution)
     assert shape_promises(search, solution, told)
     shaped = with_free_shapes(search, solution)
     assert [free.port for free in shaped.frees] == ["range_y"]
     assert explains_it_all(search, shaped, told)
-    assert not explains_it_all(search, shaped, search.story(shaped))
+    assert not explains_it_all(search, shaped, search.criterion.story(shaped))
     assert not explains_it_all(search, solution, np.inf), "no shape explains anything here"

@@ -11,7 +11,7 @@ from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta import DeltaModel
 from diagnosis.plants.delta_candidates import lost_steps
 from diagnosis.selection.ambiguity import settle
-from diagnosis.selection.stepwise import Search
+from diagnosis.selection.search import Search
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +19,9 @@ from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.candidate import Candidate, Term
 from diagnosis.plants.delta import DeltaModel
 from diagnosis.plants.delta_candidates import lost_steps
-from diagnosis.selection.stepwise import Search
+from diagnosis.selection import removal
+from diagnosis.selection.removal import begun_without, clearly_needed, drop, spare
+from diagnosis.selection.search import Search
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 
@@ -68,10 +71,10 @@ def _free_terms(count: int) -> list[Term]:
 
 def test_what_is_clearly_needed_is_needed(search: Search, found: Solution) -> None:
     for number, term in enumerate(found.terms):
-        begun = search._begun_without(found, number)
-        assert search._clearly_needed(found, number, begun)
+        begun = begun_without(search, found, number)
+        assert clearly_needed(search, found, number, begun)
         rest = search.fitter.solve(begun.terms, (), begun.nuisances)
-        assert search._earns(rest, found, term.candidate)
+        assert search.criterion.earns(rest, found, term.candidate)
 
 
 @pytest.fixture(scope="module")
@@ -83,8 +86,8 @@ def more(search: Search, found: Solution) -> Solution:
 
 
 def test_what_does_nothing_is_dropped(search: Search, found: Solution, more: Solution) -> None:
-    assert not search._clearly_needed(more, 2, search._begun_without(more, 2))
-    kept = {term.candidate.key for term in search.drop(more).terms}
+    assert not clearly_needed(search, more, 2, begun_without(search, more, 2))
+    kept = {term.candidate.key for term in drop(search, more).terms}
     assert kept == {term.candidate.key for term in found.terms}
 
 
@@ -110,18 +113,20 @@ def test_a_moment_that_fits_better_is_found_from_far_off(search: Search, found: 
 def test_what_is_dropped_again_leads_back_to_where_it_began(
     search: Search, found: Solution, more: Solution
 ) -> None:
-    assert search.drop(more, before=found) is found
+    assert drop(search, more, before=found) is found
 
 
-def test_what_is_surely_needed_is_not_asked_again(search: Search, found: Solution) -> None:
+def test_what_is_surely_needed_is_not_asked_again(
+    search: Search, found: Solution, monkeypatch: pytest.MonkeyPatch
+) -> None:
     asked: list[int] = []
 
-    class Watched(Search):
-        def _spare(self, solution: Solution, number: int):  # type: ignore[no-untyped-def]
-            asked.append(number)
-            return super()._spare(solution, number)
+    def watched(search: Search, solution: Solution, number: int) -> Any:
+        asked.append(number)
+        return spare(search, solution, number)
 
-    watched = Watched(search.prepared, search.rad_per_step, known=search.calibration)
+    monkeypatch.setattr(removal, "spare", watched)
+    fresh = Search(search.prepared, search.rad_per_step, known=search.tests.calibration)
     keys = [term.candidate.key for term in found.terms]
-    assert watched.drop(found, sure=frozenset(keys[:1])) is found
+    assert drop(fresh, found, sure=frozenset(keys[:1])) is found
     assert asked == [1]

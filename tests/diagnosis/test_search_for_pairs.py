@@ -13,7 +13,7 @@ from diagnosis.evidence.pair_scores import best_pairs, leading
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta import DeltaModel
 from diagnosis.selection.equivalents import twins
-from diagnosis.selection.stepwise import Search
+from diagnosis.selection.search import Search
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 
@@ -30,8 +30,8 @@ def test_the_best_pair_is_the_truth_and_the_search_takes_it(
     ratio = EffectEntry(effect="gear_ratio", component="motor1", parameters={"scale": 0.985})
     model = DeltaModel(delta, [record(soft, ratio, seconds=40.0)])
     search = Search(prepare(model, model.readings.valid.copy()), 0.0)
-    empty, scorer = search.empty, search.prepared.scorer
-    entries = leading(scorer, search.scores(empty), set())
+    empty, scorer = search.tests.empty, search.prepared.scorer
+    entries = leading(scorer, search.tests.scores(empty), set())
     first, *others = best_pairs(scorer, empty.free_basis, empty.residual, entries, price, 3)
     assert {start.candidate.key for start in first.starts} == TRUTH
     assert [pair.value for pair in others] == sorted((p.value for p in others), reverse=True)
@@ -47,7 +47,7 @@ def quiet(delta: DeltaRobot, record: Record) -> Search:
 
 def test_what_is_taken_is_in_no_pair(quiet: Search) -> None:
     scorer, taken = quiet.prepared.scorer, {("base_radius", "frame")}
-    entries = [scorer.bank.entries[n] for n in leading(scorer, quiet.scores_of_empty, taken)]
+    entries = [scorer.bank.entries[n] for n in leading(scorer, quiet.tests.scores_of_empty, taken)]
     keys = [entry.key for entry in entries]
     assert len(keys) == len(set(keys)) > 20
     assert ("base_radius", "frame") not in keys
@@ -81,7 +81,9 @@ def test_one_that_stands_for_two_beside_a_third_gives_way(
     ]
     model = DeltaModel(delta, [record(*causes, seconds=40.0)])
     search = Search(prepare(model, model.readings.valid.copy()), 0.0)
-    starts = {trial.start.candidate.key: trial.start for trial in search.trials(search.empty)}
+    starts = {
+        trial.start.candidate.key: trial.start for trial in search.tests.trials(search.tests.empty)
+    }
     names = [("frame_tilt", "frame"), ("sensor_scale", "range_x")]
     wrong = search.fitter.solve([starts[name] for name in names])
     found = {term.candidate.key for term in search.finished(wrong).terms}

@@ -1,0 +1,91 @@
+"""The numbers of the search: how much it looks at, and by how much one set must beat another.
+
+What an effect must explain stands with the effect (`EffectKind`) and in `estimation.penalties`; the
+level of the alarm in `answer.verdict`; how long the search may go on in `estimation.budget`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class SearchOptions:
+    """Limits of the search. Those of the first part decide what wins, the others how long it takes.
+
+    Chi-squares throughout; shares are of a gain in chi-square.
+    """
+
+    better: float = 1.0
+    """What something else must be worth more to take a place: no swaps back and forth over
+    rounding."""
+    choice: float = 12.0
+    """What choosing one of a hundred candidates costs: -2 log of the odds, a little rounded up."""
+    promoted: float = 12.0
+    """What lifting the prior of a build tolerance must gain to make it a finding: as a choice."""
+    tied: float = 11.0
+    """Within which two explanations count as tied: one in a thousand by chance."""
+    spare: float = 0.1
+    """What any effect may still do beside a shape that explains it all, of what that does more."""
+    calmer: float = 0.99
+    """Noise that shrinks by more than this once an explanation is found had mismatch in it."""
+    most_terms: int = 5
+    """Effects in one set: more were never told apart in one recording."""
+    pile: int = 3
+    """So many effects may be a pile that stands for one cause in no list."""
+    most_shapes: int = 2
+    """Free shapes in one set."""
+
+    # What is tried: more takes longer, and was not seen to find more.
+    tried: int = 6
+    """Candidates fitted for one more effect."""
+    tried_share: float = 0.4
+    """Of the best candidate's linearised gain, with which another is fitted."""
+    tried_of_rivals: int = 2
+    """The same where another explanation is known, beside what that has."""
+    tried_instead: int = 2
+    """Candidates fitted in the place of a term."""
+    instead_share: float = 0.8
+    """Of what is lost without a term, that another must promise to be fitted in its place."""
+    tried_pairs: int = 3
+    """Pairs fitted in the place of the newest two."""
+    least_more: float = 5.0
+    """What two others must promise beyond the newest two for a refit."""
+    group_share: float = 0.3
+    """Of what a set explains, that a group alone must promise."""
+    groups: int = 2
+    """Groups that a set is grown from."""
+    ties_refitted: int = 6
+    """Rivals fitted in the place of each finding."""
+    tie_share: float = 0.75
+    tie_reach: float = 60.0
+    """A rival that promises less than this share, or so much less, is not fitted."""
+    rival_shapes: int = 2
+    """Free shapes fitted beside or instead of a set."""
+    optimism: float = 1.5
+    """How much more than its linearised gain an effect may bring."""
+    clearly: float = 10.0
+    """So many times what a term must gain, and no fit of the others to its end will change it, nor
+    that another is dropped: what cannot be done without is needed all the more beside fewer."""
+
+    # Fits that are begun and given up.
+    quick: int = 2
+    """Steps of a first try."""
+    hopeful: float = 0.7
+    hope: float = 40.0
+    """Share of the best first try's gain, and chi-square behind it, with which a fit is brought to
+    its end."""
+    reach: float = 300.0
+    reach_share: float = 0.05
+    """Chi-square, and share of what a term explains, that a rival may still catch up after a try.
+    """
+
+    # Ends of loops that hardly ever come to them.
+    most_turns: int = 8
+    most_swaps_of_ties: int = 2
+    most_noise_rounds: int = 3
+    most_final_fits: int = 6
+
+
+OPTIONS = SearchOptions()
+"""As the engine is used."""
