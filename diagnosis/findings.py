@@ -28,6 +28,7 @@ from diagnosis.evidence.change_points import Stale, moment
 from diagnosis.evidence.chi2_tail import log_sf
 from diagnosis.evidence.hysteresis import has_memory, tied_drivers
 from diagnosis.observations.readings import FloatArray, IntArray
+from diagnosis.plants.traits import traits_of
 from diagnosis.selection.ambiguity import Standing
 from diagnosis.selection.model_choice import Explained
 
@@ -128,7 +129,7 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
     first = sum(f.size for f in solution.frees[:number])
     values = free.basis @ solution.coefficients[first : first + free.size]
     size = float(np.std(values[_decided(outcome.fitter, free)]))
-    unit = "rad" if free.port.startswith("motor") else "m"
+    unit = traits_of(model).units.get(free.port, model.readings.units[0])
     half = 1.96 * size / max(np.sqrt(gain), 1.0)
     change = model.ports()[free.port] * values[:, None]
     return Finding(

@@ -20,6 +20,7 @@ from diagnosis.experiment import MotionLimits, propose
 from diagnosis.findings import Outcome, findings, picture, rest
 from diagnosis.observations.readings import BoolArray, FloatArray
 from diagnosis.plants.contract import Model
+from diagnosis.plants.traits import traits_of
 from diagnosis.selection.detection_limits import limits
 from diagnosis.selection.holdout import on_another_run, on_blocks, rms
 from diagnosis.selection.impossible import first_impossible, less
@@ -40,7 +41,7 @@ def diagnose_model(
     """
     check_input(model)
     progress("noise of the readings")
-    runs = stale_runs(model.readings)
+    runs = stale_runs(model.readings, traits_of(model).repeating)
     patience = Patience() if thorough else Patience.for_rows(len(model.readings.t_s))
     prepared = prepare(model, without_stale(model.readings.valid, model.readings, runs), patience)
     progress("searching for what is missing")

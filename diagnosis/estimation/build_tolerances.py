@@ -6,7 +6,7 @@ import numpy as np
 
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.contract import Model
-from diagnosis.plants.delta_candidates import TOLERANCES
+from diagnosis.plants.traits import traits_of
 
 WITHIN = 2.0
 """Usual spreads within which an error is no fault by itself."""
@@ -21,7 +21,7 @@ def usual(model: Model, term: Term) -> bool:
     """Whether a wrong size of the machine is within what building leaves."""
     candidate = term.candidate
     spreads = {n.term.candidate.key: n.spread for n in model.tolerances}
-    if candidate.effect not in TOLERANCES or candidate.key not in spreads:
+    if candidate.effect not in traits_of(model).build_effects or candidate.key not in spreads:
         return False
     size = term.at[candidate.moved] - np.array(candidate.shapes[0].origin)[candidate.moved]
     return bool(np.all(np.abs(size) < WITHIN * np.array(spreads[candidate.key])))

@@ -11,6 +11,7 @@ from scipy.sparse import csr_array, diags_array
 
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.contract import Model
+from diagnosis.plants.traits import traits_of
 
 PIECES = 4
 FINE_PIECES = 28
@@ -18,8 +19,6 @@ DEGREE = 3
 LEAST_TRAVEL = 0.005
 STILL = 0.02
 """Share of the driver's range that it must move before it counts as having come another way."""
-OWN = (("motor", "theta_"), ("range_", "range_"))
-"""Ports where an error may depend on the way their own place was come to, and that place."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,39 +111,24 @@ def _varies(driver: FloatArray) -> bool:
 def free_shapes(model: Model, pieces: int = PIECES) -> list[FreeShape]:
     """Every port with every driver that makes sense there: a joint's own motion, a sensor's all."""
     shapes = []
-    drivers = model.drivers()
+    drivers, sensible = model.drivers(), traits_of(model).sensible
     knots = {name: knots_for(x, pieces) for name, x in drivers.items() if _varies(x)}
     bases = {name: spline_basis(drivers[name], k) for name, k in knots.items()}
     for port in model.ports():
         for name, basis in bases.items():
-            if _sensible(port, name, pieces == PIECES):
+            if sensible(port, name, pieces == PIECES):
                 shapes.append(FreeShape(port, name, basis, knots[name]))
     return shapes
-
-
-def _sensible(port: str, driver: str, coarse: bool) -> bool:
-    """Whether a mismatch at a port may follow a driver; some are only tried coarsely."""
-    elsewhere = driver[-1] != port[-1]
-    if port.startswith("motor"):
-        if driver.startswith("speed_range") or "," in driver:
-            return False
-        neighbour = driver.startswith("theta") and coarse
-        return neighbour or not (driver[-1] in "123" and elsewhere)
-    if port.startswith("range"):
-        if driver.startswith("speed_range"):
-            return coarse and not elsewhere
-        return not driver.startswith(("speed", "torque")) and (coarse or "," not in driver)
-    return True
 
 
 def way_shapes(model: Model) -> list[FreeShape]:
     """Each port over its own place and the way it was come to."""
     drivers, shapes = model.drivers(), []
+    own_place = traits_of(model).own_place
     for port in model.ports():
-        for stem, place in OWN:
-            name = place + port.removeprefix(stem)
-            if port.startswith(stem) and name in drivers and _varies(drivers[name]):
-                knots = knots_for(drivers[name])
-                free = FreeShape(port, name, csr_array((0, 0)), knots, "way")
-                shapes.append(replace(free, basis=free.basis_for(drivers[name])))
+        name = own_place.get(port, "")
+        if name in drivers and _varies(drivers[name]):
+            knots = knots_for(drivers[name])
+            free = FreeShape(port, name, csr_array((0, 0)), knots, "way")
+            shapes.append(replace(free, basis=free.basis_for(drivers[name])))
     return shapes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.observations.readings import BoolArray, Readings, long_repeats
 from diagnosis.plants.candidate import Candidate
-from diagnosis.plants.delta_candidates import lost_steps
+from diagnosis.plants.traits import traits_of
 
 EDGE = 0.02
 """Share of the recording at each end in which a loss cannot be told from an offset."""
@@ -50,9 +51,9 @@ def jumps(
     )
     if near_s is not None:
         inside &= np.abs(times - near_s) < NEAR_S
-    found = []
+    found, events = [], traits_of(model).events
     for port, change in model.ports().items():
-        if not port.startswith("motor"):
+        if port not in events:
             continue
         column = fitter.whiten(-rad_per_step * change)[order]
         if not column.any():
@@ -70,7 +71,7 @@ def jumps(
         before_s = model.readings.period_s
         found.append(
             Jump(
-                lost_steps(port, float(times[best])), float(gain[best]),
+                events[port](float(times[best])), float(gain[best]),
                 float(times[best]) - 0.5 * before_s,
                 (
                     float(near.min(initial=times[best])) - before_s,
@@ -109,11 +110,11 @@ class Stale:
     log_p: float
 
 
-def stale_runs(readings: Readings) -> list[Stale]:
-    """Repeats too long for rounding and noise to make by chance."""
+def stale_runs(readings: Readings, channels: Sequence[str]) -> list[Stale]:
+    """Repeats in some channels, too long for rounding and noise to make by chance."""
     found: list[Stale] = []
     for column, name in enumerate(readings.names):
-        if not name.startswith("range_"):
+        if name not in channels:
             continue
         values = readings.values[:, column]
         rate = float(np.mean(np.diff(values) == 0.0))

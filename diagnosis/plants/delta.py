@@ -11,6 +11,7 @@ from diagnosis.observations.readings import FloatArray, gather
 from diagnosis.observations.sensor_clock import OwnTimes
 from diagnosis.plants.candidate import Candidate, Coordinate, Shape, Term
 from diagnosis.plants.delta_candidates import EVENTS, candidates_of, contact, runout, tolerances
+from diagnosis.plants.delta_traits import delta_traits
 from diagnosis.plants.near_singular import fragile
 from diagnosis.plants.nuisance import Nuisance
 from diagnosis.plants.shared_parameters import groups_of
@@ -61,6 +62,7 @@ class DeltaModel:
         self.nuisances = [late] if self._timed else []
         self.candidates = self._candidates()
         self.groups = groups_of(self.candidates)
+        self.traits = delta_traits(self.ports(), seen)
         self.tolerances = tolerances(self.candidates)
         if robot.drive is not None and robot.drive.gear_ratio > 1.0:
             self.tolerances += runout(robot.drive.gear_ratio)
