@@ -22,9 +22,6 @@ from diagnosis.plants.nuisance import Nuisance
 EXACT = 1.0 / 60.0
 """Share of the usual tolerances that the most careful building leaves: 0.025 mm at a sensor,
 0.01 mm in an arm, 0.03 mrad at a home."""
-GIVES_WAY_M = 2.5e-4
-"""How far stop and pad give way under a pressing platform (standard deviation)."""
-STOP = ("contact", "height")
 
 
 def small_errors(fitter: Fitter, around: Sequence[Term]) -> FloatArray:
@@ -67,6 +64,7 @@ def giving_way(solution: Solution) -> FloatArray:
     variance = np.zeros(solution.tangent.shape[1])
     for number, term in enumerate(solution.terms):
         for place, i in enumerate(term.candidate.moved):
-            if (term.candidate.effect, term.candidate.coordinates[i].parameter) == STOP:
-                variance[solution.columns_of(number).start + place] = GIVES_WAY_M**2
+            name = term.candidate.coordinates[i].parameter
+            spread = term.candidate.kind.discrepancy.gives_way.get(name, 0.0)
+            variance[solution.columns_of(number).start + place] = spread**2
     return variance

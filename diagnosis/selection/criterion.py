@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from diagnosis.answer.verdict import ALARM
-from diagnosis.estimation.discrepancy import EXACT, blur_of
+from diagnosis.estimation.discrepancy import left_by
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.penalties import free_price, price_of
 from diagnosis.evidence.chi2_tail import log_sf
@@ -14,6 +14,7 @@ from diagnosis.evidence.detection import Detection
 from diagnosis.plants.candidate import Candidate, Term
 from diagnosis.selection.options import SearchOptions
 from diagnosis.selection.outside_contact import gain_elsewhere, local_terms
+from models.effects.kind import EXACT
 
 
 @dataclass(slots=True, eq=False)
@@ -45,9 +46,9 @@ class Criterion:
         exact: terms that leave nothing in the readings that are looked at.
         """
         least, before = 0.0, self.tests.empty.cost
-        blur = [EXACT if term in exact else blur_of(term, new) for term in solution.terms]
-        for share in sorted(set(blur)):
-            part = tuple(t for t, own in zip(solution.terms, blur, strict=True) if own <= share)
+        left = [EXACT if term in exact else left_by(term, new) for term in solution.terms]
+        for share in sorted(set(left)):
+            part = tuple(t for t, own in zip(solution.terms, left, strict=True) if own <= share)
             whole = part == solution.terms and not solution.frees
             now = solution.cost if whole else self._part(part)
             least, before = least + share * max(before - now, 0.0), min(now, before)

@@ -12,8 +12,6 @@ from diagnosis.estimation.least_squares import Fitter
 from diagnosis.observations.readings import BoolArray
 from diagnosis.plants.candidate import Term
 
-LOCAL = frozenset({"contact"})
-"""Effects whose imperfect operator can mislead only near where they act."""
 NEAR_S = 0.3
 """Around it: touching down a little earlier, and what rings after."""
 LEAST_CHANGE_M = 1e-6
@@ -23,13 +21,13 @@ LEAST_SHARE = 0.2
 
 def local_terms(terms: Sequence[Term]) -> tuple[Term, ...]:
     """Those of the terms that act only now and then."""
-    return tuple(term for term in terms if term.candidate.effect in LOCAL)
+    return tuple(term for term in terms if term.candidate.kind.local)
 
 
 def left_alone(fitter: Fitter, solution: Solution) -> BoolArray:
     """Whitened readings (rows,) far from where the solution's local terms act."""
     model = fitter.model
-    others = [term for term in solution.terms if term.candidate.effect not in LOCAL]
+    others = [term for term in solution.terms if not term.candidate.kind.local]
     without = model.predict([*solution.nuisances, *others])
     everything = model.predict([*solution.nuisances, *solution.terms])
     acts = np.abs(everything - without).max(axis=1) > LEAST_CHANGE_M

@@ -20,4 +20,5 @@ EFFECT = EffectKind(
     says=lambda component, v: (
         f"base radius minus platform radius is {1e3 * v['length_error']:+.2f} mm off"
     ),
+    pose_alone=True,
 )

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from models.effects.flow import BoolArray, Flow
-from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 from models.robot import FloatArray
 
@@ -86,4 +86,13 @@ EFFECT = EffectKind(
     order=1,
     smooth=False,
     nothing=float("-inf"),
+    # A platform that slips and sticks where it is pressed on; arms that press on a stop yield, and
+    # stop and pad give way by a quarter of a millimetre.
+    discrepancy=Discrepancy(
+        0.002,
+        0.002,
+        leads_to={"joint_compliance": 0.01, "payload": 0.01, "resonance": 0.01},
+        gives_way={"height": 2.5e-4},
+    ),
+    local=True,
 )

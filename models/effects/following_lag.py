@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from models.effects.flow import Flow
-from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, joints, scalar
+from models.effects.kind import (
+    MOTORS,
+    Discrepancy,
+    EffectKind,
+    Memory,
+    Parameter,
+    Values,
+    joints,
+    scalar,
+)
 from models.effects.port import Port
 from models.effects.recursion import delayed, lagged
 
@@ -31,4 +40,6 @@ EFFECT = EffectKind(
         f"{component} follows its command late, with a time constant of {1e3 * v['time']:.3g} ms"
         + (f" after a dead time of {1e3 * v['dead_time']:.3g} ms" if v["dead_time"] else "")
     ),
+    # a drive is not of first order
+    discrepancy=Discrepancy(0.001, 0.003),
 )

@@ -23,4 +23,5 @@ EFFECT = EffectKind(
         f"the forearm of {component} is {1e3 * abs(v['length_error']):.2f} mm too "
         f"{'long' if v['length_error'] > 0 else 'short'}"
     ),
+    pose_alone=True,
 )

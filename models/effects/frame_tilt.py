@@ -34,4 +34,5 @@ EFFECT = EffectKind(
         f"{', '.join(f'{np.degrees(a):+.3f}' for a in v['rotation'])} degrees about x, y, z"
     ),
     order=2,
+    pose_alone=True,
 )

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from models.effects.flow import Flow
-from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.kind import MOTORS, Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 from models.effects.recursion import clipped
 from models.robot import FloatArray
@@ -63,4 +63,7 @@ EFFECT = EffectKind(
     ),
     order=2,
     smooth=False,
+    # inside the play, friction and inertia decide
+    discrepancy=Discrepancy(0.001, 0.012),
+    itself={"width": (3e-4, float("inf"))},  # with less play it only yields
 )

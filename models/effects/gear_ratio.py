@@ -22,4 +22,5 @@ EFFECT = EffectKind(
         "per commanded angle against the robot file"
     ),
     nothing=1.0,
+    pose_alone=True,
 )

@@ -23,4 +23,5 @@ EFFECT = EffectKind(
         f"{component} stands {np.degrees(v['angle']):+.3f} degrees "
         f"({1e3 * v['angle']:+.2f} mrad) off its home"
     ),
+    pose_alone=True,
 )

@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from models.effects.flow import Flow
-from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, joints, scalar
+from models.effects.kind import (
+    MOTORS,
+    Discrepancy,
+    EffectKind,
+    Memory,
+    Parameter,
+    Values,
+    joints,
+    scalar,
+)
 from models.effects.port import Port
 
 
@@ -24,4 +33,6 @@ EFFECT = EffectKind(
     ),
     order=5,
     nothing=float("inf"),
+    # inertia beside weight, damping beside the spring; inertia on a spring rings
+    discrepancy=Discrepancy(0.012, 0.012, leads_to={"resonance": 1.0}),
 )

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from models.effects.flow import Flow
-from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.kind import MOTORS, Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 from models.effects.recursion import clipped
 from models.robot import FloatArray
@@ -65,4 +65,9 @@ EFFECT = EffectKind(
     ),
     order=3,
     smooth=False,
+    # Breaks loose, creeps, changes with load and speed
+    discrepancy=Discrepancy(0.001, 0.012),
+    # How far a friction-bound arm swings on comes free: where play and friction fit
+    # alike, the play would have to stick like friction
+    penalty=-4.0,
 )

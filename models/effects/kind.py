@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -45,6 +45,29 @@ class Parameter:
     """A fit moves in 1 / value, where the effect is linear."""
 
 
+EXACT = 1e-4
+"""One percent of the size: what is left beside the right one of most effects is noise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Discrepancy:
+    """How far the operator of an effect may be from the thing itself.
+
+    Where the ends of a bar are is geometry: what a wrong length leaves is noise. A bearing, a
+    spring or a stop is messier than any operator with two numbers, and what it leaves must not be
+    taken for a second effect. So a further effect has to explain a share of what those there do.
+    """
+
+    in_pose: float = EXACT
+    """Share of what the effect explains that its operator may leave, in what follows the pose."""
+    elsewhere: float = EXACT
+    """The same in all else."""
+    leads_to: Mapping[str, float] = field(default_factory=dict)
+    """The same for an effect that follows from this one's physics."""
+    gives_way: Mapping[str, float] = field(default_factory=dict)
+    """Standard deviation of a parameter that is not as fixed as the operator has it."""
+
+
 @dataclass(frozen=True, slots=True)
 class EffectKind:
     """One entry of the vocabulary.
@@ -66,6 +89,16 @@ class EffectKind:
     """Happens once at its time and does not come back in another run."""
     nothing: float = 0.0
     """Value of the main (first) parameter with which nothing happens."""
+    penalty: float = 0.0
+    """Chi-square that naming it costs beside its coordinates: the rarer of two that fit alike."""
+    discrepancy: Discrepancy = Discrepancy()
+    pose_alone: bool = False
+    """The same whenever the machine is in the same place: play and lag are not, so what play
+    leaves cannot look like a wrong length."""
+    local: bool = False
+    """Acts now and then only, so that its operator misleads only near where it acts."""
+    itself: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Parameter -> the range in which the effect does what it is called after."""
 
     @property
     def main(self) -> Parameter:

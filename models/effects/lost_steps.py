@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from models.effects.flow import Flow
-from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.kind import MOTORS, Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 
 
@@ -27,4 +27,6 @@ EFFECT = EffectKind(
     order=1,
     smooth=False,
     event=True,
+    # when within a reading's time
+    discrepancy=Discrepancy(0.0005, 0.0005),
 )

@@ -24,4 +24,5 @@ EFFECT = EffectKind(
     says=lambda component, v: (
         f"{component} is mounted {np.degrees(v['angle']):+.3f} degrees off its direction"
     ),
+    pose_alone=True,
 )

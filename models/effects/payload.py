@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from models.effects.flow import Flow
-from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 
 
@@ -26,4 +26,8 @@ EFFECT = EffectKind(
         f"(if the joints have {v['stiffness']:.4g} N m/rad)"
     ),
     order=6,
+    # acts through compliance; inertia on a spring rings
+    discrepancy=Discrepancy(0.012, 0.012, leads_to={"resonance": 1.0}),
+    # compliance does nearly the same, and is the commoner
+    penalty=12.0,
 )

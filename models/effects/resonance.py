@@ -6,7 +6,7 @@ import numpy as np
 
 from models.cosine_sine import cosine_and_sine
 from models.effects.flow import Flow
-from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 from models.effects.recursion import linear
 
@@ -48,4 +48,7 @@ EFFECT = EffectKind(
     ),
     smooth=False,
     nothing=float("inf"),
+    # one mode of many
+    discrepancy=Discrepancy(0.001, 0.012),
+    itself={"damping": (0.0, 0.4)},  # beyond it a spring is still before it has swung back
 )

@@ -22,4 +22,7 @@ EFFECT = EffectKind(
         f"the error of {component} grows with distance squared: "
         f"{v['curvature']:+.4f} times the square [m]"
     ),
+    # where a motion tells neither from an offset, the offset is likelier
+    penalty=1.5,
+    pose_alone=True,
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from models.effects.flow import Flow
-from models.effects.kind import RANGES, EffectKind, Memory, Parameter, Values, scalar
+from models.effects.kind import RANGES, Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 
 
@@ -29,4 +29,6 @@ EFFECT = EffectKind(
     ),
     order=3,
     smooth=False,
+    # one time constant of several
+    discrepancy=Discrepancy(0.001, 0.001),
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from models.effects.flow import Flow
-from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 from models.effects.recursion import delayed
 
@@ -20,4 +20,6 @@ EFFECT = EffectKind(
     parameters=(Parameter("time", "s", 0.0, 2.0, step=1e-3),),
     operate=_operate,
     says=lambda component, v: f"all readings are {1e3 * v['time']:.1f} ms late",
+    # filters inside the sensor
+    discrepancy=Discrepancy(0.001, 0.003),
 )

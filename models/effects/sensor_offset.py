@@ -19,4 +19,5 @@ EFFECT = EffectKind(
     operate=_operate,
     says=lambda component, v: f"{component} reads {1e3 * v['offset']:+.2f} mm off, everywhere",
     order=2,
+    pose_alone=True,
 )

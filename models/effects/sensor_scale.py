@@ -22,4 +22,7 @@ EFFECT = EffectKind(
     ),
     order=1,
     nothing=1.0,
+    # where a motion tells neither from an offset, the offset is likelier
+    penalty=0.5,
+    pose_alone=True,
 )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from models.effects.flow import Flow
-from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 
 
@@ -33,4 +33,6 @@ EFFECT = EffectKind(
     ),
     order=1,
     smooth=False,
+    # one time constant of several
+    discrepancy=Discrepancy(0.003, 0.003),
 )

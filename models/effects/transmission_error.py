@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from models.effects.flow import Flow
-from models.effects.kind import MOTORS, EffectKind, Memory, Values
+from models.effects.kind import MOTORS, Discrepancy, EffectKind, Memory, Values
 from models.effects.periodic import PARAMETERS, add_periodic, size_in_words
 from models.effects.port import Port
 
@@ -20,4 +20,6 @@ EFFECT = EffectKind(
     operate=_operate,
     says=lambda component, v: f"the gear of {component} has a periodic error of {size_in_words(v)}",
     order=1,
+    # one harmonic of several
+    discrepancy=Discrepancy(0.001, 0.003),
 )

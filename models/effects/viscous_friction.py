@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from models.effects.flow import Flow
-from models.effects.kind import MOTORS, EffectKind, Memory, Parameter, Values, joints, scalar
+from models.effects.kind import (
+    MOTORS,
+    Discrepancy,
+    EffectKind,
+    Memory,
+    Parameter,
+    Values,
+    joints,
+    scalar,
+)
 from models.effects.port import Port
 from models.effects.recursion import lagged
 
@@ -28,4 +37,8 @@ EFFECT = EffectKind(
         f" (if the shaft has {v['stiffness']:.0f} N m/rad)"
     ),
     order=4,
+    # acts through compliance
+    discrepancy=Discrepancy(0.001, 0.012),
+    # a first-order lag does the same, and is the commoner
+    penalty=7.0,
 )
