@@ -1,0 +1,111 @@
+"""Mistakes that tests once let through, each in its place, and survivors that change nothing."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Named(NamedTuple):
+    """A mistake by hand: what stands in the file, and what is put there."""
+
+    what: str
+    path: str
+    was: str
+    now: str
+
+
+NAMED: tuple[Named, ...] = (
+    Named(
+        "the first stop reason",
+        "drivers/steps/player.py",
+        "        if self._state != b.STOPPED:\n            self._words[b.REASON] = reason",
+        "        if True:\n            self._words[b.REASON] = reason",
+    ),
+    Named(
+        "the first stop reason, asked for twice",
+        "drivers/steps/output.py",
+        "if self._board.words[b.STATE] != b.STOPPED:  # the first reason stays",
+        "if True:  # the first reason stays",
+    ),
+    Named(
+        "READY over a stop during homing",
+        "firmware_py/controller/controller.py",
+        '                self._same(turn, "home")\n                self.machine.output.set_counts',
+        "                self.machine.output.set_counts",
+    ),
+    Named(
+        "a queue that outlives a stop",
+        "firmware_py/controller/controller.py",
+        "        self.queue.clear()\n",
+        "",
+    ),
+    Named(
+        "the feeder's hang check",
+        "firmware_py/controller/feeder.py",
+        "            self._check_awake(now_ns)\n",
+        "",
+    ),
+    Named(
+        "homing on one sensor",
+        "firmware_py/controller/home_check.py",
+        "    if determine(robot, good) or unseen_deg <= accepted_deg:",
+        "    if good.any() or unseen_deg <= accepted_deg:",
+    ),
+    Named(
+        "homing on refused readings",
+        "firmware_py/controller/ranging_loop.py",
+        "one is not None and one.gate is Gate.GOOD and one.t_ns >= since_ns",
+        "one is not None and one.t_ns >= since_ns",
+    ),
+    Named(
+        "homing on old readings",
+        "firmware_py/controller/ranging_loop.py",
+        "one is not None and one.gate is Gate.GOOD and one.t_ns >= since_ns",
+        "one is not None and one.gate is Gate.GOOD",
+    ),
+    Named(
+        "the e-stop's pull-up turned to pull-down",
+        "drivers/steps/lgpio_lines.py",
+        "self._gpio.SET_PULL_UP",
+        "self._gpio.SET_PULL_DOWN",
+    ),
+    Named(
+        "alarm bits unshifted without an e-stop",
+        "drivers/steps/lgpio_lines.py",
+        "return group[0], 0 if estop else 1",
+        "return group[0], 0",
+    ),
+    Named(
+        "singularity between points",
+        "firmware_py/planner/limits.py",
+        "        for row in first_true(reached.margin < limit):",
+        "        for row in first_true(reached.margin < -1.0):",
+    ),
+    Named(
+        "the box on the way in joint space",
+        "firmware_py/planner/limits.py",
+        "        problems += self._way_problems(lap, reached)\n",
+        "",
+    ),
+    Named(
+        "fdatasync",
+        "recording/append_file.py",
+        "        os.fdatasync(self._descriptor)",
+        "        pass",
+    ),
+    Named(
+        "the disk's reserve while running",
+        "recording/disk.py",
+        "        if self._file.free_bytes() < self._file.reserve_bytes:",
+        "        if False:",
+    ),
+    Named(
+        "the disk's reserve at the beginning",
+        "recording/append_file.py",
+        "if (free_bytes := self.free_bytes()) < reserve_bytes:",
+        "if (free_bytes := self.free_bytes()) < 0:",
+    ),
+)
+
+EQUIVALENT: dict[str, str] = {}
+"""Survivors that are no mistakes, by name, each with the reason."""
