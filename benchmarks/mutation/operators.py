@@ -95,6 +95,8 @@ def _worth_it(tree: ast.AST) -> Iterator[ast.expr | ast.stmt]:
             continue
         if isinstance(node, ast.Expr) and ast.unparse(node).startswith(QUIET):
             continue
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant | ast.Tuple):
+            continue  # settings, and what stands in a place before it is first used
         if isinstance(node, ast.expr | ast.stmt):
             found.append(node)
         if isinstance(node, ast.FunctionDef | ast.ClassDef):

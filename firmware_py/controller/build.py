@@ -15,6 +15,7 @@ from drivers.steps.contract import MOTORS
 from firmware_py.controller.controller import Controller
 from firmware_py.controller.servo_machine import servo_machine
 from firmware_py.machine import Machine
+from firmware_py.planning.prepared import Prepare, prepare_here
 from firmware_py.robot_file import RobotFile, load_robot
 from firmware_py.simulation.world import SimulatedRobot
 from foundation.clock import Clock, RealClock, VirtualClock
@@ -22,9 +23,16 @@ from foundation.errors import ConfigError
 
 
 def build_controller(
-    robot_file: Path, *, simulated: bool, realtime: bool, recordings: Path
+    robot_file: Path,
+    *,
+    simulated: bool,
+    realtime: bool,
+    recordings: Path,
+    prepare: Prepare = prepare_here,
 ) -> Controller:
     """A controller, switched off. `realtime` matters in simulation only.
+
+    prepare: who reads and plans jobs.
 
     Raises ConfigError, or HardwareError when pins, bus or pulse process cannot be had.
     """
@@ -32,7 +40,7 @@ def build_controller(
     if realtime or not simulated:
         _load_ahead()
     machine = simulated_machine(robot, realtime) if simulated else real_machine(robot)
-    return Controller(robot, robot_file, machine, recordings)
+    return Controller(robot, robot_file, machine, recordings, prepare)
 
 
 def _load_ahead() -> None:

@@ -17,7 +17,7 @@ from firmware_py.controller.active_job import ActiveJob, Phase
 from firmware_py.controller.contract import JobResult, Status
 from firmware_py.controller.file_in_force import FileInForce
 from firmware_py.controller.homing import Homer
-from firmware_py.controller.job_queue import QueuedJob, prepare
+from firmware_py.controller.job_queue import QueuedJob, queued
 from firmware_py.controller.journal import Journal
 from firmware_py.controller.observer import Observer
 from firmware_py.controller.progress import Progress
@@ -27,6 +27,7 @@ from firmware_py.controller.results import Results
 from firmware_py.controller.states import Request, State, require
 from firmware_py.machine import Machine
 from firmware_py.planner.check import home_counts
+from firmware_py.planning.prepared import InForce, Prepare, prepare_here
 from firmware_py.robot_file import RobotFile
 from foundation.clock import NS_PER_S, Task, TaskHandle, ns
 from foundation.errors import DeltactlError, NotReady
@@ -41,7 +42,16 @@ EMERGENCY = ("e-stop", "stop requested")
 class Controller:
     """Runs one robot. Implements `firmware_py.controller.contract.RobotController`."""
 
-    def __init__(self, robot: RobotFile, robot_file: Path, machine: Machine, recordings: Path):
+    def __init__(
+        self,
+        robot: RobotFile,
+        robot_file: Path,
+        machine: Machine,
+        recordings: Path,
+        prepare: Prepare = prepare_here,
+    ):
+        """`prepare` reads and plans jobs: here, or in a process of its own."""
+        self._prepare = prepare
         self.robot = robot
         self.machine = machine
         self.clock = machine.clock
@@ -146,13 +156,14 @@ class Controller:
             require(Request.RUN, self.state, self.why)
             turn = self._turns
         number = next(self._numbers)
-        queued = prepare(number, job, record, self.robot, self._file, self._recordings)
+        prepared = self._prepare(job, InForce(self.robot, self._file.path, self._file.text))
+        made = queued(number, job, record, prepared, self._file.text, self._recordings)
         with self._lock:
             require(Request.RUN, self.state, self.why)
             self._same(turn, "run")
             if len(self.queue) >= MOST_QUEUED:
                 raise NotReady(f"cannot run: {MOST_QUEUED} jobs wait already; let some end first")
-            self.queue.append(queued)
+            self.queue.append(made)
         return number
 
     def pause(self) -> None:
@@ -224,13 +235,13 @@ class Controller:
     def status(self) -> Status:
         """A snapshot."""
         with self._lock:
-            queued = tuple(waiting.name for waiting in self.queue)
+            waiting = tuple(one.name for one in self.queue)
             sensing = self._ranging_task is not None
             running = Running(
                 self.state,
                 self.why,
                 self.job,
-                queued,
+                waiting,
                 self.ranging.status(self._observer.blindness_of)
                 if sensing
                 else self.ranging.status(),
@@ -314,12 +325,12 @@ class Controller:
             self._turns += 1
             self._enter(State.UNHOMED, f"{loss.moved_at_rest()}; home again")
 
-    def _begin(self, queued: QueuedJob, now_ns: int) -> None:
+    def _begin(self, job_due: QueuedJob, now_ns: int) -> None:
         blind = self._observer.blind()
-        if blind is not None and queued.plan.job.on_blind == "stop":
-            self._results.never_ran(queued.number, queued.name, "refused", blind.says())
+        if blind is not None and job_due.plan.job.on_blind == "stop":
+            self._results.never_ran(job_due.number, job_due.name, "refused", blind.says())
             return
-        job = ActiveJob(queued, self.robot, self.machine, self.journal)
+        job = ActiveJob(job_due, self.robot, self.machine, self.journal)
         try:
             job.begin(now_ns)
         except DeltactlError as error:

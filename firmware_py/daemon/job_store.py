@@ -11,7 +11,7 @@ from pathlib import Path
 from foundation.errors import ConfigError, MissingFile, ServiceError
 
 SUFFIXES = (".yaml", ".yml")
-MOST_BYTES = 64 * 2**20
+MOST_BYTES = 4 * 2**20
 """A survey of 100 000 poses written out is about 3 MB."""
 KEPT = 100
 """So many sent jobs are kept; the oldest go first."""

@@ -37,6 +37,7 @@ def serve(robot: Path, socket: Path | None, simulated: bool, recordings: Path) -
     Raises ServiceError when the socket is taken, and what `build_controller` raises.
     """
     from firmware_py.controller.build import build_controller
+    from firmware_py.planning.process import PlanningProcess
 
     _set_up_logging()
     sys.setswitchinterval(SWITCH_S)
@@ -45,11 +46,17 @@ def serve(robot: Path, socket: Path | None, simulated: bool, recordings: Path) -
         try:
             # The socket first: whoever has it has the robot too.
             listener = Listener(daemon_socket(socket))
+            planning = PlanningProcess()
             try:
                 controller = build_controller(
-                    robot, simulated=simulated, realtime=True, recordings=recordings
+                    robot,
+                    simulated=simulated,
+                    realtime=True,
+                    recordings=recordings,
+                    prepare=planning.prepare,
                 )
             except BaseException:
+                planning.close()
                 listener.close()
                 raise
         except DeltactlError as error:
@@ -62,7 +69,7 @@ def serve(robot: Path, socket: Path | None, simulated: bool, recordings: Path) -
         server = Server(controller, listener, _jobs_folder(recordings), recordings, note)
         keeper = RecordingKeeper(recordings, controller.robot.recordings)
         keeper.start()
-        with closing(keeper):
+        with closing(keeper), closing(planning):
             return run_daemon(controller, server, notifier, signals)
 
 

@@ -171,9 +171,7 @@ def test_a_job_that_was_being_checked_when_the_robot_stopped_is_not_run(
     homed: Controller, write_job, monkeypatch
 ) -> None:
     """Even where the robot is stopped, acknowledged and homed again before the check ends."""
-    from firmware_py.controller import controller as module
-
-    prepare = module.prepare
+    prepare = homed._prepare
 
     def slowly(*arguments):
         homed.stop("a hand")
@@ -181,7 +179,7 @@ def test_a_job_that_was_being_checked_when_the_robot_stopped_is_not_run(
         homed.home()
         return prepare(*arguments)
 
-    monkeypatch.setattr(module, "prepare", slowly)
+    monkeypatch.setattr(homed, "_prepare", slowly)
     with pytest.raises(NotReady, match="cannot run"):
         homed.submit(write_job())
     assert homed.status().queued == ()

@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_py.controller.file_in_force import FileInForce
-from firmware_py.controller.job_queue import prepare
 from firmware_py.planner.check import check_job
+from firmware_py.planning.prepared import InForce, prepare_here
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from foundation.errors import ConfigError
 from models.calibrated_inverse import INVERTIBLE, CalibratedInverse
@@ -67,11 +66,12 @@ def test_a_job_runs_on_the_corrected_file_of_its_machine_only(
 ) -> None:
     heart = CONFIG_FOLDER / "heart.yaml"
     robot = load_robot(corrected)
-    assert prepare(1, heart, None, robot, FileInForce(corrected), tmp_path).plan.robot is robot
+    in_force = InForce(robot, corrected, corrected.read_text())
+    assert prepare_here(heart, in_force).plan.robot is robot
     other = tmp_path / "other.yaml"
     other.write_text(ROBOT.replace("gear_ratio: 10 ", "gear_ratio: 12 "))
     with pytest.raises(ConfigError, match="is for robot file"):
-        prepare(1, heart, None, load_robot(other), FileInForce(other), tmp_path)
+        prepare_here(heart, InForce(load_robot(other), other, other.read_text()))
     assert check_job(heart, robot_file=corrected).robot == "zhao-2023"
 
 

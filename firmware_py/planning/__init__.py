@@ -1,0 +1,1 @@
+"""Planning outside the daemon's interpreter: a job file goes in, a plan that may run comes out."""

@@ -1,0 +1,61 @@
+"""The planner's own process: reads one job, writes its plan into shared memory, and ends.
+
+`python -P -m firmware_py.planning.worker DESCRIPTOR`: asked by one line of JSON on standard
+input, answers by one on standard output. It runs at a lower priority and within bounds of its
+own, so that nothing anybody submits can hold up the robot.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import sys
+from pathlib import Path
+from typing import Any
+
+MEMORY_BYTES = 3 * 2**30
+NICE = 10
+
+
+def main(arguments: list[str]) -> int:
+    """One job, then the end; nothing is asked when the daemon has gone."""
+    os.nice(NICE)
+    from firmware_py.planning.packed import pack
+    from firmware_py.planning.prepared import InForce, prepare_here
+    from firmware_py.robot_file import RobotFile
+    from foundation.errors import ConfigError, DeltactlError
+    from foundation.strict_yaml import Document
+
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
+    line = sys.stdin.readline()
+    if not line:
+        return 0
+    asked = json.loads(line)
+    resource.setrlimit(resource.RLIMIT_CPU, (asked["most_s"], asked["most_s"] + 1))
+    try:
+        path = Path(asked["robot_path"])
+        document = Document(path, asked["robot_text"])
+        robot = InForce(document.check(RobotFile), path, document.text)
+        prepared = prepare_here(Path(asked["job"]), robot)
+        if len(prepared.job_text.encode()) > asked["most_bytes"]:
+            raise ConfigError(f"{asked['job']}: is longer than {asked['most_bytes']} bytes")
+        content = pack(prepared)
+    except DeltactlError as error:
+        return _say({"kind": type(error).__name__, "message": str(error)})
+    except MemoryError:
+        text = f"{asked['job']}: needs more than {MEMORY_BYTES // 2**30} GB; split it"
+        return _say({"kind": ConfigError.__name__, "message": text})
+    descriptor = int(arguments[0])
+    os.ftruncate(descriptor, len(content))
+    os.pwrite(descriptor, content, 0)
+    return _say({"bytes": len(content)})
+
+
+def _say(answer: dict[str, Any]) -> int:
+    print(json.dumps(answer), flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

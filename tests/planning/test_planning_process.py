@@ -1,0 +1,151 @@
+"""Plans made in a process of their own are those made here, within bounds, and cost nobody else."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firmware_py.planner.stream import MotionStream
+from firmware_py.planning.packed import pack, unpack
+from firmware_py.planning.prepared import InForce, Prepared, prepare_here
+from firmware_py.planning.process import PlanningProcess
+from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from foundation.errors import ConfigError, MissingFile, ServiceError, UnreachablePoint
+
+ROBOT_FILE = CONFIG_FOLDER / "zhao-2023.yaml"
+ROBOT = InForce(load_robot(ROBOT_FILE), ROBOT_FILE, ROBOT_FILE.read_text())
+JOBS = ("circle.yaml", "spiral.yaml", "survey.yaml")
+ACCELERATED = """name: fast
+robot: zhao-2023.yaml
+path: {shape: circle, centre_m: [0.0, 0.0, -0.45], radius_m: 0.05}
+timing: {mode: accelerated, speed_mps: 0.2}
+inverse_kinematics: {kind: geometry}
+repeats: 2
+on_blind: warn
+"""
+
+
+@pytest.fixture(scope="module")
+def planning() -> Iterator[PlanningProcess]:
+    one = PlanningProcess(most_s=60.0)
+    yield one
+    one.close()
+
+
+def motion(prepared: Prepared) -> list[tuple[object, ...]]:
+    """Every tick and every target of the whole job."""
+    chunks = MotionStream(prepared.plan, prepared.plan.first_counts)
+    return [
+        (chunk.ticks.due_ns.tolist(), chunk.ticks.steps.tolist(), chunk.reached.counts.tolist())
+        for chunk in chunks
+    ]
+
+
+@pytest.mark.parametrize("name", [*JOBS, "fast"])
+def test_a_plan_is_the_same_to_the_last_step(tmp_path: Path, name: str) -> None:
+    job = CONFIG_FOLDER / name
+    if name == "fast":
+        job = tmp_path / "fast.yaml"
+        job.write_text(ACCELERATED)
+    here = prepare_here(job, ROBOT)
+    there = unpack(pack(here), ROBOT, job)
+    assert there.job_text == here.job_text
+    assert there.plan.job.model_dump(exclude={"path"}) == here.plan.job.model_dump(exclude={"path"})
+    assert there.plan.ramp_s == here.plan.ramp_s
+    assert motion(there) == motion(here)
+
+
+def test_through_the_process(planning: PlanningProcess, tmp_path: Path) -> None:
+    job = tmp_path / "fast.yaml"
+    job.write_text(ACCELERATED)
+    there = planning.prepare(job, ROBOT)
+    assert motion(there) == motion(prepare_here(job, ROBOT))
+    assert not there.plan.first.lap.targets.flags.writeable  # a view, not a copy
+
+
+def test_refusals_are_those_of_here(planning: PlanningProcess, tmp_path: Path) -> None:
+    with pytest.raises(MissingFile, match="cannot be read"):
+        planning.prepare(tmp_path / "none.yaml", ROBOT)
+    job = tmp_path / "far.yaml"
+    job.write_text(ACCELERATED.replace("radius_m: 0.05", "radius_m: 0.9"))
+    with pytest.raises(UnreachablePoint) as there:
+        planning.prepare(job, ROBOT)
+    with pytest.raises(UnreachablePoint) as here:
+        prepare_here(job, ROBOT)
+    assert str(there.value) == str(here.value)
+
+
+def test_the_robot_in_force_is_planned_for_not_the_one_on_the_disk(
+    planning: PlanningProcess, tmp_path: Path
+) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("broken: [")
+    job = tmp_path / "job.yaml"
+    job.write_text(ACCELERATED.replace("zhao-2023.yaml", "mine.yaml"))
+    in_force = InForce(ROBOT.robot, path, ROBOT.text)
+    assert planning.prepare(job, in_force).plan.robot is ROBOT.robot
+
+
+def test_what_takes_too_long_is_ended_and_the_next_job_is_planned(tmp_path: Path) -> None:
+    long = tmp_path / "long.yaml"
+    text = (CONFIG_FOLDER / "survey.yaml").read_text()
+    long.write_text("\n".join(_counted(line) for line in text.splitlines()))
+    planning = PlanningProcess(most_s=2.0)
+    try:
+        start_s = time.monotonic()
+        with pytest.raises(ConfigError, match="planning takes longer than 2 s; split the job"):
+            planning.prepare(long, ROBOT)
+        assert time.monotonic() - start_s < 10.0
+        planning._most_s = 60.0
+        assert planning.prepare(CONFIG_FOLDER / "circle.yaml", ROBOT).plan.first is not None
+    finally:
+        planning.close()
+
+
+def _counted(line: str) -> str:
+    key, colon, rest = line.partition("count:")
+    return f"{key}count: 1000000{rest[rest.index(',') :] if ',' in rest else ''}" if colon else line
+
+
+def test_a_text_that_is_too_long_is_refused(tmp_path: Path) -> None:
+    planning = PlanningProcess(most_s=60.0, most_bytes=1000)
+    job = tmp_path / "long.yaml"
+    job.write_text(ACCELERATED + "#" * 1000)
+    try:
+        with pytest.raises(ConfigError, match="is longer than 1000 bytes"):
+            planning.prepare(job, ROBOT)
+    finally:
+        planning.close()
+
+
+def test_a_closed_planner_plans_nothing() -> None:
+    planning = PlanningProcess()
+    planning.close()
+    with pytest.raises(ServiceError, match="closed"):
+        planning.prepare(CONFIG_FOLDER / "circle.yaml", ROBOT)
+
+
+@pytest.mark.parametrize("cut", [0, 10, 200])
+def test_what_is_no_plan_is_refused(cut: int) -> None:
+    content = pack(prepare_here(CONFIG_FOLDER / "circle.yaml", ROBOT))[:cut]
+    with pytest.raises(ServiceError, match="cannot be read"):
+        unpack(content, ROBOT, Path("x.yaml"))
+
+
+def test_only_classes_of_a_plan_come_out() -> None:
+    content = pack(prepare_here(CONFIG_FOLDER / "circle.yaml", ROBOT))
+    with pytest.raises(ServiceError, match="cannot be read"):
+        unpack(content.replace(b'"class": "Reach"', b'"class": "Popen"'), ROBOT, Path("x.yaml"))
+
+
+def test_the_arrays_are_those_that_were_packed() -> None:
+    here = prepare_here(CONFIG_FOLDER / "circle.yaml", ROBOT)
+    there = unpack(pack(here), ROBOT, Path("x.yaml"))
+    for name in ("targets", "counts", "rest", "dwell_s"):
+        ours, theirs = getattr(here.plan.first.lap, name), getattr(there.plan.first.lap, name)
+        assert ours.dtype == theirs.dtype
+        np.testing.assert_array_equal(ours, theirs)
