@@ -29,6 +29,7 @@ from firmware_py.controller.states import State
 from firmware_py.daemon.listener import Listener
 from firmware_py.daemon.main import SWITCH_S
 from firmware_py.daemon.server import Server
+from firmware_py.planning.process import PlanningProcess
 from firmware_py.robot_file import CONFIG_FOLDER, TRAINED_FOLDER
 from foundation.errors import MotionError
 from tests.rigs.faults.run_delay import waited_s
@@ -119,6 +120,7 @@ class Stand:
         """End server, controller and pulse process."""
         self.server.close()
         self.controller.close()
+        self.planning.close()
         self.run = None
         sys.setswitchinterval(self._switch_s)
 
@@ -144,8 +146,13 @@ class Stand:
         return self.controller.result(run.number)
 
     def _start(self) -> None:
+        self.planning = PlanningProcess()
         self.controller: Controller = build_controller(
-            ROBOT_FILE, simulated=True, realtime=True, recordings=self.recordings
+            ROBOT_FILE,
+            simulated=True,
+            realtime=True,
+            recordings=self.recordings,
+            prepare=self.planning.prepare,
         )
         self.socket = self.folder / "d.sock"
         self.server = Server(

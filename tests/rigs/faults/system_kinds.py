@@ -12,12 +12,18 @@ from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
-from foundation.errors import MissingFile
+from foundation.errors import DeltactlError, MissingFile
 from recording.append_file import AppendFile
 from tests.rigs.faults.kind import Kind, Undo, nothing
 from tests.rigs.faults.motion_kinds import EDGE_S, press_estop
-from tests.rigs.faults.stand import Stand
+from tests.rigs.faults.stand import ROBOT_FILE, Stand
 
+POSES = 90_000
+MUCH = f"""name: much
+robot: {ROBOT_FILE.name}
+timing: {{mode: together, t_pwm_s: 0.001}}
+inverse_kinematics: {{kind: geometry}}
+"""
 GONE_ON = "recording stopped"
 SLOW_S = 2.0
 FULL = rf"{GONE_ON}.*(disk is full|Invalid argument)"
@@ -149,6 +155,31 @@ def _descriptor_of(path: Path) -> int:
     raise FileNotFoundError(path)
 
 
+def submit_much(stand: Stand, chance: Random) -> Undo:
+    """Somebody submits the largest job there may be, 100 000 poses in nearly 4 MB."""
+    job = stand.folder / "much.yaml"
+    if not job.exists():
+        poses = ",".join(f"[{30 + n % 7}.12345678, 31.{n:06d}, 32.12345678]" for n in range(POSES))
+        job.write_text(MUCH + f"path: {{shape: joints, angles_deg: [{poses}]}}\n")
+    said: list[str] = []
+
+    def submit() -> None:
+        try:
+            stand.controller.cancel(stand.controller.submit(job))
+        except DeltactlError as error:
+            said.append(str(error))
+
+    thread = threading.Thread(target=submit)
+    thread.start()
+
+    def undo() -> None:
+        thread.join()
+        if said:
+            raise AssertionError(f"the job was refused: {said}")
+
+    return undo
+
+
 def busy_threads(stand: Stand, chance: Random) -> Undo:
     """Two threads of the daemon's interpreter do nothing but compute."""
     end_s = time.monotonic() + 0.3
@@ -178,6 +209,7 @@ SYSTEM_KINDS = (
     ),
     Kind("wall clock jumps", jump_clock),
     Kind("model file vanishes", remove_network, culprit=r"stand.tflite", within_s=2.0),
+    Kind("a job of 4 MB", submit_much),
     Kind("busy threads in the daemon", busy_threads),
     Kind("client kill -9", with_a_client(WATCHES, signal.SIGKILL)),
     Kind("client SIGSTOP", with_a_client(WATCHES, signal.SIGSTOP)),
