@@ -7,6 +7,7 @@ out are views into the block: a million targets are there at once, without a cop
 from __future__ import annotations
 
 import json
+from dataclasses import fields
 from mmap import mmap
 from typing import Any
 
@@ -44,6 +45,11 @@ NO_PATH = {"shape": "joints", "angles_deg": [[0.0, 0.0, 0.0]]}
 """What a plan no longer needs is not sent: the targets are in its laps."""
 
 
+OWN = ("job", "robot", "kinematics", "first", "again")
+REST = tuple(one.name for one in fields(Plan) if one.name not in OWN)
+"""Whatever else a plan has."""
+
+
 def pack(prepared: Prepared) -> bytes:
     """Everything of a plan but the robot, which both sides have."""
     plan, arrays = prepared.plan, Arrays()
@@ -53,7 +59,7 @@ def pack(prepared: Prepared) -> bytes:
         "first": arrays.put(plan.first),
         "again": None if plan.again is None else arrays.put(plan.again),
         "closed": plan.again is plan.first,
-        "first_dwell_s": plan.first_dwell_s,
+        "rest": {name: arrays.put(getattr(plan, name)) for name in REST},
         "job_text": arrays.put(np.frombuffer(prepared.job_text.encode(), dtype=np.uint8)),
     }
     head = json.dumps({"message": message, "arrays": arrays.index}).encode()
@@ -81,12 +87,12 @@ def unpack(block: bytes | mmap, robot: InForce, job_file: Any) -> Prepared:
         again = None if message["again"] is None else _build(message["again"], views)
         text = bytes(_build(message["job_text"], views)).decode()
         job = JobFile.model_validate_json(json.dumps(message["job"]))
-        dwell_s = float(message["first_dwell_s"])
+        rest = {name: _build(message["rest"][name], views) for name in REST}
     except (ValueError, KeyError, TypeError, IndexError) as error:
         raise ServiceError(f"{job_file}: the planner's answer cannot be read ({error})") from error
     kinematics = kinematics_of(job, robot.robot, job_file)
     again = first if message["closed"] else again
-    return Prepared(Plan(job, robot.robot, kinematics, first, again, dwell_s), text)
+    return Prepared(Plan(job, robot.robot, kinematics, first, again, **rest), text)
 
 
 class Arrays:

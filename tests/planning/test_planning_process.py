@@ -59,6 +59,26 @@ def test_a_plan_is_the_same_to_the_last_step(tmp_path: Path, name: str) -> None:
     assert motion(there) == motion(here)
 
 
+PLAY = """
+effects:
+- {effect: gear_backlash, component: motor1, parameters: {width: 0.004}}
+- {effect: gear_backlash, component: motor3, parameters: {width: 0.003}}
+"""
+
+
+def test_a_robot_with_play_that_is_compensated(tmp_path: Path) -> None:
+    path = tmp_path / "play.yaml"
+    path.write_text(ROBOT.text + PLAY)
+    robot = InForce(load_robot(path), path, path.read_text())
+    job = tmp_path / "job.yaml"
+    job.write_text(ACCELERATED.replace("zhao-2023.yaml", "play.yaml"))
+    here = prepare_here(job, robot)
+    there = unpack(pack(here), robot, job)
+    assert here.plan.preload_rad is not None
+    np.testing.assert_array_equal(there.plan.preload_rad, here.plan.preload_rad)
+    assert motion(there) == motion(here)
+
+
 def test_through_the_process(planning: PlanningProcess, tmp_path: Path) -> None:
     job = tmp_path / "fast.yaml"
     job.write_text(ACCELERATED)
