@@ -45,6 +45,25 @@ def read_table(
     return {name: _numbers(column, decimal) for name, column in zip(heading, columns, strict=True)}
 
 
+def read_parquet_table(path: Path) -> dict[str, AnyArray]:
+    """Columns of a Parquet file; one of lists (`action` of a LeRobot data set) becomes several.
+
+    Raises RecordingError.
+    """
+    from recording.tables import parquet_columns
+
+    table: dict[str, AnyArray] = {}
+    for name, values in parquet_columns(path).items():
+        if values.dtype.kind == "O" and len(values) and np.ndim(values[0]) == 1:
+            block = np.stack(values.tolist())
+            table |= {f"{name}.{place}": block[:, place] for place in range(block.shape[1])}
+        elif values.dtype.kind in "fiub":
+            table[name] = values.astype(np.float64)
+        elif values.dtype.kind == "M":
+            table[name] = (values - values[0]) / np.timedelta64(1, "s")
+    return table
+
+
 def _numbers(cells: tuple[str, ...], decimal: str) -> AnyArray:
     if is_moment(cells[0]):
         return _seconds(cells)

@@ -16,14 +16,18 @@ from recording.flat import UNITS, AnyArray, FlatRecording, from_columns
 
 def read_parquet(path: Path) -> FlatRecording:
     """Read a Parquet file. Raises RecordingError."""
+    return from_columns(parquet_columns(path), str(path))
+
+
+def parquet_columns(path: Path) -> dict[str, AnyArray]:
+    """Columns of a Parquet file, whatever they are called. Raises RecordingError."""
     parquet = _needs("pyarrow.parquet", "pyarrow", path)
     arrow = _needs("pyarrow", "pyarrow", path)
     try:
         table = parquet.read_table(path)
-        columns = {name: _from_arrow(table.column(name)) for name in table.column_names}
+        return {name: _from_arrow(table.column(name)) for name in table.column_names}
     except (OSError, arrow.ArrowException) as error:
         raise RecordingError(f"{path}: is not a readable Parquet file ({_first(error)})") from error
-    return from_columns(columns, str(path))
 
 
 def write_parquet(recording: FlatRecording, path: Path) -> None:

@@ -19,8 +19,9 @@ from pydantic_core import PydanticUndefined
 UNITS = {
     "m": "m", "mm": "mm", "rad": "rad", "deg": "degrees", "s": "s", "ms": "ms", "us": "us",
     "hz": "Hz", "kg": "kg", "nm": "N m", "radps": "rad/s", "radps2": "rad/s2", "mps": "m/s",
-    "gib": "GiB", "days": "days", "a": "A", "nmpa": "N m/A", "kgm2": "kg m2", "nmsprad": "N m s/rad",
-    "1ps": "1/s", "1ps2": "1/s2", "mcps": "Mcps", "pin": "BCM number", "pins": "BCM numbers",
+    "gib": "GiB", "days": "days", "a": "A", "nmpa": "N m/A", "kgm2": "kg m2",
+    "nmsprad": "N m s/rad", "1ps": "1/s", "1ps2": "1/s2", "mcps": "Mcps", "pin": "BCM number",
+    "pins": "BCM numbers",
 }  # fmt: skip
 """Units by the end of a key's name."""
 NAMES = {int: "whole number", float: "number", str: "text", bool: "true or false"}

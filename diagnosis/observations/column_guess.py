@@ -17,6 +17,8 @@ SLOPE_ALIKE = 0.95
 """Correlation with the slope of another from which a column is its velocity."""
 LARGE_COUNT = 200.0
 MOST_SAMPLES = 20_000
+MOST_RUNS = 0.02
+"""As a share of the rows: shorter runs than fifty rows are none."""
 MOTIONS = frozenset({"position", "command", "steps", "range"})
 
 
@@ -62,6 +64,13 @@ def rising(values: FloatArray) -> bool:
     return len(values) > 2 and bool(np.isfinite(values).all() and (np.diff(values) > 0.0).all())
 
 
+def _starts_again(values: FloatArray) -> bool:
+    """Whether values increase but for a few returns to where they began: runs, one by one."""
+    back = np.flatnonzero(np.diff(values) <= 0.0)
+    few = 0 < len(back) < MOST_RUNS * len(values)
+    return few and bool(np.allclose(values[back + 1], values[0], atol=1e-3))
+
+
 def _thinned(table: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     return {name: values[:MOST_SAMPLES] for name, values in table.items()}
 
@@ -71,7 +80,10 @@ def _time(
 ) -> None:
     """The one time column: named so, or the evenest of those that only increase."""
     named = [name for name, guess in found.items() if guess.role == "t"]
+    named.sort(key=lambda name: "log_time" in name)  # a stamp of the sender's says more
+    parts = "segment" in {guess.role for guess in found.values()}
     good = [name for name in named if rising(table[name])]
+    good = good or [name for name in named if parts and _starts_again(table[name])]
     if not good:
         free = [name for name in table if name not in found and rising(table[name])]
         good = sorted(free, key=lambda name: _unevenness(table[name]))

@@ -30,8 +30,9 @@ from diagnosis.observations.readings import FloatArray
 from foundation.errors import ConfigError, RecordingError
 from foundation.explain import explain
 from foundation.strict_yaml import Document, StrictModel
-from recording.flat import UNITS, AnyArray, FlatRecording, from_columns
-from recording.foreign_table import read_table
+from recording.flat import GAP_PERIODS, UNITS, AnyArray, FlatRecording, from_columns
+from recording.foreign_log import LOG_TIME, is_log, read_log, topic_of
+from recording.foreign_table import read_parquet_table, read_table
 
 IN_SI = {
     "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "m": 1.0, "cm": 0.01, "mm": 1e-3,
@@ -123,13 +124,11 @@ def _of_the_table(name: str, text: str, option: str) -> Any:
 
 
 def read_mapped(path: Path, mapping: Mapping) -> FlatRecording:
-    """Read a CSV (or .csv.gz) through a mapping; columns it does not name keep theirs.
+    """Read a table or a log through a mapping; columns that it does not name keep theirs.
 
     Raises RecordingError that says which column is missing and what could stand for it.
     """
-    table = read_table(
-        path, mapping.skip_lines, mapping.heading, mapping.separator, mapping.decimal
-    )
+    table = _table(path, mapping)
     rows = len(next(iter(table.values())))
     named: dict[str, FloatArray] = {}
     used: set[str] = set()
@@ -151,7 +150,35 @@ def read_mapped(path: Path, mapping: Mapping) -> FlatRecording:
         named["t"] = np.arange(rows) / mapping.rate_hz
     if "t" not in named:
         raise _missing(path, "t", "t", list(table))
-    return from_columns({"t": named.pop("t"), **named}, str(path))
+    t_s = _going_on(named.pop("t"), named.get("segment"))
+    return from_columns({"t": t_s, **named}, str(path))
+
+
+def _table(path: Path, mapping: Mapping) -> dict[str, AnyArray]:
+    """The file's own columns: of a log, a Parquet file, or any text with separators."""
+    if is_log(path):
+        sources = [mapping.columns[name].from_ for name in ("t", *mapping.columns)
+                   if name in mapping.columns]  # fmt: skip
+        topics = [topic_of(source) for source in sources if source is not None]
+        table = read_log(path, next(filter(None, topics), None))
+        return table if "t" in mapping.columns else {"t": table[LOG_TIME], **table}
+    if path.suffix == ".parquet":
+        return read_parquet_table(path)
+    return read_table(
+        path, mapping.skip_lines, mapping.heading, mapping.separator, mapping.decimal
+    )  # fmt: skip
+
+
+def _going_on(t_s: FloatArray, segment: FloatArray | None) -> FloatArray:
+    """Times that start again with every segment, laid one behind the other with a gap between."""
+    if segment is None or len(t_s) < 3:
+        return t_s
+    step = np.diff(t_s)
+    back = (step <= 0.0) & (np.diff(segment) != 0.0)
+    gap = 2.0 * GAP_PERIODS * float(np.median(step))
+    shift = np.concatenate([[0.0], np.cumsum(np.where(back, gap - step, 0.0))])
+    going_on: FloatArray = t_s + shift
+    return going_on
 
 
 def _column(table: dict[str, AnyArray], name: str) -> str | None:

@@ -41,7 +41,7 @@ UNIT_WORDS: dict[str, str] = {
 UNIT_OF = {word: unit for unit, words in UNIT_WORDS.items() for word in words.split()}
 ROLES_IN_NAMES = frozenset(ROLE_OF)
 _BRACKETED = re.compile(r"\s*[\[(]\s*([^\])]+?)\s*[\])]\s*$")
-_NUMBERED = re.compile(r"^(.*?)_?([0-3xyzXYZ])$")
+_NUMBERED = re.compile(r"^(.*?)(?:_?(?=[0-3])|_(?=[xyz]))([0-3xyz])$")
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +67,8 @@ def read_name(name: str, unit_line: str = "") -> Named:
     numbered = _NUMBERED.match("_".join(words))
     if numbered and numbered[1]:
         stem = [word for word in numbered[1].split("_") if word]
-        if (stemmed := _role(stem)) is not None and (role is None or len(words) > 1 or not role):
-            role, index = stemmed, numbered[2].lower()
+        if (stemmed := _role(stem)) is not None:
+            role, index = stemmed, numbered[2]
     return Named(role, unit, index)
 
 

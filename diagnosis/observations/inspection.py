@@ -6,6 +6,7 @@ could not be told is said too.
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Mapping as AnyMapping
 from dataclasses import dataclass, field
@@ -20,11 +21,13 @@ from diagnosis.observations.column_mapping import IN_SI, Mapping, Source, withou
 from diagnosis.observations.readings import FloatArray
 from diagnosis.observations.unit_guess import LINEAR, ROTARY, with_units
 from foundation.errors import RecordingError
+from models.robot import ARMS
 from recording.flat import GAP_PERIODS, UNITS
-from recording.foreign_table import read_table
+from recording.foreign_log import is_log, read_log, topic_of
+from recording.foreign_table import read_parquet_table, read_table
 from recording.table_format import SEPARATORS, TableFormat, guess_format
 
-PREVIEW_ROWS = 5
+_NUMBERED = re.compile(r"(.*?)[._]?\d+")
 LARGE_JITTER = 0.2
 OTHER_SEPARATOR = {"\t": "tab", " ": "space"}
 
@@ -83,6 +86,8 @@ class Inspection:
 
 def inspect(path: Path) -> Inspection:
     """Look at a table. Raises RecordingError when it holds no columns of numbers."""
+    if is_log(path) or path.suffix == ".parquet":
+        return _of_columns(path)
     form = guess_format(path)
     heading = () if form.heading_line is not None else form.names
     skip = form.first_row if heading else form.heading_line or 0
@@ -91,6 +96,14 @@ def inspect(path: Path) -> Inspection:
     written = {"separator": form.separator, "decimal": form.decimal}
     base = Mapping.model_validate(written | {"skip_lines": skip, "heading": heading})
     return inspect_table(path, table, base, units, form.named, _facts(form))
+
+
+def _of_columns(path: Path) -> Inspection:
+    """A log or a Parquet file: its columns have names already."""
+    table = read_log(path) if is_log(path) else read_parquet_table(path)
+    topics = sorted({topic for name in table if (topic := topic_of(name))})
+    facts = [("topics", ", ".join(topics))] if topics else [("written", "Parquet")]
+    return inspect_table(path, table, Mapping(), {}, True, facts)
 
 
 def inspect_table(
@@ -105,12 +118,18 @@ def inspect_table(
     if not table or not len(next(iter(table.values()))):
         raise RecordingError(f"{path}: has no rows")
     known = {name: one for name, one in table.items() if np.isfinite(one).any()}
+    known, others = _one_joint(known) if named else (known, [])
     guesses = {
         name: guess
         for name, guess in guess_columns(known, units, named).items()
         if guess.name in UNITS
     }
     guesses, warnings = with_units(guesses, known)
+    if others:
+        warnings.append(
+            f"there are more joints than one: {', '.join(others[:6])}"
+            f"{', ...' if len(others) > 6 else ''}; name the columns of another with --set"
+        )
     kind, motion, why = _kind(guesses)
     columns = {
         guess.name: Source.model_validate({"from": name, "unit": guess.unit or "1"})
@@ -131,6 +150,16 @@ def inspect_table(
     return Inspection(
         path, [*facts, *timing], table, guesses, kind, motion, why, mapping, warnings
     )  # fmt: skip
+
+
+def _one_joint(table: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], list[str]]:
+    """Of columns that are numbered beyond three (joints of an arm), the first; and the others."""
+    stems: dict[str, list[str]] = {}
+    for name in table:
+        if numbered := _NUMBERED.fullmatch(name):
+            stems.setdefault(numbered[1], []).append(name)
+    others = [name for names in stems.values() if len(names) > ARMS for name in names[1:]]
+    return {name: one for name, one in table.items() if name not in others}, others
 
 
 def _headed(base: Mapping, columns: dict[str, Source]) -> tuple[Mapping, dict[str, Source]]:
