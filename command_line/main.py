@@ -14,6 +14,7 @@ from command_line import (
     evaluate,
     init,
     jobs,
+    moves,
     prove,
     reproduce,
     robotless,
@@ -65,6 +66,7 @@ def deltactl(
 
 
 jobs.register(app)
+moves.register(app)
 service.register(app)
 robotless.register(app)
 correct.register(app)

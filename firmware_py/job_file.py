@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from firmware_py.paths import circle, heart, points, spiral
+from firmware_py.paths import circle, heart, points, spiral, way
 from firmware_py.paths.path import MAX_TARGETS
 from foundation.strict_yaml import Document, StrictModel
 
@@ -104,6 +106,86 @@ class Points(StrictModel):
         return self
 
 
+class WayLeg(StrictModel):
+    """One leg: to `to_m`, straight; or with `centre_m` on an arc about a vertical axis there."""
+
+    to_m: Point
+    speed_mps: (
+        Annotated[float, Field(ge=1e-6, le=10.0, description="m/s; 1 um/s to 10 m/s")] | None
+    ) = None
+    """On this leg; never above the job's."""
+    dwell_s: Dwell = 0.0
+    """The arms come to a stand at its end, and wait so long."""
+    centre_m: tuple[Coordinate, Coordinate] | None = None
+    """x and y of an arc's axis; a change of z makes a helix of it."""
+    clockwise: bool = False
+    """Of an arc, seen from above. From a point to itself it is a whole turn."""
+
+
+class Way(StrictModel):
+    """Straight legs and arcs, passed without a stop where corners may be cut."""
+
+    shape: Literal["way"]
+    start_m: Point
+    legs: Annotated[
+        tuple[WayLeg, ...],
+        Field(min_length=1, max_length=100_000, description="one job is planned in memory"),
+    ]
+    corner_m: Annotated[
+        float, Field(ge=0.0, le=0.1, description="metres; more is another path")
+    ] = 0.0
+    """How far from a corner between straight legs the way may stay; 0 stops at each."""
+    spacing_m: Spacing = 0.0005
+
+    @model_validator(mode="after")
+    def _bounded(self) -> Way:
+        legs = legs_of(self)
+        begin = self.start_m
+        for number, leg in enumerate(self.legs):
+            _check_arc(number, begin, leg)
+            begin = leg.to_m
+        _not_too_many(way.target_count(np.array(self.start_m), legs, self.spacing_m))
+        return self
+
+
+ROUND_M = 1e-3
+"""An arc's ends may differ so much in radius: coordinates are rounded in files."""
+
+
+def _check_arc(number: int, begin: Point, leg: WayLeg) -> None:
+    if leg.centre_m is None:
+        return
+    inner, outer = (math.dist(point[:2], leg.centre_m) for point in (begin, leg.to_m))
+    if min(inner, outer) < 1e-6 or abs(inner - outer) > ROUND_M:
+        raise ValueError(
+            f"legs.{number}: centre_m must be equally far from both ends of the arc, and is"
+            f" {inner:.6g} m and {outer:.6g} m from them"
+        )
+
+
+def legs_of(spec: Way) -> list[way.Leg]:
+    """The legs as the path takes them."""
+    legs, begin = [], spec.start_m
+    for leg in spec.legs:
+        speed = math.inf if leg.speed_mps is None else leg.speed_mps
+        turns = None if leg.centre_m is None else _turns(begin, leg, leg.centre_m)
+        centre = None if leg.centre_m is None else np.array([*leg.centre_m, 0.0])
+        legs.append(way.Leg(np.array(leg.to_m), speed, leg.dwell_s, centre, turns))
+        begin = leg.to_m
+    return legs
+
+
+def _turns(begin: Point, leg: WayLeg, centre: tuple[float, float]) -> float:
+    first = math.atan2(begin[1] - centre[1], begin[0] - centre[0])
+    last = math.atan2(leg.to_m[1] - centre[1], leg.to_m[0] - centre[0])
+    part = ((last - first) / (2.0 * math.pi)) % 1.0
+    if part < 1e-9 or part > 1.0 - 1e-9:
+        part = 0.0
+    if leg.clockwise:
+        return part - 1.0
+    return part or 1.0
+
+
 class Joints(StrictModel):
     """Arm angles one after another, straight in joint space, with a rest at each."""
 
@@ -135,7 +217,7 @@ class Survey(StrictModel):
 
 
 PathSpec = Annotated[
-    Circle | Heart | Spiral | Points | Joints | Survey, Field(discriminator="shape")
+    Circle | Heart | Spiral | Points | Way | Joints | Survey, Field(discriminator="shape")
 ]
 
 
@@ -214,6 +296,13 @@ class JobFile(StrictModel):
     on_step_loss: Literal["stop", "warn"] = "stop"
     on_blind: Literal["stop", "warn"] = "stop"
     """What happens when the sensors do not show the arms for half a second."""
+
+    @model_validator(mode="after")
+    def _speeds_can_be_kept(self) -> JobFile:
+        together = isinstance(self.timing, Together)
+        if together and isinstance(self.path, Way) and any(leg.speed_mps for leg in self.path.legs):
+            raise ValueError("legs with speed_mps need timing mode accelerated")
+        return self
 
 
 def load_job(path: Path) -> JobFile:

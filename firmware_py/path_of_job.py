@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from firmware_py.job_file import Circle, Heart, JobFile, Joints, Points, Spiral
+import numpy as np
+
+from firmware_py.job_file import Circle, Heart, JobFile, Joints, Points, Spiral, Way, legs_of
 from firmware_py.paths.circle import circle
 from firmware_py.paths.heart import heart
 from firmware_py.paths.joints import joints
@@ -10,6 +12,7 @@ from firmware_py.paths.path import Path
 from firmware_py.paths.points import points
 from firmware_py.paths.spiral import spiral
 from firmware_py.paths.survey import survey
+from firmware_py.paths.way import way
 from firmware_py.robot_file import RobotFile
 from models.linkage import Linkage
 
@@ -27,6 +30,8 @@ def path_of(job: JobFile, robot: RobotFile) -> Path:
         )
     if isinstance(spec, Points):
         return points(spec.points_m, spec.dwell_s, spec.spacing_m)
+    if isinstance(spec, Way):
+        return way(np.array(spec.start_m), legs_of(spec), spec.corner_m, spec.spacing_m)
     if isinstance(spec, Joints):
         return joints(spec.angles_deg, spec.dwell_s)
     return survey(

@@ -40,6 +40,8 @@ class Path:
     dwell_s: FloatArray
     rest: BoolArray
     way_back: FloatArray
+    speed_mps: FloatArray | None = None
+    """Greatest speed on the way to each target, (n,); inf, and without it, the job's."""
 
     def __len__(self) -> int:
         return len(self.targets)

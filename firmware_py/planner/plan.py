@@ -107,8 +107,11 @@ def schedule_of(job: JobFile, robot: RobotFile, lap: Lap, reach: Reach) -> Sched
         return TogetherSchedule(lap.counts, lap.dwell_s, timing.t_pwm_s)
     limits = motor_limits(job, robot)
     if lap.space is Space.CARTESIAN and len(lap) > 1:
+        speed_mps: float | FloatArray = timing.speed_mps
+        if lap.speed_mps is not None:
+            speed_mps = np.minimum(timing.speed_mps, lap.speed_mps[1:])
         return CurveSchedule(
-            lap.angles_rad, lap.position_m, lap.rest, lap.dwell_s, timing.speed_mps, limits
+            lap.angles_rad, lap.position_m, lap.rest, lap.dwell_s, speed_mps, limits
         )
     with np.errstate(divide="ignore"):
         fastest = timing.speed_mps / reach.steepest_m

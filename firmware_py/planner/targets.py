@@ -41,6 +41,8 @@ class Lap:
     angles_rad: FloatArray
     counts: Int64Array
     position_m: FloatArray
+    speed_mps: FloatArray | None = None
+    """As in a Path, (n,)."""
     mapped: Int64Array | None = None
     """Counts (n, 3) that the inverse kinematics gave, where others are commanded."""
 
@@ -121,6 +123,7 @@ class LapBuilder:
             angles_rad,
             counts,
             position_m,
+            None if path.speed_mps is None else _speeds(path.speed_mps, number[:good]),
         )
         return lap, failed
 
@@ -139,6 +142,12 @@ class LapBuilder:
                 return angles_rad[:row], MappingFailed(wild)
             angles_rad[row] = arms
         return angles_rad, None
+
+
+def _speeds(speed_mps: FloatArray, number: Int64Array) -> FloatArray:
+    """Speeds by numbers in the path; the way back has the job's."""
+    speeds: FloatArray = np.where(number >= 0, speed_mps[number], np.inf)
+    return speeds
 
 
 def _rows(targets_m: FloatArray) -> Iterator[list[float]]:

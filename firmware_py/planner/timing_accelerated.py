@@ -26,7 +26,10 @@ misplaces a step by at most 1/8 of what its speed changes within one of these lo
 
 
 class CurveSchedule:
-    """Steps along a lap of targets (n, 3), with rests, at `speed_mps` where limits allow."""
+    """Steps along a lap of targets (n, 3), with rests, at `speed_mps` where limits allow.
+
+    speed_mps: one for all, or of the way to each target but the first, (n - 1,).
+    """
 
     def __init__(
         self,
@@ -34,7 +37,7 @@ class CurveSchedule:
         position_m: FloatArray,
         rest: BoolArray,
         dwell_s: FloatArray,
-        speed_mps: float,
+        speed_mps: float | FloatArray,
         limits: MotorLimits,
     ):
         self._step_rad = limits.rad_per_step
@@ -55,7 +58,11 @@ class CurveSchedule:
         return angles.min(axis=0), angles.max(axis=0)
 
     def _squared_rates(
-        self, position_m: FloatArray, stands: BoolArray, speed_mps: float, limits: MotorLimits
+        self,
+        position_m: FloatArray,
+        stands: BoolArray,
+        speed_mps: float | FloatArray,
+        limits: MotorLimits,
     ) -> FloatArray:
         hop_m = np.linalg.norm(np.diff(position_m, axis=0), axis=1)
         with np.errstate(divide="ignore", over="ignore"):

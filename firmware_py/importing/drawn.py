@@ -1,0 +1,48 @@
+"""What both kinds of file give: a start and legs in metres, in the robot's frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import yaml
+
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """A path before it is a job; `legs` are those of a job file. notes: what was passed over."""
+
+    start_m: Point
+    legs: tuple[dict[str, Any], ...]
+    notes: tuple[str, ...] = ()
+
+
+def job_text(drawn: Drawn, name: str, robot: str, speed_mps: float, corner_m: float) -> str:
+    """A job file of it."""
+    legs = [_short(leg) for leg in drawn.legs]
+    head = {
+        "name": name,
+        "robot": robot,
+        "timing": {"mode": "accelerated", "speed_mps": speed_mps},
+        "inverse_kinematics": {"kind": "geometry"},
+    }
+    body = yaml.safe_dump(head, sort_keys=False)
+    lines = "".join(f"    - {leg}\n" for leg in legs)
+    return (
+        f"# Made by deltactl convert.\n{body}path:\n  shape: way\n"
+        f"  start_m: {_point(drawn.start_m)}\n  corner_m: {corner_m:g}\n  legs:\n{lines}"
+    )
+
+
+def _short(leg: dict[str, Any]) -> str:
+    parts = []
+    for key, value in leg.items():
+        text = _point(value) if isinstance(value, tuple) else str(value).lower()
+        parts.append(f"{key}: {text}")
+    return "{" + ", ".join(parts) + "}"
+
+
+def _point(values: tuple[float, ...]) -> str:
+    return "[" + ", ".join(f"{value:.7g}" for value in values) + "]"

@@ -1,0 +1,110 @@
+"""G-code and tables of points become jobs that run."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firmware_py.importing.gcode import read_gcode
+from firmware_py.importing.points_table import read_points
+from firmware_py.job_file import load_job
+from foundation.errors import ConfigError
+
+Deltactl = Callable[..., subprocess.CompletedProcess[str]]
+PART = """\
+%
+(a square with a rounded corner)
+N10 G21 G90 G17
+N20 G0 X0 Y0 Z0
+G1 X40 F1200 ; feed in mm a minute
+Y30
+G3 X30 Y40 I-10 J0
+G4 P250
+G91
+G1 X-30
+G90
+G20
+G1 X0 Y0 F60
+M5
+"""
+ORIGIN = (0.0, 0.0, -0.45)
+
+
+def gcode(tmp_path: Path, text: str):
+    (tmp_path / "part.gcode").write_text(text)
+    return read_gcode(tmp_path / "part.gcode", ORIGIN)
+
+
+def test_gcode_is_read(tmp_path: Path) -> None:
+    drawn = gcode(tmp_path, PART)
+    assert drawn.start_m == (0.0, 0.0, -0.45)
+    to = [tuple(leg["to_m"]) for leg in drawn.legs]
+    assert to == [
+        (0.04, 0.0, -0.45), (0.04, 0.03, -0.45), (0.03, 0.04, -0.45), (0.0, 0.04, -0.45),
+        (0.0, 0.0, -0.45),
+    ]  # fmt: skip
+    assert drawn.legs[0]["speed_mps"] == pytest.approx(0.02)
+    assert drawn.legs[2]["centre_m"] == (0.03, 0.03)
+    assert drawn.legs[2]["clockwise"] is False
+    assert drawn.legs[2]["dwell_s"] == 0.25
+    assert drawn.legs[4]["speed_mps"] == pytest.approx(0.0254)
+    assert drawn.notes == ("M5 passed over (1 times)",)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("G0 X0 Y0 Z0\nG5 X1\n", ":2: G5 is not taken"),
+        ("G0 X0 Y0 Z0\nG2 X1 Y1 R5\n", ":2: an arc needs I and J"),
+        ("G91\nG1 X1\n", ":2: G91 stands before any absolute place"),
+        ("G4 P1\n", ":1: G4 stands before any move"),
+        ("G0 X0 Y0 Z0\nhello\n", ":2: 'hello' is not understood"),
+        ("G21\n", "holds no moves"),
+    ],
+)
+def test_what_is_not_taken_is_named_with_its_line(tmp_path: Path, text: str, says: str) -> None:
+    with pytest.raises(ConfigError, match=r"part\.gcode") as error:
+        gcode(tmp_path, text)
+    assert says in str(error.value)
+
+
+def test_a_table_of_points(tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text("X;Y;Z;Speed;Dwell\n0;0;0;;\n10,5;0;0;20;\n10,5;20;0;;1,5\n")
+    drawn = read_points(path, ORIGIN)
+    assert drawn.legs[0] == {"to_m": (0.0105, 0.0, -0.45), "speed_mps": 0.02}
+    assert drawn.legs[1] == {"to_m": (0.0105, 0.02, -0.45), "dwell_s": 1.5}
+
+
+def test_from_gcode_to_a_run(deltactl: Deltactl, tmp_path: Path) -> None:
+    (tmp_path / "part.gcode").write_text(PART)
+    options = ["--robot", "zhao-2023.yaml", "--origin", "0 0 -450", "--corner", "0.5"]
+    shown = deltactl("convert", "part.gcode", "part.yaml", *options)
+    assert "part may run" in shown.stdout
+    assert "M5 passed over" in shown.stderr
+    job = load_job(tmp_path / "part.yaml")
+    assert job.path.corner_m == 0.0005
+    done = json.loads(deltactl("run", "part.yaml", "--simulate", "--json").stdout)
+    assert done["outcome"] == "done"
+    refused = deltactl("convert", "part.gcode", "part.yaml", *options, status=2)
+    assert "--force" in refused.stderr
+
+
+def test_goto_on_the_simulated_robot(deltactl: Deltactl) -> None:
+    arguments = ["20", "-10", "-450", "--robot", "zhao-2023.yaml", "--simulate", "--json"]
+    done = json.loads(deltactl("goto", *arguments).stdout)
+    assert done["outcome"] == "done"
+    refused = deltactl("goto", "900", "0", "-450", "--robot", "zhao-2023.yaml", status=2)
+    assert "out of reach" in refused.stderr
+    assert "--robot" in deltactl("goto", "0", "0", "-450", status=2).stderr
+
+
+def test_a_corner_row_of_numbers_without_a_heading(tmp_path: Path) -> None:
+    path = tmp_path / "points.txt"
+    path.write_text("\n".join(f"{x} {x * x / 40} -5" for x in np.linspace(0, 40, 9)))
+    assert len(read_points(path, ORIGIN).legs) == 8

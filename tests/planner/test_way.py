@@ -1,0 +1,125 @@
+"""Legs, arcs and corners: how far the way stays from what was drawn, where it stands, how fast."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firmware_py.job_file import JobFile
+from firmware_py.paths.way import Leg, way
+from firmware_py.planner.check import make_plan
+from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from models.inverse_kinematics import GeometricInverse
+
+ROBOT = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
+SPACING_M = 0.0005
+coordinate = st.floats(-0.1, 0.1).map(lambda value: round(value, 4))
+points = st.lists(st.tuples(coordinate, coordinate, coordinate), min_size=3, max_size=7)
+
+
+def from_polyline(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Distance of each place from the nearest of the straight legs."""
+    nearest = np.full(len(places), np.inf)
+    for begin, end in itertools.pairwise(corners):
+        along = end - begin
+        length2 = max(float(along @ along), 1e-30)
+        part = np.clip((places - begin) @ along / length2, 0.0, 1.0)
+        nearest = np.minimum(
+            nearest, np.linalg.norm(places - begin - part[:, None] * along, axis=1)
+        )
+    return nearest
+
+
+@given(points, st.floats(0.0, 0.02))
+@settings(max_examples=150, deadline=None)
+def test_corners_are_cut_by_no_more_than_is_allowed(drawn, corner_m: float) -> None:
+    corners = np.array(drawn)
+    if (np.linalg.norm(np.diff(corners, axis=0), axis=1) < 1e-3).any():
+        return
+    path = way(corners[0], [Leg(to_m=point) for point in corners[1:]], corner_m, SPACING_M)
+    assert from_polyline(path.targets, corners).max() <= corner_m + 1e-9
+    assert (path.targets[0] == corners[0]).all()
+    assert (path.targets[-1] == corners[-1]).all()
+    hops = np.linalg.norm(np.diff(path.targets, axis=0), axis=1)
+    assert hops.max() <= SPACING_M * 1.001
+    for corner in corners[1:-1]:  # and passed no further away than that
+        assert np.linalg.norm(path.targets - corner, axis=1).min() <= corner_m + SPACING_M
+    assert len(path.dwell_s) == len(path.rest) == len(path.targets)
+    assert path.speed_mps is not None
+    assert len(path.speed_mps) == len(path.targets)
+
+
+def test_it_stands_at_corners_only_where_they_may_not_be_cut() -> None:
+    square = [np.array([x, y, 0.0]) for x, y in ((0.1, 0), (0.1, 0.1), (0, 0.1), (0, 0))]
+    start = np.zeros(3)
+    assert way(start, [Leg(to_m=p) for p in square], 0.0, SPACING_M).rest.sum() == 5
+    assert way(start, [Leg(to_m=p) for p in square], 0.001, SPACING_M).rest.sum() == 2
+    waits = [Leg(to_m=p, dwell_s=0.5 * (n == 1)) for n, p in enumerate(square)]
+    path = way(start, waits, 0.001, SPACING_M)
+    assert path.rest.sum() == 3
+    assert path.dwell_s.sum() == 0.5
+    assert (path.targets[path.dwell_s > 0] == square[1]).all()
+
+
+def test_straight_on_is_no_corner() -> None:
+    legs = [Leg(to_m=np.array([x, 0.0, 0.0])) for x in (0.01, 0.02, 0.03)]
+    assert way(np.zeros(3), legs, 0.0, SPACING_M).rest.sum() == 2
+
+
+@pytest.mark.parametrize("turns", [1.0, 0.25, -0.75])
+def test_an_arc_keeps_its_radius(turns: float) -> None:
+    angle = 2 * math.pi * turns
+    end = np.array([0.05 * math.cos(angle), 0.05 * math.sin(angle), 0.01])
+    leg = Leg(to_m=end, centre_m=np.zeros(3), turns=turns)
+    path = way(np.array([0.05, 0.0, 0.0]), [leg], 0.0, SPACING_M)
+    assert np.hypot(*path.targets[:, :2].T) == pytest.approx(0.05, abs=1e-12)
+    swept = np.unwrap(np.arctan2(path.targets[:, 1], path.targets[:, 0]))
+    assert swept[-1] - swept[0] == pytest.approx(angle, abs=1e-9)
+    assert (np.diff(path.targets[:, 2]) >= 0).all()
+
+
+def job(**path) -> JobFile:
+    return JobFile.model_validate_json(json.dumps({
+        "name": "way", "robot": "zhao-2023.yaml",
+        "path": {"shape": "way", "start_m": [0.05, 0.05, -0.45], **path},
+        "timing": {"mode": "accelerated", "speed_mps": 0.2},
+        "inverse_kinematics": {"kind": "geometry"},
+    }))  # fmt: skip
+
+
+def seconds(made: JobFile) -> float:
+    plan = make_plan(made, ROBOT, GeometricInverse(ROBOT.geometry))
+    return plan.first.schedule.duration_ns * 1e-9
+
+
+def test_a_slow_leg_is_slow_and_a_dwell_waits() -> None:
+    legs = [{"to_m": [-0.05, 0.05, -0.45]}, {"to_m": [-0.05, -0.05, -0.45]}]
+    usual = seconds(job(legs=legs))
+    slow = seconds(job(legs=[legs[0], legs[1] | {"speed_mps": 0.01}]))
+    waits = seconds(job(legs=[legs[0] | {"dwell_s": 1.5}, legs[1]]))
+    assert slow == pytest.approx(usual + 0.1 / 0.01 - 0.1 / 0.2, abs=0.5)
+    assert waits == pytest.approx(usual + 1.5, abs=1e-6)
+
+
+def test_cutting_corners_saves_time() -> None:
+    legs = [{"to_m": [x, y, -0.45]} for x, y in ((-0.05, 0.05), (-0.05, -0.05), (0.05, -0.05))]
+    assert seconds(job(legs=legs, corner_m=0.005)) < seconds(job(legs=legs)) - 0.1
+
+
+@pytest.mark.parametrize(
+    ("legs", "says"),
+    [
+        ([{"to_m": [0, 0, -0.45], "centre_m": [0.03, 0.0]}], "equally far from both ends"),
+        ([{"to_m": [0, 0, -0.45], "speed_mps": 0}], "greater than or equal"),
+        ([], "at least 1 item"),
+    ],
+)
+def test_a_wrong_leg_is_refused(legs, says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        job(legs=legs)
