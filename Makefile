@@ -58,7 +58,7 @@ extras: $(VENV)/bin/python
 
 $(VENV)/.test: $(VENV)/bin/python pyproject.toml constraints.txt
 	@echo "Installing deltactl with all its parts and the tests into $(VENV): some minutes, the first time."
-	@$(INSTALL) -e '.[diagnosis,training,tables,proof,web,foxglove,test]'
+	@$(INSTALL) -e '.[diagnosis,training,tables,proof,web,fleet,foxglove,test]'
 	@touch $@ $(VENV)/.run
 
 # Pages and JSON Schemas, from the code: docs/reference and schemas.

@@ -18,7 +18,9 @@ def register(app: typer.Typer) -> None:
 
 
 def diagnose(
-    recordings: Annotated[list[Path], typer.Argument(help="Recordings: .mcap, .csv, .parquet.")],
+    recordings: Annotated[
+        list[Path] | None, typer.Argument(help="Recordings: .mcap, .csv, .parquet.")
+    ] = None,
     robot: Annotated[
         str | None, typer.Option(help="Robot file: what a perfect machine would be.")
     ] = None,
@@ -63,6 +65,26 @@ def diagnose(
             "--thorough", help="Compare everything, where the answer says that it ended early."
         ),
     ] = False,
+    fleet: Annotated[
+        str | None,
+        typer.Option(help="Many recordings instead, by a pattern such as 'runs/**/*.mcap'."),
+    ] = None,
+    robots: Annotated[
+        Path | None, typer.Option(help="With --fleet: folder of robot files.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="With --fleet: folder for table and page.")] = Path(
+        "fleet"
+    ),
+    workers: Annotated[
+        int, typer.Option(min=0, help="With --fleet: processes here; 0 is this one.")
+    ] = 2,
+    scheduler: Annotated[
+        str | None, typer.Option(help="With --fleet: address of a Dask scheduler.")
+    ] = None,
+    limit: Annotated[
+        list[str] | None,
+        typer.Option(help="With --fleet: a size not to reach, as gear_backlash.width=0.01."),
+    ] = None,
 ) -> None:
     """Compare recordings with the robot file: what is missing, where, how sure.
 
@@ -71,8 +93,16 @@ def diagnose(
     deltactl diagnose a.mcap --robot zhao-2023.yaml --holdout b.mcap --report why.html
     deltactl diagnose axis.csv --robot axis.yaml --set t=ms*0.001 --set "position=angle[deg]"
     deltactl diagnose log.csv --inspect
+    deltactl diagnose --fleet 'runs/**/*.mcap' --robots robots/ --out fleet/
     ```
     """
+    if fleet is not None:
+        from command_line.fleet import diagnose_many
+
+        diagnose_many(fleet, robots, out, workers, scheduler, limit or [])
+        return
+    if not recordings:
+        raise typer.BadParameter("name at least one, or many with --fleet", param_hint="RECORDINGS")
     if look:
         from command_line.inspect import inspect_recordings
 

@@ -1,0 +1,192 @@
+"""One page about a fleet: where to look first, what grows, what comes in groups, all robots."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections import defaultdict
+from collections.abc import Sequence
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+
+from charts.figures import LineChart
+from charts.page import heading, page, paragraph, table
+from charts.spec import Colour, Series, Style
+from fleet.book import Row
+from fleet.groups import Group, groups
+from fleet.trends import DAY_S, Course, Trend, courses, trends
+
+CHARTS = 12
+BAD_SHOWN = 50
+NO_COLUMN = 99
+
+
+def write_page(rows: Sequence[Row], path: Path, limits: dict[str, float]) -> None:
+    """Write the page; an earlier one is replaced whole."""
+    draft = path.with_name(f".{path.name}.part")
+    draft.write_text(fleet_html(rows, limits), encoding="utf-8")
+    os.replace(draft, path)
+
+
+def fleet_html(rows: Sequence[Row], limits: dict[str, float]) -> str:
+    """The page as one HTML document."""
+    found = courses(rows)
+    moving = trends(found, limits)
+    batches = groups(found, moving)
+    bad = [row for row in rows if "error" in row]
+    good = [row for row in rows if "error" not in row]
+    robots = {row["robot"] for row in good}
+    lead = f"{len(rows)} recordings of {len(robots)} robots, {len(bad)} of them could not be read."
+    parts = [
+        heading("Where to look first"),
+        *_first(moving, batches, found, robots),
+        heading("What grows or drifts"),
+        *_trends(moving),
+        heading("What comes in groups"),
+        *_groups(batches),
+        heading("All robots"),
+        _robots(good, found),
+        *_bad(bad),
+    ]
+    return page("Fleet", parts, lead=lead)
+
+
+def until(trend: Trend) -> str:
+    """When the limit will be reached, in words."""
+    days = trend.days_to_limit()
+    if trend.limit is None:
+        return "no limit given"
+    if days is None:
+        return "moves away from its limit"
+    if days[0] == 0.0:
+        return f"past its limit of {trend.limit:.4g} {trend.course.unit}"
+    last = datetime.fromtimestamp(float(trend.course.time_s[-1]), UTC)
+    best, soonest, latest = (_date(last, count) for count in days)
+    return f"{trend.limit:.4g} {trend.course.unit} about {best} ({soonest} to {latest})"
+
+
+def _date(last: datetime, days: float) -> str:
+    if not math.isfinite(days) or days > 36_500.0:
+        return "never"
+    return f"{last + timedelta(days=days):%Y-%m-%d}"
+
+
+def _first(
+    moving: list[Trend], batches: list[Group], found: list[Course], robots: set[str]
+) -> list[str]:
+    rows = [(trend.course.key[0], f"{_effect(trend.course)} changes by {_rate(trend)}",
+             until(trend)) for trend in moving]  # fmt: skip
+    rows += [
+        (", ".join(group.robots), f"{group.effect.replace('_', ' ')} alike on "
+         f"{len(group.robots)} of {len(robots)} robots", "one cause: a batch, or the robot file")
+        for group in batches
+    ]  # fmt: skip
+    named = {trend.course.key for trend in moving}
+    named |= {(robot, group.effect, component, group.parameter) for group in batches
+              for robot, component, _ in group.members}  # fmt: skip
+    alone = [course for course in found if course.key not in named and course.found_in >= 0.5
+             and len(course.value) >= 3]  # fmt: skip
+    rows += [
+        (
+            course.key[0],
+            f"{_effect(course)}, {_middle(course)}",
+            f"steady, in {course.found_in:.0%} of its recordings",
+        )
+        for course in alone
+    ]
+    if not rows:
+        return [paragraph("Nowhere: no finding lasts, none grows, none is shared.")]
+    return [table(("robot", "what", "when, or why"), rows, numbers_from=NO_COLUMN)]
+
+
+def _trends(moving: list[Trend]) -> list[str]:
+    if not moving:
+        return [paragraph("Nothing that stands out from scatter.")]
+    rows = [(trend.course.key[0], _effect(trend.course), _rate(trend),
+             f"{trend.now:.4g} {trend.course.unit}", until(trend)) for trend in moving]  # fmt: skip
+    about = (
+        "Straight lines through what was found; recordings in which it was too small to be found "
+        "do not count. With a probability of 0.99 none of these is chance."
+    )
+    head = ("robot", "what", "change a week (95 %)", "now", "reaches its limit")
+    return [
+        table(head, rows, numbers_from=NO_COLUMN),
+        paragraph(about, "note"),
+        *(_chart(trend).html() for trend in moving[:CHARTS]),
+    ]
+
+
+def _chart(trend: Trend) -> LineChart:
+    course = trend.course
+    days = (course.time_s - course.time_s[-1]) / DAY_S
+    line = trend.now + trend.per_day * days
+    series = [
+        Series("found", days, course.value, Colour.MEASURED, Style.POINTS, low=course.low,
+               high=course.high),
+        Series("trend", days, line, Colour.BAD, low=trend.now + trend.low_per_day * days,
+               high=trend.now + trend.high_per_day * days),
+    ]  # fmt: skip
+    if trend.limit is not None:
+        ends = np.array([days[0], 0.0])
+        series.append(Series("limit", ends, np.full(2, trend.limit), Colour.QUIET, dashed=True))
+    return LineChart(course.name, "days before the last recording", course.unit, series)
+
+
+def _groups(batches: list[Group]) -> list[str]:
+    if not batches:
+        return [paragraph("No finding is shared by three robots or more.")]
+    rows = [
+        (
+            f"{group.effect.replace('_', ' ')}, {group.parameter}",
+            f"{group.median:.4g} ± {group.spread:.2g} {group.unit}",
+            ", ".join(f"{robot} ({component})" for robot, component, _ in group.members),
+        )
+        for group in batches
+    ]
+    return [table(("what", "size", "robots"), rows, numbers_from=NO_COLUMN)]
+
+
+def _robots(good: list[Row], found: list[Course]) -> str:
+    by_robot: dict[str, list[Row]] = defaultdict(list)
+    for row in good:
+        by_robot[row["robot"]].append(row)
+    lasting: dict[str, list[str]] = defaultdict(list)
+    for course in found:
+        if course.found_in >= 0.5 and len(course.value) >= 3:
+            lasting[course.key[0]].append(_effect(course))
+    rows = []
+    for robot, its in sorted(by_robot.items()):
+        clean = sum(row["verdict"] == "nothing_missing" for row in its)
+        last = datetime.fromtimestamp(its[-1]["time_s"], UTC)
+        what = ", ".join(sorted(set(lasting[robot]))) or "nothing that lasts"
+        rows.append((robot, str(len(its)), f"{clean / len(its):.0%}", f"{last:%Y-%m-%d}", what))
+    head = ("robot", "recordings", "nothing missing", "last", "what lasts")
+    return table(head, rows, numbers_from=NO_COLUMN)
+
+
+def _bad(bad: list[Row]) -> list[str]:
+    if not bad:
+        return []
+    rows = [(row["recording"], row["error"]) for row in bad[:BAD_SHOWN]]
+    more = [paragraph(f"{len(bad) - BAD_SHOWN} more are in the table.")]
+    return [
+        heading("What could not be read"),
+        table(("recording", "why"), rows, numbers_from=NO_COLUMN),
+        *(more if len(bad) > BAD_SHOWN else []),
+    ]
+
+
+def _middle(course: Course) -> str:
+    return f"{np.median(course.value):.4g} {course.unit}"
+
+
+def _effect(course: Course) -> str:
+    _, effect, component, parameter = course.key
+    return f"{effect.replace('_', ' ')} ({parameter}) of {component}"
+
+
+def _rate(trend: Trend) -> str:
+    week = [7.0 * rate for rate in (trend.per_day, trend.low_per_day, trend.high_per_day)]
+    return f"{week[0]:+.3g} {trend.course.unit} a week ({week[1]:+.3g} to {week[2]:+.3g})"
