@@ -8,10 +8,12 @@ from typing import Annotated
 import typer
 
 from command_line import (
+    check_runs,
     collect,
     correct,
     demo,
     evaluate,
+    foxglove,
     init,
     jobs,
     moves,
@@ -78,6 +80,8 @@ train.register(app)
 evaluate.register(app)
 reproduce.register(app)
 web.register(app)
+foxglove.register(app)
+check_runs.register(app)
 
 
 def main() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from datetime import datetime
 from pathlib import Path
 
 from command_line.output import console, duration, facts, millimetres, print_json, say
@@ -74,5 +75,19 @@ def status_table(status: Status) -> object:
         rows.append(("not recorded", status.recording_error))
     if status.robot_file_changed:
         rows.append(("robot file", status.robot_file_changed))
+    rows += [("new mismatch", text) for text in announced(status.robot)]
     name = f"{status.robot} (simulated)" if status.simulated else status.robot
     return facts(name, rows)
+
+
+def announced(robot: str) -> list[str]:
+    """What `deltactl check-runs` found in the recordings of this folder or of the service."""
+    from fleet.checks import read_announced
+
+    places = (Path("recordings"), Path("/var/lib/deltactl/recordings"))
+    found = [one for place in places for one in read_announced(place) if one.robot == robot]
+    return [
+        f"{one.says}, since {datetime.fromtimestamp(one.since_s):%Y-%m-%d %H:%M}"
+        f" (probability {one.probability:.2f})"
+        for one in found
+    ]

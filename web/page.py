@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from datetime import datetime
 from typing import Any
 
 from nicegui import run, ui
 
 from firmware_py.controller.states import ALLOWED, Request
+from fleet.checks import read_announced
 from foundation.errors import DeltactlError
 from web.files_tab import FilesTab
 from web.link import STALE_S, Seen
@@ -18,6 +20,7 @@ from web.site import Site
 from web.state_card import StateCard
 
 REFRESH_S = 0.08
+ANNOUNCE_S = 3.0
 COLOURS = {
     "off": "grey-7",
     "unhomed": "orange-8",
@@ -53,6 +56,8 @@ class RobotPage:
             with ui.tab_panel("Recordings").classes("p-2"):
                 self._recordings = RecordingsTab(self)
         self._timer = ui.timer(REFRESH_S, self._refresh)
+        self._announce()
+        ui.timer(ANNOUNCE_S, self._announce)
 
     @property
     def operates(self) -> bool:
@@ -142,6 +147,22 @@ class RobotPage:
                     on_click=lambda: self.ask("acknowledge"),
                 ).props("color=white text-color=red-9 no-caps data-testid=acknowledge")  # fmt: skip
         self._latched.set_visibility(False)
+        self._news = ui.label().classes("news w-full").props("data-testid=news")
+        self._news.set_visibility(False)
+
+    def _announce(self) -> None:
+        """What `deltactl check-runs` found to be new since some run."""
+        status = self.site.link.seen.status
+        found = [one for one in read_announced(self.site.recordings)
+                 if status is None or one.robot == status.robot]  # fmt: skip
+        text = "; ".join(
+            f"{one.says}, since {datetime.fromtimestamp(one.since_s):%d %b %H:%M}"
+            f" (probability {one.probability:.2f})"
+            for one in found
+        )
+        if self._news.text != text:
+            self._news.set_text(f"New mismatch: {text}" if text else "")
+        self._news.set_visibility(bool(text))
 
     def _refresh(self) -> None:
         seen = self.site.link.seen
@@ -189,6 +210,7 @@ STYLE = """
   font-size: 1.15rem; font-weight: 800; height: 42px; box-shadow: 0 0 0 2px white; }
 .stop-room { min-width: 7.5rem; }
 .latch { background: #b91c1c; color: white; padding: 8px 12px; border-radius: 6px; }
+.news { background: #fef3c7; color: #78350f; padding: 8px 12px; border-radius: 6px; }
 .scene-box { height: min(56vh, 520px); min-height: 260px; }
 .figures { font-variant-numeric: tabular-nums; }
 .jog .q-btn { min-width: 46px; min-height: 42px; }

@@ -1,0 +1,70 @@
+"""What the service announces after runs, and what it does not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from firmware_py.robot_file import CONFIG_FOLDER
+from fleet.checks import RunChecks, read_announced, standing
+from recording.configuration import RunConfiguration
+from recording.writer import RunRecorder
+
+PLAY = {"effect": "gear_backlash", "component": "motor2", "parameter": "width", "unit": "rad",
+        "value": 0.0035, "probability": 0.97}  # fmt: skip
+
+
+def runs(*found: object) -> list[dict]:
+    """Rows of runs an hour apart; each `found` is a list of findings."""
+    return [
+        {"recording": f"r{k}", "robot": "r", "time_s": 3600.0 * k, "verdict": "x", "findings": some}
+        for k, some in enumerate(found)
+    ]
+
+
+def test_play_is_announced_with_the_second_run_that_has_it_and_since_the_first() -> None:
+    assert standing(runs([], [], [PLAY])) == []
+    (one,) = standing(runs([], [], [PLAY], [PLAY]))
+    assert (one.effect, one.component, one.since_s) == ("gear_backlash", "motor2", 7200.0)
+    assert one.probability == 0.97
+    assert standing(runs([], [PLAY], [PLAY], [])) != []
+    assert standing(runs([], [PLAY], [PLAY], [], [])) == []
+
+
+def test_what_comes_by_chance_in_one_run_of_fifty_is_not_announced_in_200() -> None:
+    """Alarms of single runs, each at another place, stay without a second run that has them."""
+    rng = np.random.default_rng(4)
+    rows = []
+    for _ in range(200):
+        effect = str(rng.choice(["gear_ratio", "home_offset", "contact"]))
+        other = PLAY | {"component": f"motor{rng.integers(1, 4)}", "effect": effect}
+        rows.append([other] if rng.random() < 0.02 else [])
+    assert sum(map(len, rows)) >= 2
+    assert standing(runs(*rows)) == []
+    assert standing(runs(*[[PLAY | {"probability": 0.3}]] * 5)) == []
+
+
+def test_the_service_checks_each_run_once_and_leaves_out_short_ones(tmp_path: Path) -> None:
+    text = (CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8")
+    for name, seconds in (("a", 12), ("b", 12), ("short", 1)):
+        its = RunConfiguration(text, "", "zhao-2023", name)
+        with RunRecorder(tmp_path / f"{name}.mcap", its) as recorder:
+            recorder.event(int(seconds * 1e9), "path_end", "")
+    (tmp_path / "torn.mcap").write_bytes(b"\x89MCAP0\r\n")
+    asked = []
+
+    def diagnose(recording: str, robot: str) -> dict:
+        asked.append(Path(recording).name)
+        assert "zhao-2023" in Path(robot).read_text()
+        return {"verdict": "explained", "findings": [PLAY]}
+
+    checks = RunChecks(tmp_path, diagnose)
+    rows = checks.look()
+    assert sorted(asked) == ["a.mcap", "b.mcap"]
+    assert len(rows) == 4
+    assert checks.look() == []
+    (one,) = read_announced(tmp_path)
+    assert one.component == "motor2"
+    checks.close()
+    assert read_announced(tmp_path / "elsewhere") == []

@@ -1,0 +1,128 @@
+"""Foxglove's messages, read back with the official MCAP reader and its protobuf decoder."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+from websockets.sync.client import connect
+
+from firmware_py.controller.contract import SensorStatus, Status
+from firmware_py.robot_file import CONFIG_FOLDER
+from foundation.errors import RecordingError
+from recording.configuration import RunConfiguration
+from recording.reader import read_run
+from recording.writer import RunRecorder
+from web.belief import Beliefs
+from web.foxglove.channels import four_parts
+from web.foxglove.convert import convert
+from web.foxglove.live import LiveServer
+from web.link import Seen
+
+ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
+HOME = (1333, 1333, 1333)
+
+
+@pytest.fixture(scope="module")
+def converted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two seconds of a robot that stands at its home, as Foxglove gets it."""
+    folder = tmp_path_factory.mktemp("fox")
+    text = ROBOT.read_text(encoding="utf-8")
+    run = folder / "run.mcap"
+    with RunRecorder(run, RunConfiguration(text, "", "zhao-2023", "test"), counts=HOME) as recorder:
+        recorder.event(0, "path_start", "begins")
+        for t_ns in range(0, 2_000_000_000, 20_000_000):
+            recorder.commanded(t_ns, HOME)
+    assert read_run(run).end_ns > 0
+    convert(run, folder / "fox.mcap")
+    with pytest.raises(RecordingError, match="exists already"):
+        convert(run, folder / "fox.mcap")
+    return folder / "fox.mcap"
+
+
+def test_a_recording_carries_well_known_schemas(converted: Path) -> None:
+    with converted.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    names = {summary.schemas[one.schema_id].name for one in summary.channels.values()}
+    assert {"foxglove.FrameTransforms", "foxglove.SceneUpdate", "foxglove.PoseInFrame",
+            "foxglove.LaserScan", "foxglove.Log"} >= names  # fmt: skip
+    assert {"foxglove.FrameTransforms", "foxglove.SceneUpdate", "foxglove.Log"} <= names
+
+
+def test_the_scene_is_the_robot(converted: Path) -> None:
+    """Its rods have the robot's lengths, and the platform is where the linkage puts it."""
+    with converted.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        found = {channel.topic: message for _, channel, _, message in
+                 reader.iter_decoded_messages()}  # fmt: skip
+    (robot,) = found["/robot"].entities
+    lengths = sorted(round(part.size.z, 3) for part in robot.cylinders)
+    assert lengths == [0.012, 0.012, 0.25, 0.25, 0.25, *[0.5] * 6]
+    (platform,) = [one for one in found["/tf"].transforms if one.child_frame_id == "platform"]
+    place = found["/pose/commanded"].pose.position
+    assert (platform.translation.x, platform.translation.y) == pytest.approx((0, 0), abs=1e-9)
+    assert platform.translation.z == place.z < -0.3
+    assert found["/log"].message == "begins"
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_quaternions_turn_as_their_matrix(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    matrix, _ = np.linalg.qr(rng.standard_normal((3, 3)))
+    matrix = matrix * np.sign(np.linalg.det(matrix))
+    *imaginary, w = four_parts(matrix)
+    vector = rng.standard_normal(3)
+    u = np.array(imaginary)
+    turned = vector + 2.0 * np.cross(u, np.cross(u, vector) + w * vector)
+    assert turned == pytest.approx(matrix @ vector, abs=1e-9)
+    assert math.hypot(*imaginary, w) == pytest.approx(1.0)
+
+
+class OneStatus:
+    """A link that has heard one status."""
+
+    def __init__(self, status: Status):
+        self.seen = Seen(1, time.monotonic(), status, "")
+
+
+def test_the_live_server_announces_the_robot_and_sends_it() -> None:
+    sensors = tuple(SensorStatus(axis, 0.6, 0.01, "good", 9.0, "ok") for axis in "xyz")
+    status = Status("ready", "", "zhao-2023", True, 1.0, HOME, None, None, None, None, 0.0, None,
+                    (), None, "", 0, sensors)  # fmt: skip
+    server = LiveServer(OneStatus(status), Beliefs(), "127.0.0.1", 0)  # type: ignore[arg-type]
+    try:
+        server.look()
+        with connect(f"ws://127.0.0.1:{server.port}", subprotocols=["foxglove.sdk.v1"]) as viewer:  # type: ignore[list-item]
+            said = [json.loads(viewer.recv(timeout=10.0)) for _ in range(2)]
+            offered = {one["topic"]: one for told in said if told["op"] == "advertise"
+                       for one in told["channels"]}  # fmt: skip
+            assert offered["/robot"]["schemaName"] == "foxglove.SceneUpdate"
+            ask = {"op": "subscribe",
+                   "subscriptions": [{"id": 1, "channelId": offered["/robot"]["id"]}]}  # fmt: skip
+            viewer.send(json.dumps(ask))
+            time.sleep(0.3)
+            server._last = -1
+            server.look()
+            message = viewer.recv(timeout=10.0)
+            assert isinstance(message, bytes)
+            assert b"robot" in message
+    finally:
+        server.close()
+
+
+def test_the_layout_names_topics_that_exist(converted: Path) -> None:
+    layout = json.loads((files("web.foxglove") / "layout.json").read_text())
+    with converted.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    there = {one.topic for one in summary.channels.values()}
+    there |= {"/range/x", "/range/y", "/range/z", "/measured_ball", "/pose/target"}
+    assert set(layout["configById"]["3D!robot"]["topics"]) <= there
