@@ -173,7 +173,8 @@ def main() -> None:
             shown, had = look(bench, given.seconds)
             seen = opened[0].execute_script("return window.seen")
             print(f"{given.pages} page(s) open: page {shown['page']:5.1f} %  daemon "
-                  f"{shown['daemon']:5.1f} % of a core, schedule slipped {shown['slip_ms']:.2f} ms")  # fmt: skip
+                  f"{shown['daemon']:5.1f} % of a core, "
+                  f"schedule slipped {shown['slip_ms']:.2f} ms")  # fmt: skip
             lag = 1e3 * lags_s(had, seen)
             gaps = np.diff([when for when, _ in seen])
             print(f"update rate: {1e3 / gaps.mean():.1f} Hz; longest gap {gaps.max():.0f} ms")

@@ -10,7 +10,6 @@ from rich.box import SIMPLE_HEAD
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from command_line.check import say_covered
 from command_line.jobs import JsonOption
 from command_line.output import console, errors, millimetres, print_json, say
 from foundation.extras import needs
@@ -97,6 +96,8 @@ def _say(story: Story) -> None:
     for name, run in runs:
         table.add_row(name, millimetres(run.rms_m), millimetres(run.worst_m))
     console.print(table)
+    from command_line.check import say_covered
+
     say_covered(story.coverage)
 
 
