@@ -206,7 +206,7 @@ def rest(outcome: Outcome) -> Rest:
     scores = tests.scores(solution)
     ranked = [
         (entry.free, float(scores.gain[i]), float(scores.log_p[i]))
-        for i, entry in enumerate(tests.prepared.bank.entries)
+        for i, entry in enumerate(tests.prepared.library.entries)
         if entry.free
     ]
     free, gain, log_p = min([*ranked, *tests.fine_scores(solution)], key=lambda item: item[2])

@@ -11,7 +11,7 @@ import numpy as np
 from diagnosis.admission.plausibility import check_input
 from diagnosis.answer.assembly import assembled
 from diagnosis.answer.records import Diagnosis, Finding, Fit
-from diagnosis.estimation.budget import Patience
+from diagnosis.estimation.budget import Budget
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.evidence.change_points import stale_runs, without_stale
 from diagnosis.evidence.detection import Progress
@@ -35,15 +35,15 @@ def diagnose_model(
     motion_limits: MotionLimits | None = None,
     thorough: bool = False,
 ) -> Diagnosis:
-    """Detect, locate, name, settle, size, hold out. Raises RecordingError for bad input.
+    """Detect, locate, name, resolved, size, hold out. Raises RecordingError for bad input.
 
     thorough: compare everything, however much work it is.
     """
     check_input(model)
     progress("noise of the readings")
     runs = stale_runs(model.readings, traits_of(model).repeating)
-    patience = Patience() if thorough else Patience.for_rows(len(model.readings.t_s))
-    prepared = prepare(model, without_stale(model.readings.valid, model.readings, runs), patience)
+    budget = Budget() if thorough else Budget.for_rows(len(model.readings.t_s))
+    prepared = prepare(model, without_stale(model.readings.valid, model.readings, runs), budget)
     progress("searching for what is missing")
     explained = explain(prepared, rad_per_step, progress)
     fitter, solution = final_fit(explained, prepared.valid)
@@ -60,13 +60,13 @@ def diagnose_model(
     hidden, smallest = limits(explained.search.tests)
     progress("what run would tell more")
     searched = explained.search
-    searched.prepared.bank.forget_white()
+    searched.prepared.library.forget_white()
     plan = propose(model, searched.fitter.whiten, outcome.stands, explained.solution, motion_limits)
     p = min([explained.first_p, *(run_p for run_p in _stale_p(found))])
     return assembled(
         found, fit, p, left,
         loosely_built=explained.loosely_built,
-        ended_early=patience.ended,
+        ended_early=budget.ended,
         next_experiment=plan.experiment,
         open_ties=plan.open,
         not_testable=hidden,

@@ -1,4 +1,4 @@
-"""Patience: how much work the search for causes may be before it ends with the best it has.
+"""Budget: how much work the search for causes may be before it ends with the best it has.
 
 Counted in predictions of a whole recording, not in seconds: the same recording gives the same
 answer on a fast machine and on a slow one, on one core and on two.
@@ -41,20 +41,20 @@ class Until(Enum):
     """The noise is taken once more, and the search goes on under it."""
     GROWN = 0.5
     """One more effect is looked for, and each of the others reconsidered beside it."""
-    DOUBTED = 0.55
+    PAIRED = 0.55
     """Whether an effect only looks like two others, or several are a group."""
     REVIEWED = 0.75
     """Which of the effects are needed beside small errors everywhere."""
     SHAPED = 0.8
     """Free shapes other than the likeliest, and a second one."""
-    LOOSELY_BUILT = 0.85
+    TOLERANCES = 0.85
     """What else small errors everywhere need."""
-    SETTLED = 0.9
+    RESOLVED = 0.9
     """A rival that turned out to be worth more takes the place of a finding."""
 
 
 @dataclass(slots=True, eq=False)
-class Patience:
+class Budget:
     """Work that a search may be, and has been."""
 
     most: float = inf
@@ -63,7 +63,7 @@ class Patience:
     """Something was not begun any more."""
 
     @classmethod
-    def for_rows(cls, rows: int) -> Patience:
+    def for_rows(cls, rows: int) -> Budget:
         """That of a recording of so many rows; one that is longer takes longer."""
         return cls(PREDICTIONS * max(1.0, ROWS / rows))
 

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 from scipy.sparse import csr_array
 
-from diagnosis.estimation.budget import PRODUCTS, Patience
+from diagnosis.estimation.budget import PRODUCTS, Budget
 from diagnosis.estimation.change_point_search import better_moment
 from diagnosis.estimation.change_point_timing import aligned
 from diagnosis.estimation.estimate import Solution
@@ -47,10 +47,10 @@ class Fitter:
         model: Model,
         whitener: Whitener,
         nuisances: Sequence[Nuisance],
-        patience: Patience | None = None,
+        budget: Budget | None = None,
     ):
         self.model = model
-        self.patience = patience or Patience()
+        self.budget = budget or Budget()
         self.whiten = whitener
         self.nuisances = tuple(nuisances)
         self.observed = np.nan_to_num(model.readings.values)
@@ -77,7 +77,7 @@ class Fitter:
 
     def predict(self, terms: Sequence[Term]) -> FloatArray:
         """Channels (n, channels) with the terms at work."""
-        self.patience.spend()
+        self.budget.spend()
         return self.model.predict(terms)
 
     def _residual(self, predicted: FloatArray, nuisances: Sequence[Term]) -> FloatArray:
@@ -104,9 +104,9 @@ class Fitter:
         fresh = [place for place in places[len(columns) :] if place not in self._kept]
         tasks = [partial(self._column, everything, number, i, predicted) for number, i in fresh]
         many = len(tasks) >= MANY_COLUMNS
-        with self.patience.not_counted():
+        with self.budget.not_counted():
             worked = self.side_by_side(tasks) if many else [task() for task in tasks]
-        self.patience.spend(sum(number not in small for number, _ in places[len(columns) :]))
+        self.budget.spend(sum(number not in small for number, _ in places[len(columns) :]))
         new = dict(zip(fresh, worked, strict=True))
         for number, i in places[len(columns) :]:
             if (number, i) in self._kept:
@@ -197,7 +197,7 @@ class Fitter:
             if slopes is None:
                 tangent = self.tangent(at.terms, at.nuisances, at.predicted, known)
                 columns = tangent.shape[1]
-                self.patience.spend(columns * (columns + basis.shape[1]) / PRODUCTS)
+                self.budget.spend(columns * (columns + basis.shape[1]) / PRODUCTS)
                 slopes, fresh = Slopes(tangent, basis), known is None
                 known = known if steps < RETIMED else None
             step, promised = slopes.bounded_step(at.everything, at.residual, at.taken, damping)
@@ -257,7 +257,7 @@ class Fitter:
         )
 
     def _slopes(self, at: Point, frees: tuple[FreeShape, ...]) -> FloatArray:
-        with self.patience.not_counted():
+        with self.budget.not_counted():
             own = self.tangent(at.terms, at.nuisances, at.predicted)
         # One column after another, as whoever leaves some of them out copies them.
         return np.concatenate([own.T, self._linear(frees)[0].T]).T
@@ -275,7 +275,7 @@ class Fitter:
         candidates = [*model.candidates, *model.groups, *(term.candidate for term in terms)]
         kinds = [*VOCABULARY.values(), *(one.kind for one in candidates)]
         known = [self, *terms, *candidates, *kinds, *shapes]
-        return self.patience.side_by_side(tasks, known)
+        return self.budget.side_by_side(tasks, known)
 
 
 def _moved_values(terms: Sequence[Term]) -> FloatArray:

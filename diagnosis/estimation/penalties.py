@@ -9,14 +9,14 @@ import numpy as np
 from diagnosis.estimation.splines import FreeShape
 from diagnosis.plants.candidate import Candidate, Term
 
-PRICE = 4.0
+COORDINATE_PENALTY = 4.0
 """Chi-square each coordinate of a candidate has to earn beyond the others."""
 IN_NAME_ONLY = 50.0
 """An effect that does not do what it is called after bends like any shape, and costs like one."""
 WHOLE_TRAVEL = 0.97
-GROUP_PRICE = 10.0
+GROUP_PENALTY = 10.0
 """That three arms err alike is less likely than one other cause that looks the same."""
-EVENT_PRICE = 14.0
+EVENT_PENALTY = 14.0
 FREE_PRICE = 26.0
 
 
@@ -27,25 +27,25 @@ class Trial:
     start: Term
     gain: float
     log_p: float
-    price: float
+    penalty: float
 
 
-def price(candidate: Candidate) -> float:
+def penalty(candidate: Candidate) -> float:
     """What a candidate must earn."""
     if candidate.kind.event:
-        return EVENT_PRICE
-    together = GROUP_PRICE if candidate.members else 0.0
-    return PRICE * len(candidate.moved) + candidate.kind.penalty + together
+        return EVENT_PENALTY
+    together = GROUP_PENALTY if candidate.members else 0.0
+    return COORDINATE_PENALTY * len(candidate.moved) + candidate.kind.penalty + together
 
 
-def free_price(free: FreeShape) -> float:
+def spline_penalty(free: FreeShape) -> float:
     """What a free shape must earn: more than any named effect, and more the finer it is."""
     return FREE_PRICE + 2.0 * free.size
 
 
-def price_of(term: Term) -> float:
+def penalty_of(term: Term) -> float:
     """What a term must earn where the fit has brought it."""
-    return price(term.candidate) + (IN_NAME_ONLY if _in_name_only(term) else 0.0)
+    return penalty(term.candidate) + (IN_NAME_ONLY if _in_name_only(term) else 0.0)
 
 
 def _in_name_only(term: Term) -> bool:

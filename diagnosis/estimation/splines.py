@@ -34,7 +34,7 @@ class FreeShape:
     driver: str
     basis: csr_array
     knots: FloatArray
-    kind: Literal["spline", "way", "rhythm"] = "spline"
+    kind: Literal["spline", "way", "sinusoid"] = "spline"
     rate_hz: float = 0.0
 
     @property
@@ -54,7 +54,7 @@ class FreeShape:
 
     def basis_for(self, driver: FloatArray) -> csr_array:
         """The same shape over another run of its driver, (n, k)."""
-        if self.kind == "rhythm":
+        if self.kind == "sinusoid":
             return waves(driver, self.rate_hz)
         basis = spline_basis(driver, self.knots)
         return basis if self.kind == "spline" else two_way(driver, basis)

@@ -11,10 +11,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from diagnosis.answer.verdict import ALARM
-from diagnosis.estimation.budget import Patience
+from diagnosis.estimation.budget import Budget
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
-from diagnosis.estimation.penalties import Trial, price
+from diagnosis.estimation.penalties import Trial, penalty
 from diagnosis.estimation.splines import Score
 from diagnosis.evidence.change_points import Jump, jumps
 from diagnosis.evidence.chi2_tail import log_sf
@@ -36,7 +36,7 @@ class Detection:
     rad_per_step: float
     progress: Progress = lambda _: None
     known: Calibration | None = None
-    """Of the same bank under nearly the same noise, where there is one."""
+    """Of the same library under nearly the same noise, where there is one."""
     calibration: Calibration = field(init=False)
     empty: Solution = field(init=False)
     scores_of_empty: Scores = field(init=False)
@@ -51,7 +51,7 @@ class Detection:
         self.scores_of_empty = self.scores(self.empty)
 
     def _calibrated(self) -> Calibration:
-        """Of the bank, while the fine shapes are scored that are asked for first."""
+        """Of the library, while the fine shapes are scored that are asked for first."""
         tasks: list[Callable[[], Any]] = [
             partial(calibrate, self.prepared.scorer, self.empty.basis),
             partial(self._score_fine, self.empty),
@@ -62,9 +62,9 @@ class Detection:
         return calibration
 
     @property
-    def patience(self) -> Patience:
+    def budget(self) -> Budget:
         """How much more the search may be."""
-        return self.fitter.patience
+        return self.fitter.budget
 
     @property
     def fitter(self) -> Fitter:
@@ -72,7 +72,7 @@ class Detection:
         return self.prepared.fitter
 
     def scores(self, solution: Solution) -> Scores:
-        """Scores of the whole bank against a solution."""
+        """Scores of the whole library against a solution."""
         if solution not in self._scored:
             scores = self.prepared.scorer.against(solution.free_basis, solution.residual)
             self._scored[solution] = scores
@@ -85,14 +85,18 @@ class Detection:
         return joints * self.prepared.model.readings.span_s
 
     def p(self, log_p: float) -> float:
-        """Calibrated p of the smallest p of bank and scan together."""
+        """Calibrated p of the smallest p of library and scan together."""
         tests = self.calibration.tests + self.event_tests
         return Calibration(tests).p(log_p)
 
-    def doubt_of(self, candidate: Candidate) -> float:
+    def tolerance_factor_of(self, candidate: Candidate) -> float:
         """How many times more an exact machine may show of it than noise does."""
-        scorer, entries = self.prepared.scorer, self.prepared.bank.entries
-        own = [scorer.doubt[k] for k, entry in enumerate(entries) if entry.key == candidate.key]
+        scorer, entries = self.prepared.scorer, self.prepared.library.entries
+        own = [
+            scorer.tolerance_factor[k]
+            for k, entry in enumerate(entries)
+            if entry.key == candidate.key
+        ]
         return float(max(own, default=1.0))
 
     def first_p(self) -> float:
@@ -109,7 +113,7 @@ class Detection:
         return self._jumped[solution]
 
     def fine_scores(self, solution: Solution) -> list[Score]:
-        """Finely resolved free shapes and rhythms with their gain and log p, best first."""
+        """Finely resolved free shapes and sinusoid_scores with their gain and log p, best first."""
         if solution not in self._fine:
             self._fine[solution] = self._score_fine(solution)
         return self._fine[solution]
@@ -125,7 +129,7 @@ class Detection:
         scores = self.scores(solution)
         taken = {term.candidate.key for term in solution.terms} | set(without)
         best: dict[tuple[str, ...], Trial] = {}
-        for number, entry in enumerate(self.prepared.bank.entries):
+        for number, entry in enumerate(self.prepared.library.entries):
             if entry.candidate is None or entry.key in taken:
                 continue
             if entry.candidate.members and not groups:
@@ -134,7 +138,7 @@ class Detection:
             if trial.log_p <= 0.0 and (entry.key not in best or trial.gain > best[entry.key].gain):
                 best[entry.key] = trial
         found = [*best.values(), *self._jump_trials(solution, taken)]
-        return sorted(found, key=lambda t: t.price - t.gain)
+        return sorted(found, key=lambda t: t.penalty - t.gain)
 
     def any_shows(self, trials: Sequence[Trial]) -> bool:
         """Whether some named candidate does more than chance of what a solution leaves."""
@@ -144,7 +148,7 @@ class Detection:
         return [
             Trial(
                 Term(jump.candidate, np.array(jump.candidate.shapes[0].origin)),
-                jump.gain, log_sf(jump.gain, 1), price(jump.candidate),
+                jump.gain, log_sf(jump.gain, 1), penalty(jump.candidate),
             )
             for jump in self._jumps(solution)
             if jump.candidate.key not in taken
@@ -154,7 +158,7 @@ class Detection:
 def _trial(entry: Entry, scores: Scores, number: int) -> Trial:
     assert entry.candidate is not None
     start, gain = start_of(entry, scores.step[number]), float(scores.gain[number])
-    log_p, cost = float(scores.log_p[number]), price(entry.candidate)
+    log_p, cost = float(scores.log_p[number]), penalty(entry.candidate)
     if start is None:
         assert entry.shape is not None
         return Trial(Term(entry.candidate, np.array(entry.shape.origin)), 0.0, 0.0, cost)

@@ -13,15 +13,15 @@ from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.estimation.splines import FreeShape, Score
 from diagnosis.evidence.chi2_tail import log_sf
-from diagnosis.evidence.score_test import doubt, gain_alone
-from diagnosis.evidence.sinusoids import rhythms
+from diagnosis.evidence.score_test import gain_alone, tolerance_factor
+from diagnosis.evidence.sinusoids import sinusoid_scores
 from diagnosis.observations.readings import FloatArray
 
 
 def scores_of(
     shapes: Sequence[FreeShape], fitter: Fitter, solution: Solution, small: FloatArray | None
 ) -> list[Score]:
-    """Each shape's score, and those of the rhythms.
+    """Each shape's score, and those of the sinusoid_scores.
 
     small: whitened changes by what no robot file can promise, (m, k).
     """
@@ -39,10 +39,10 @@ def scores_of(
         gram = (columns.T @ columns).toarray()
         left = gram - shared @ shared.T
         gain, rank = gain_alone(left, columns.T @ rest, np.diag(gram))
-        doubted = 1.0 if small is None else doubt(left, columns.T @ small)
+        doubted = 1.0 if small is None else tolerance_factor(left, columns.T @ small)
         return gain, log_sf(gain / doubted, rank)
 
-    tasks: list[Callable[[], Any]] = [partial(rhythms, fitter, solution)]
+    tasks: list[Callable[[], Any]] = [partial(sinusoid_scores, fitter, solution)]
     tasks += [partial(score, free) for free in shapes]
     beats, *scores = side_by_side(tasks)
     return [*((free, *own) for free, own in zip(shapes, scores, strict=True)), *beats]

@@ -61,7 +61,7 @@ def tied_drivers(
     bare: the fit without the shape. On a circle an arm's angle tells its speed, and no test on
     that circle can say which of them an error follows.
     """
-    if free.kind == "rhythm":
+    if free.kind == "sinusoid":
         return []
     limit = 2.0 * _explained(fitter, bare, free)[1] + TIED
     rivals = [

@@ -1,4 +1,4 @@
-"""The bank of tests: columns of every candidate at every shape, and of every free shape."""
+"""The library of candidates: columns of every candidate at every shape, and of every free shape."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PARTS = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Entry:
-    """One test: a candidate at a shape (or a free shape) and its columns in the bank."""
+    """One test: a candidate at a shape (or a free shape) and its columns in the library."""
 
     candidate: Candidate | None
     shape: Shape | None
@@ -52,13 +52,13 @@ class Entry:
 
 
 @dataclass(slots=True, eq=False)
-class Bank:
+class Library:
     """Entries, and their columns under a noise model; the raw ones of free shapes, of which each
     sample meets a few, are made where they are needed.
     """
 
     entries: list[Entry] = field(default_factory=list)
-    secants: dict[int, FloatArray] = field(default_factory=dict)
+    regressors: dict[int, FloatArray] = field(default_factory=dict)
     """Raw columns (k, channels, n) of candidates, by the number of the entry."""
     ports: Mapping[str, FloatArray] = field(default_factory=dict)
     """How each port changes the channels, (n, channels)."""
@@ -68,7 +68,7 @@ class Bank:
 
     def add(self, raw: FloatArray, candidate: Candidate, shape: Shape) -> None:
         """Append a candidate at a shape, with columns (k, channels, n)."""
-        self.secants[len(self.entries)] = raw
+        self.regressors[len(self.entries)] = raw
         self.entries.append(Entry(candidate, shape, None, self._next(len(raw))))
 
     def add_free(self, free: FreeShape) -> None:
@@ -83,7 +83,7 @@ class Bank:
         """All columns as they are in the channels, (c, channels, n)."""
         return np.concatenate(
             [
-                self.secants[number]
+                self.regressors[number]
                 if entry.free is None
                 else _laid_out(entry.free.columns(self.ports[entry.free.port]))
                 for number, entry in enumerate(self.entries)
@@ -99,7 +99,7 @@ class Bank:
         for number, entry in enumerate(self.entries):
             part = weights[entry.columns]
             if entry.free is None:
-                own = np.tensordot(self.secants[number], part.astype(np.float32), axes=(0, 0))
+                own = np.tensordot(self.regressors[number], part.astype(np.float32), axes=(0, 0))
                 changed += own.swapaxes(0, 1)
             else:
                 shapes[entry.free.port][:, 0] += entry.free.basis @ part
@@ -118,7 +118,7 @@ class Bank:
             for number in numbers:
                 entry = self.entries[number]
                 if entry.free is None:
-                    white[entry.columns] = fitter.whiten.each(self.secants[number])
+                    white[entry.columns] = fitter.whiten.each(self.regressors[number])
                 else:
                     white[entry.columns] = (ports[entry.free.port] @ entry.free.basis).T.toarray()
 
@@ -128,7 +128,7 @@ class Bank:
 
     def forget_raw(self) -> None:
         """Make room: the columns have been whitened for the last time."""
-        self.secants.clear()
+        self.regressors.clear()
 
     def forget_white(self) -> None:
         """Make room: no solution is scored any more."""
@@ -159,29 +159,29 @@ def _shared(rows: int, columns: int) -> Any:
     return np.frombuffer(room, dtype=np.float32).reshape(rows, columns)
 
 
-def build(model: Model) -> Bank:
+def build(model: Model) -> Library:
     """Columns around the nominal machine."""
-    bank = Bank()
+    library = Library()
     always = [nuisance.term for nuisance in model.nuisances]
     nominal = model.predict(always)
     candidates = [*model.candidates, *model.groups]
     tasks = [partial(_columns_of, model, one, nominal) for one in candidates]
     for candidate, columns in zip(candidates, side_by_side(tasks), strict=True):
         for number, raw in columns.items():
-            bank.add(raw, candidate, candidate.shapes[number])
+            library.add(raw, candidate, candidate.shapes[number])
         if not columns:
-            bank.silent.append(candidate)
-    bank.ports = model.ports()
+            library.silent.append(candidate)
+    library.ports = model.ports()
     for free in free_shapes(model):
-        bank.add_free(free)
-    return bank
+        library.add_free(free)
+    return library
 
 
 def _columns_of(model: Model, candidate: Candidate, nominal: FloatArray) -> dict[int, FloatArray]:
     """Columns (k, channels, n) of a candidate, by the number of the shape that shows any."""
     columns = {}
     for number, shape in enumerate(candidate.shapes):
-        raw = secants(model, candidate, shape, nominal)
+        raw = regressors(model, candidate, shape, nominal)
         if np.abs(raw).max(initial=0.0) * shape.reach > LEAST_CHANGE:
             columns[number] = _laid_out(raw)
     return columns
@@ -192,7 +192,7 @@ def _laid_out(raw: FloatArray) -> FloatArray:
     return np.ascontiguousarray(raw.T, dtype=np.float32)
 
 
-def secants(model: Model, candidate: Candidate, shape: Shape, nominal: FloatArray) -> FloatArray:
+def regressors(model: Model, candidate: Candidate, shape: Shape, nominal: FloatArray) -> FloatArray:
     """Change of the channels per unit of each linear coordinate, (n, channels, k)."""
     always = [nuisance.term for nuisance in model.nuisances]
     origin = np.array(shape.origin)

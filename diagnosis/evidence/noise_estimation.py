@@ -1,6 +1,6 @@
 """From a model to a fitter with a noise model: the noise comes from a saturated fit.
 
-The residual of the whole bank at once (every effect, every free shape) holds hardly any mismatch,
+The residual of the whole library at once (every effect, every spline) holds hardly any mismatch,
 whatever is wrong with the machine: its autocorrelation, spread and outliers are those of the
 readings.
 """
@@ -12,14 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.estimation.blocks import blocks_of
-from diagnosis.estimation.budget import NOISE, Patience
+from diagnosis.estimation.budget import NOISE, Budget
 from diagnosis.estimation.file_tolerances import small_errors
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import estimate
 from diagnosis.estimation.splines import FINE_PIECES, FreeShape, free_shapes, way_shapes
-from diagnosis.evidence.library import Bank, build
+from diagnosis.evidence.library import Library, build
 from diagnosis.evidence.saturated_model import Saturated, given_back
-from diagnosis.evidence.score_test import Scorer, doubt
+from diagnosis.evidence.score_test import Scorer, tolerance_factor
 from diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
 from diagnosis.plants.contract import Model
 
@@ -33,11 +33,11 @@ class Prepared:
 
     model: Model
     fitter: Fitter
-    bank: Bank
+    library: Library
     scorer: Scorer
     valid: BoolArray
     fine: list[FreeShape]
-    """Finely resolved free shapes and those of place and way, tested apart from the bank."""
+    """Finely resolved free shapes and those of place and way, tested apart from the library."""
     floor: FloatArray
     """Residual that the saturated fit leaves, (n, channels): the noise."""
     small: FloatArray | None = None
@@ -46,34 +46,34 @@ class Prepared:
     @property
     def shapes(self) -> list[FreeShape]:
         """All free shapes, coarse and fine."""
-        return [*(entry.free for entry in self.bank.entries if entry.free), *self.fine]
+        return [*(entry.free for entry in self.library.entries if entry.free), *self.fine]
 
 
-def prepare(model: Model, valid: BoolArray, patience: Patience | None = None) -> Prepared:
-    """Noise model, whitened bank and scorer around the nominal machine.
+def prepare(model: Model, valid: BoolArray, budget: Budget | None = None) -> Prepared:
+    """Noise model, whitened library and scorer around the nominal machine.
 
-    patience: how much the search that follows may be; without it, as much as there is to do.
+    budget: how much the search that follows may be; without it, as much as there is to do.
     """
     fine = [*free_shapes(model, FINE_PIECES), *way_shapes(model)]
     predicted = model.predict([n.term for n in model.nuisances])
-    return _prepared(model, valid, build(model), fine, predicted, ROUNDS, patience)
+    return _prepared(model, valid, build(model), fine, predicted, ROUNDS, budget)
 
 
 def once_more(before: Prepared, predicted: FloatArray) -> Prepared:
     """The same with noise and outliers by a better prediction, from a first round of naming."""
-    patience = before.fitter.patience
-    patience.spend(NOISE)
-    return _prepared(before.model, before.valid, before.bank, before.fine, predicted, 1, patience)
+    budget = before.fitter.budget
+    budget.spend(NOISE)
+    return _prepared(before.model, before.valid, before.library, before.fine, predicted, 1, budget)
 
 
 def _prepared(
     model: Model,
     valid: BoolArray,
-    bank: Bank,
+    library: Library,
     fine: list[FreeShape],
     predicted: FloatArray,
     rounds: int,
-    patience: Patience | None,
+    budget: Budget | None,
 ) -> Prepared:
     readings = model.readings
     residual = np.nan_to_num(readings.values) - predicted
@@ -81,28 +81,30 @@ def _prepared(
     whitener = estimate(readings, valid, residual)
     for _ in range(rounds):
         fitter = Fitter(model, whitener, model.nuisances)
-        bank.whiten(fitter)
-        fit = Saturated(bank, fitter)
+        library.whiten(fitter)
+        fit = Saturated(library, fitter)
         left = residual - fit(residual)
         whitener = estimate(readings, valid, left)
     whitener, larger = given_back(fit, whitener, valid)
-    fitter = Fitter(model, whitener, model.nuisances, patience)
-    bank.whiten(fitter)
-    scorer = Scorer(bank)
-    scorer.inflation = _inflation(bank, fitter, fitter.whiten(left))
+    fitter = Fitter(model, whitener, model.nuisances, budget)
+    library.whiten(fitter)
+    scorer = Scorer(library)
+    scorer.inflation = _inflation(library, fitter, fitter.whiten(left))
     small = small_errors(fitter, [n.term for n in model.nuisances])[: fitter.rows]
-    with_small = np.asarray(bank.white.T @ small.astype(np.float32), dtype=np.float64)
-    parts = [entry.columns for entry in bank.entries]
-    scorer.doubt = np.array([doubt(scorer.gram[p, p], with_small[p]) for p in parts])
-    return Prepared(model, fitter, bank, scorer, valid, fine, left * larger, small)
+    with_small = np.asarray(library.white.T @ small.astype(np.float32), dtype=np.float64)
+    parts = [entry.columns for entry in library.entries]
+    scorer.tolerance_factor = np.array(
+        [tolerance_factor(scorer.gram[p, p], with_small[p]) for p in parts]
+    )
+    return Prepared(model, fitter, library, scorer, valid, fine, left * larger, small)
 
 
-def _inflation(bank: Bank, fitter: Fitter, floor: FloatArray) -> FloatArray:
+def _inflation(library: Library, fitter: Fitter, floor: FloatArray) -> FloatArray:
     """How much more the score of each entry scatters from block to block than white noise would."""
     blocks = blocks_of(fitter)
-    inflation = np.ones(len(bank.entries))
-    for number, entry in enumerate(bank.entries):
-        column = bank.white[:, entry.columns.start]
+    inflation = np.ones(len(library.entries))
+    for number, entry in enumerate(library.entries):
+        column = library.white[:, entry.columns.start]
         sums = np.bincount(blocks, weights=column * floor)
         plain = float(column.astype(np.float64) @ column)
         if plain > 0.0:

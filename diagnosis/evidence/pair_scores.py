@@ -21,7 +21,7 @@ from diagnosis.plants.candidate import Candidate, Term
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pair:
-    """Two starts for a refit, and what both together gain beyond their prices."""
+    """Two starts for a refit, and what both together gain beyond their penalties."""
 
     starts: tuple[Term, Term]
     value: float
@@ -32,19 +32,19 @@ def best_pairs(
     basis: FloatArray,
     residual: FloatArray,
     entries: list[int],
-    price: Callable[[Candidate], float],
+    penalty: Callable[[Candidate], float],
     most: int,
 ) -> list[Pair]:
-    """The best pairs of bank entries against a solution's basis (m, p) and residual (m,)."""
+    """The best pairs of library entries against a solution's basis (m, p) and residual (m,)."""
     shared, along = scorer.project(basis, residual)
     information = scorer.gram - shared @ shared.T
-    of = scorer.bank.entries
-    prices = {number: price(candidate_of(of[number])) for number in entries}
+    of = scorer.library.entries
+    penalties = {number: penalty(candidate_of(of[number])) for number in entries}
     ranked: list[tuple[float, int, int, FloatArray]] = []
     for columns, pairs in _alike(scorer, entries):
         square = columns[:, :, None], columns[:, None, :]
         step, gain, _ = gain_of(information[square], along[columns], diagonals(scorer.gram[square]))
-        values = gain - np.array([prices[one] + prices[two] for one, two in pairs])
+        values = gain - np.array([penalties[one] + penalties[two] for one, two in pairs])
         ranked += [(-v, *pair, s) for v, pair, s in zip(values, pairs, step, strict=True)]
     found: list[Pair] = []
     for value, one, two, step in sorted(ranked, key=lambda item: item[:3]):
@@ -59,7 +59,7 @@ def best_pairs(
 def _alike(scorer: Scorer, entries: list[int]) -> Iterator[tuple[IntArray, list[tuple[int, int]]]]:
     """All pairs with as many columns: these, (pairs, k), and the pairs."""
     groups: dict[int, list[tuple[int, int]]] = {}
-    columns = {number: list(scorer.bank.entries[number].numbers) for number in entries}
+    columns = {number: list(scorer.library.entries[number].numbers) for number in entries}
     for one, two in combinations(entries, 2):
         groups.setdefault(len(columns[one]) + len(columns[two]), []).append((one, two))
     for pairs in groups.values():
@@ -69,7 +69,7 @@ def _alike(scorer: Scorer, entries: list[int]) -> Iterator[tuple[IntArray, list[
 def leading(scorer: Scorer, scores: Scores, taken: set[tuple[str, ...]]) -> list[int]:
     """The best entry of every candidate that is not taken."""
     best: dict[tuple[str, ...], int] = {}
-    for number, entry in enumerate(scorer.bank.entries):
+    for number, entry in enumerate(scorer.library.entries):
         if entry.candidate is None or entry.candidate.members or entry.key in taken:
             continue
         if entry.key not in best or scores.gain[number] > scores.gain[best[entry.key]]:

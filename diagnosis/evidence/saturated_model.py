@@ -1,4 +1,4 @@
-"""The fit of the whole bank at once, and what it takes out of the noise that it is to show.
+"""The fit of the whole library at once, and what it takes out of the noise that it is to show.
 
 Hundreds of columns also follow the noise a little, its slow part most: what they leave has too
 small a spread and too short a memory, and scores whitened by that come out too large. By how much
@@ -16,7 +16,7 @@ from scipy.linalg import lu_factor, lu_solve
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import ChannelNoise, Whitener, estimate, stationary
 from diagnosis.estimation.side_by_side import side_by_side
-from diagnosis.evidence.library import Bank
+from diagnosis.evidence.library import Library
 from diagnosis.observations.readings import BoolArray, FloatArray
 
 RIDGE = 1e-5
@@ -29,22 +29,22 @@ SEED = 20261121
 
 
 class Saturated:
-    """Least squares of all columns of a whitened bank together."""
+    """Least squares of all columns of a whitened library together."""
 
-    def __init__(self, bank: Bank, fitter: Fitter):
-        gram = bank.gram()
-        self.bank = bank
+    def __init__(self, library: Library, fitter: Fitter):
+        gram = library.gram()
+        self.library = library
         self.fitter = fitter
         self.scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
         matrix = gram / np.outer(self.scale, self.scale) + RIDGE * np.eye(len(gram))
         self.factor = lu_factor(matrix, overwrite_a=True)
 
     def __call__(self, residual: FloatArray) -> FloatArray:
-        """What the whole bank explains of residuals, (n, channels) or (n, channels, k)."""
+        """What the whole library explains of residuals, (n, channels) or (n, channels, k)."""
         white = self.fitter.whiten(residual).astype(np.float32)
-        along = np.asarray(self.bank.white.T @ white, dtype=np.float64)
+        along = np.asarray(self.library.white.T @ white, dtype=np.float64)
         weights = (lu_solve(self.factor, (along.T / self.scale).T).T / self.scale).T
-        return self.bank.explained(weights)
+        return self.library.explained(weights)
 
 
 def given_back(fit: Saturated, whiten: Whitener, valid: BoolArray) -> tuple[Whitener, FloatArray]:

@@ -1,4 +1,4 @@
-"""Score tests of the whole bank against a fitted model, and the calibrated p of their maximum."""
+"""Score tests of a library of candidates, and the calibrated p of their maximum."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from diagnosis.evidence.chi2_tail import log_sfs
-from diagnosis.evidence.library import Bank
+from diagnosis.evidence.library import Library
 from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 
 DRAWS = 1000
@@ -30,18 +30,18 @@ class Scores:
 
 
 class Scorer:
-    """Projects the bank on what a solution leaves free."""
+    """Projects the library on what a solution leaves free."""
 
-    def __init__(self, bank: Bank, inflation: FloatArray | None = None):
-        self.bank = bank
-        self.inflation = np.ones(len(bank.entries)) if inflation is None else inflation
-        self.doubt = np.ones(len(bank.entries))
+    def __init__(self, library: Library, inflation: FloatArray | None = None):
+        self.library = library
+        self.inflation = np.ones(len(library.entries)) if inflation is None else inflation
+        self.tolerance_factor = np.ones(len(library.entries))
         """How many times more a score may be by what no robot file promises (`exactness.py`)."""
-        self.gram = bank.gram()
+        self.gram = library.gram()
 
     def project(self, basis: FloatArray, residual: FloatArray) -> tuple[FloatArray, FloatArray]:
         """What columns share with a basis, (c, p), and with what it leaves of a residual, (c,)."""
-        white = self.bank.white
+        white = self.library.white
         left = residual - basis @ (basis.T @ residual)
         both = np.column_stack([basis, left])[: len(white)].astype(np.float32)
         products = np.asarray(white.T @ both, dtype=np.float64)
@@ -52,7 +52,7 @@ class Scorer:
         what is refitted.
         """
         shared, along = self.project(basis, residual)
-        count = len(self.bank.entries)
+        count = len(self.library.entries)
         gains, ranks = np.zeros(count), np.zeros(count, dtype=np.intp)
         steps: list[FloatArray] = [np.zeros(0)] * count
         infos: list[FloatArray] = [np.zeros((0, 0))] * count
@@ -65,13 +65,13 @@ class Scorer:
             for place, number in enumerate(numbers):
                 steps[number], infos[number] = step[place], information[place]
         gains /= self.inflation
-        return Scores(gains, log_sfs(gains / self.doubt, ranks), steps, infos)
+        return Scores(gains, log_sfs(gains / self.tolerance_factor, ranks), steps, infos)
 
     @cached_property
     def alike(self) -> list[tuple[IntArray, IntArray]]:
         """Entries with as many columns: their numbers (m,) and their columns (m, k)."""
         parts: dict[int, list[tuple[int, range]]] = {}
-        for number, entry in enumerate(self.bank.entries):
+        for number, entry in enumerate(self.library.entries):
             parts.setdefault(entry.df, []).append((number, entry.numbers))
         return [
             (np.array([number for number, _ in part]), np.array([columns for _, columns in part]))
@@ -116,7 +116,7 @@ def _frame(information: FloatArray, full: FloatArray) -> tuple[FloatArray, BoolA
     return vectors * length[..., None, :] / scale[..., :, None], usable
 
 
-def doubt(gram: FloatArray, with_small: FloatArray) -> float:
+def tolerance_factor(gram: FloatArray, with_small: FloatArray) -> float:
     """How many times more a test's gain may be by small errors than by noise alone.
 
     gram: of the test's columns, (k, k). with_small: their products with the `small_errors` of
@@ -133,22 +133,22 @@ def explained_by(columns: FloatArray, residual: FloatArray) -> tuple[float, int]
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """How many independent tests the bank amounts to, from simulated maxima."""
+    """How many independent tests the library amounts to, from simulated maxima."""
 
     tests: float
 
     def p(self, log_p: float) -> float:
-        """p of the largest of the bank being this small under 'nothing is missing'."""
+        """p of the largest of the library being this small under 'nothing is missing'."""
         smallest = float(np.exp(max(log_p, -700.0)))
         return float(-np.expm1(self.tests * np.log1p(-min(smallest, 1.0 - 1e-12))))
 
 
 def calibrate(scorer: Scorer, basis: FloatArray) -> Calibration:
-    """Draw scores of pure noise with the bank's own covariance and look at the smallest p.
+    """Draw scores of pure noise with the library's own covariance and look at the smallest p.
 
     basis: orthonormal, of the tangent of what is always fitted, (m, p).
     """
-    white = scorer.bank.white
+    white = scorer.library.white
     shared = np.asarray(white.T @ basis[: len(white)].astype(np.float32), dtype=np.float64)
     covariance = scorer.gram - shared @ shared.T
     scale = np.sqrt(np.maximum(np.diag(scorer.gram), 1e-30))

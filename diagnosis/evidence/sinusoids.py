@@ -26,7 +26,7 @@ BETWEEN = 16
 """Frequencies tried on either side of the strongest."""
 
 
-def rhythms(fitter: Fitter, solution: Solution) -> list[Score]:
+def sinusoid_scores(fitter: Fitter, solution: Solution) -> list[Score]:
     """At each port the rhythm that explains most: shape, gain, and log p for all frequencies."""
     ports = fitter.model.ports()
     t_s = fitter.model.readings.t_s
@@ -36,7 +36,7 @@ def rhythms(fitter: Fitter, solution: Solution) -> list[Score]:
         rate_hz, looks = _strongest(fitter, residual[: fitter.rows], change)
         if rate_hz is None:
             continue
-        free = FreeShape(port, "time", waves(t_s, rate_hz), t_s[:0], "rhythm", rate_hz)
+        free = FreeShape(port, "time", waves(t_s, rate_hz), t_s[:0], "sinusoid", rate_hz)
         columns = fitter.vector(free.columns(change))
         gain, rank = explained_by(columns - basis @ (basis.T @ columns), residual)
         found.append((free, gain, min(log_sf(gain, rank) + float(np.log(looks)), 0.0)))

@@ -241,7 +241,7 @@ def _free(outcome: AxisOutcome, number: int) -> Finding:
 def unexplained(outcome: AxisOutcome, share: float) -> tuple[Unexplained, float]:
     """What is left, what it follows most, and the p of its being noise."""
     search, solution = outcome.search, outcome.solution
-    scores, entries = search.scores(solution), search.prepared.bank.entries
+    scores, entries = search.scores(solution), search.prepared.library.entries
     free = [number for number, entry in enumerate(entries) if entry.free is not None]
     p = search.p(float(scores.log_p.min(initial=0.0)))
     if p > FAINT_P or not free:

@@ -6,7 +6,7 @@ import numpy as np
 
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
-from diagnosis.estimation.penalties import EVENT_PRICE, Trial
+from diagnosis.estimation.penalties import EVENT_PENALTY, Trial
 from diagnosis.evidence.chi2_tail import log_sf
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants import axis_candidates as moves
@@ -50,4 +50,4 @@ def scan(fitter: Fitter, solution: Solution, model: Model, rad_per_step: float) 
     step = max(1e-7 / rad_per_step, 1.0)
     candidate = moves.jump(kind, float(times[best]), step)
     start = Term(candidate, np.array([0.0, float(times[best])]))
-    return [Trial(start, float(gain[best]), log_sf(float(gain[best]), 1), EVENT_PRICE)]
+    return [Trial(start, float(gain[best]), log_sf(float(gain[best]), 1), EVENT_PENALTY)]

@@ -14,7 +14,7 @@ from diagnosis.estimation.blocks import blocks_of
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import HUBER, ORDER, ChannelNoise, Whitener, estimate, history
 from diagnosis.estimation.splines import FINE_PIECES, free_shapes
-from diagnosis.evidence.library import Bank, build
+from diagnosis.evidence.library import Library, build
 from diagnosis.evidence.noise_estimation import Prepared
 from diagnosis.evidence.score_test import Scorer
 from diagnosis.observations.readings import (
@@ -36,19 +36,19 @@ LONE = 7
 
 
 def prepare_axis(model: Model, valid: BoolArray) -> Prepared:
-    """Noise model, whitened bank and scorer of one channel around the nominal machine."""
-    bank = build(model)
+    """Noise model, whitened library and scorer of one channel around the nominal machine."""
+    library = build(model)
     residual = np.nan_to_num(model.readings.values) - model.predict(
         [n.term for n in model.nuisances]
     )
-    left = residual - saturated(bank, residual, valid)
+    left = residual - saturated(library, residual, valid)
     valid = without_spikes(left, valid)
-    left = residual - saturated(bank, residual, valid)
+    left = residual - saturated(library, residual, valid)
     fitter = Fitter(model, axis_noise(model, valid, left), model.nuisances)
-    bank.whiten(fitter)
-    scorer = Scorer(bank)
-    scorer.inflation = _inflation(bank, fitter, fitter.whiten(left))
-    return Prepared(model, fitter, bank, scorer, valid, free_shapes(model, FINE_PIECES), left)
+    library.whiten(fitter)
+    scorer = Scorer(library)
+    scorer.inflation = _inflation(library, fitter, fitter.whiten(left))
+    return Prepared(model, fitter, library, scorer, valid, free_shapes(model, FINE_PIECES), left)
 
 
 def prepare_again(prepared: Prepared, residual: FloatArray, forced: bool) -> Prepared:
@@ -63,11 +63,11 @@ def prepare_again(prepared: Prepared, residual: FloatArray, forced: bool) -> Pre
         else axis_noise(model, prepared.valid, residual)
     )
     fitter = Fitter(model, noise, model.nuisances)
-    prepared.bank.whiten(fitter)
-    scorer = Scorer(prepared.bank)
-    scorer.inflation = _inflation(prepared.bank, fitter, fitter.whiten(residual))
+    prepared.library.whiten(fitter)
+    scorer = Scorer(prepared.library)
+    scorer.inflation = _inflation(prepared.library, fitter, fitter.whiten(residual))
     return Prepared(
-        model, fitter, prepared.bank, scorer, prepared.valid, prepared.fine, prepared.floor
+        model, fitter, prepared.library, scorer, prepared.valid, prepared.fine, prepared.floor
     )
 
 
@@ -93,10 +93,10 @@ def without_spikes(residual: FloatArray, valid: BoolArray) -> BoolArray:
     return kept
 
 
-def saturated(bank: Bank, residual: FloatArray, valid: BoolArray) -> FloatArray:
-    """What the whole bank explains of a residual (n, 1) by plain least squares."""
+def saturated(library: Library, residual: FloatArray, valid: BoolArray) -> FloatArray:
+    """What the whole library explains of a residual (n, 1) by plain least squares."""
     rows = valid[:, 0]
-    columns = bank.raw()[:, 0].T
+    columns = library.raw()[:, 0].T
     scale = np.maximum(np.linalg.norm(columns[rows], axis=0), 1e-30)
     inside = columns[rows] / scale.astype(np.float32)
     gram = np.asarray(inside.T @ inside, dtype=np.float64) + RIDGE * rows.sum() * np.eye(len(scale))
@@ -169,12 +169,12 @@ def smallest_step(values: FloatArray) -> float:
     return float(np.quantile(steps, 0.05)) if len(steps) else 0.0
 
 
-def _inflation(bank: Bank, fitter: Fitter, floor: FloatArray) -> FloatArray:
+def _inflation(library: Library, fitter: Fitter, floor: FloatArray) -> FloatArray:
     """How much more each score scatters from block to block than white noise would."""
     blocks = blocks_of(fitter)
-    inflation = np.ones(len(bank.entries))
-    for number, entry in enumerate(bank.entries):
-        column = bank.white[:, entry.columns.start].astype(np.float64)
+    inflation = np.ones(len(library.entries))
+    for number, entry in enumerate(library.entries):
+        column = library.white[:, entry.columns.start].astype(np.float64)
         sums = np.bincount(blocks, weights=column * floor)
         plain = float(column @ column)
         if plain > 0.0:

@@ -73,8 +73,8 @@ def _starts(search: AxisSearch, solution: Solution, own: Term, bare: Solution) -
         if own.candidate.effect == "following_lag" and candidate.effect == "sensor_latency":
             starts.append(Term(candidate, np.array([float(own.at.sum())])))
     trials = search.trials(bare, [own.candidate.key])
-    twins = {start.candidate.key for start in starts}
-    starts += [t.start for t in trials[:REFITTED] if t.start.candidate.key not in twins]
+    equivalents_of = {start.candidate.key for start in starts}
+    starts += [t.start for t in trials[:REFITTED] if t.start.candidate.key not in equivalents_of]
     return starts
 
 

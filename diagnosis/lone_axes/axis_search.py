@@ -16,7 +16,7 @@ from scipy.special import log_ndtr
 
 from diagnosis.answer.verdict import ALARM
 from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.penalties import Trial, price
+from diagnosis.estimation.penalties import Trial, penalty
 from diagnosis.estimation.splines import FreeShape
 from diagnosis.evidence.chi2_tail import log_sf, log_sfs
 from diagnosis.evidence.detection import Detection as Search
@@ -71,7 +71,9 @@ class AxisSearch(Search):
         """What a term must earn."""
         effect = term.candidate.effect
         return (
-            price(term.candidate) + RELUCTANCE.get(effect, 0.0) + dict(self.unlikely).get(effect, 0)
+            penalty(term.candidate)
+            + RELUCTANCE.get(effect, 0.0)
+            + dict(self.unlikely).get(effect, 0)
         )
 
     def first_p_of_all(self, found: Solution) -> float:
@@ -82,7 +84,7 @@ class AxisSearch(Search):
         """
         scores = self.scores_of_empty
         gain = np.maximum(scores.gain - self.blur * self.fitter.rows, 0.0)
-        df = np.array([entry.df for entry in self.prepared.bank.entries])
+        df = np.array([entry.df for entry in self.prepared.library.entries])
         p = self.p(float(log_sfs(gain, df).min(initial=0.0)))
         if found.terms or found.frees or p > ALARM:
             return p
@@ -153,8 +155,8 @@ class AxisSearch(Search):
         return grown if self.proven(solution, grown, df) else None
 
     def smallest_log_p(self, solution: Solution) -> float:
-        """Logarithm of the smallest p of the bank, scaled by what is left over."""
-        df = np.array([entry.df for entry in self.prepared.bank.entries])
+        """Logarithm of the smallest p of the library, scaled by what is left over."""
+        df = np.array([entry.df for entry in self.prepared.library.entries])
         gain = self.scores(solution).gain / self.excess(solution)
         return float(log_sfs(gain, df).min(initial=0.0))
 
@@ -197,7 +199,7 @@ class AxisSearch(Search):
         ]
 
     def _free_trials(self, solution: Solution, most: int) -> list[FreeShape]:
-        scores, entries = self.scores(solution), self.prepared.bank.entries
+        scores, entries = self.scores(solution), self.prepared.library.entries
         taken = {free.driver for free in solution.frees}
         ranked = sorted(
             (n for n, e in enumerate(entries) if e.free is not None and e.free.driver not in taken),

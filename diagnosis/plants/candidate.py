@@ -32,7 +32,7 @@ class Coordinate:
 class Shape:
     """A point to start from: coordinates at which nothing happens (`origin`), and unit columns.
 
-    Columns of the score are secants from origin along the linear coordinates, `reach` long.
+    Columns of the score are regressors from origin along the linear coordinates, `reach` long.
     """
 
     origin: tuple[float, ...]

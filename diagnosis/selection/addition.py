@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.penalties import free_price
+from diagnosis.estimation.penalties import spline_penalty
 from diagnosis.selection.begun_fits import followed, promising, tried
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def add(search: Search, solution: Solution, other: Solution | None = None) -> So
     search.progress(f"trying {len(worthy)} explanations")
     starts = [((*solution.terms, t.start), solution) for t in worthy]
     begun = promising(solution, tried(search.fitter, starts, options), options)
-    best = min(followed(search.fitter, begun), key=search.criterion.worth)
+    best = min(followed(search.fitter, begun), key=search.criterion.penalised)
     new = best.terms[-1].candidate
     return best if search.criterion.earns(solution, best, new) else None
 
@@ -44,12 +44,12 @@ def is_pile(search: Search, solution: Solution) -> bool:
     if len(solution.terms) < search.options.pile:
         return False
     fine = search.tests.fine_scores(search.tests.empty)
-    best = max((gain - free_price(free) for free, gain, _ in fine), default=0.0)
-    return search.tests.empty.cost - best < search.criterion.worth(solution)
+    best = max((gain - spline_penalty(free) for free, gain, _ in fine), default=0.0)
+    return search.tests.empty.cost - best < search.criterion.penalised(solution)
 
 
 def falls_short(search: Search, rival: Solution, more: int, worth: float) -> bool:
     """Whether a rival stays behind even with all that so many more effects may add to it."""
     gains = sorted((trial.gain for trial in search.tests.trials(rival)), reverse=True)
-    least = search.criterion.worth(rival) - search.options.optimism * sum(gains[:more])
+    least = search.criterion.penalised(rival) - search.options.optimism * sum(gains[:more])
     return least > worth + search.options.hope

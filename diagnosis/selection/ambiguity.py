@@ -14,7 +14,7 @@ from diagnosis.evidence.chi2_tail import log_sf
 from diagnosis.plants.candidate import Candidate, Term
 from diagnosis.plants.shared_parameters import apart, whole_groups
 from diagnosis.selection.begun_fits import followed, promising, tried
-from diagnosis.selection.equivalents import twins
+from diagnosis.selection.equivalents import equivalents_of
 from diagnosis.selection.search import Search
 
 
@@ -32,15 +32,15 @@ class Standing:
     """
 
 
-def settle(search: Search, solution: Solution) -> tuple[Solution, list[Standing]]:
+def resolved(search: Search, solution: Solution) -> tuple[Solution, list[Standing]]:
     """How each term stands; a rival that is worth more becomes the finding."""
-    worth = search.criterion.worth
+    worth = search.criterion.penalised
     for _ in range(search.options.most_swaps_of_ties):
         stands = stands_of(search, solution)
         rivals = [rival for stand in stands for rival in stand.rivals]
         best = min(rivals, key=worth, default=solution)
         stays = worth(best) > worth(solution) - search.options.better
-        if stays or not search.patience.lasts(Until.SETTLED):
+        if stays or not search.budget.lasts(Until.RESOLVED):
             return solution, stands
         solution = in_parts(search, best)
     return solution, stands_of(search, solution)
@@ -121,7 +121,7 @@ def _left_out(search: Search, solution: Solution, numbers: Sequence[int]) -> _Le
 def _stands(
     search: Search, solution: Solution, cut: _LeftOut, others: Sequence[Solution]
 ) -> Standing:
-    worth = search.criterion.worth
+    worth = search.criterion.penalised
     log_p = log_sf(cut.gain, sum(len(one.moved) for one in cut.own))
     rivals: list[tuple[Alternative, Candidate, Solution]] = []
     for other in others:
@@ -143,11 +143,11 @@ def _stands(
 def _starts(
     search: Search, solution: Solution, bare: Solution, numbers: Sequence[int], gain: float
 ) -> list[Term]:
-    """Where to start each rival: twins of what was left out, then what scores best."""
+    """Where to start each rival: equivalents_of of what was left out, then what scores best."""
     left_out = [solution.terms[i] for i in numbers]
     model = search.prepared.model
-    known = twins(left_out, [*model.candidates, *model.groups])
-    twinned = {term.candidate.key for term in known}
+    known = equivalents_of(left_out, [*model.candidates, *model.groups])
+    converted = {term.candidate.key for term in known}
     effects = {term.candidate.effect for term in left_out}
     keys = [term.candidate.key for term in left_out]
     least = min(search.options.tie_share * gain, gain - search.options.tie_reach)
@@ -160,7 +160,7 @@ def _starts(
     best = [
         t.start
         for t in trials[: search.options.ties_refitted]
-        if t.start.candidate.key not in twinned
+        if t.start.candidate.key not in converted
     ]
     return [*known, *best]
 

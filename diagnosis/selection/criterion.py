@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from diagnosis.answer.verdict import ALARM
 from diagnosis.estimation.discrepancy import left_by
 from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.penalties import free_price, price_of
+from diagnosis.estimation.penalties import penalty_of, spline_penalty
 from diagnosis.evidence.chi2_tail import log_sf
 from diagnosis.evidence.detection import Detection
 from diagnosis.plants.candidate import Candidate, Term
@@ -25,17 +25,17 @@ class Criterion:
     options: SearchOptions
     _parts: dict[tuple[tuple[str, ...], ...], float] = field(default_factory=dict)
 
-    def worth(self, solution: Solution) -> float:
+    def penalised(self, solution: Solution) -> float:
         """Cost with the penalty of everything in it: the smaller the better."""
-        prices = sum(price_of(term) for term in solution.terms)
-        return solution.cost + prices + sum(free_price(free) for free in solution.frees)
+        penalties = sum(penalty_of(term) for term in solution.terms)
+        return solution.cost + penalties + sum(spline_penalty(free) for free in solution.frees)
 
-    def story(self, solution: Solution) -> float:
+    def fully_penalised(self, solution: Solution) -> float:
         """Worth, less what choosing each effect from all of them is worth.
 
         The penalty of a free shape has it; a pile of effects in one driver must not get it free.
         """
-        return self.worth(solution) + self.options.choice * len(solution.terms)
+        return self.penalised(solution) + self.options.choice * len(solution.terms)
 
     def least_gain(
         self, solution: Solution, new: Candidate | None = None, exact: Sequence[Term] = ()
@@ -59,7 +59,7 @@ class Criterion:
         key = tuple(term.candidate.key for term in terms)
         if key not in self._parts:
             fitter = self.tests.fitter
-            with fitter.patience.not_counted():
+            with fitter.budget.not_counted():
                 self._parts[key] = fitter.solve(terms, (), self.tests.empty.nuisances, 2).cost
         return self._parts[key]
 
@@ -73,7 +73,9 @@ class Criterion:
         local = local_terms(without.terms)
         if not local or gain < self.least_gain(without, new, local):
             return False
-        gain = gain_elsewhere(self.tests.fitter, without, found) / self.tests.doubt_of(new)
+        gain = gain_elsewhere(self.tests.fitter, without, found) / self.tests.tolerance_factor_of(
+            new
+        )
         return self.shows(gain, new)
 
     def shows(self, gain: float, new: Candidate) -> bool:

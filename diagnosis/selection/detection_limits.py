@@ -17,25 +17,27 @@ POWER = 0.8
 
 def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable]]:
     """Both lists, by effect and component."""
-    bank, scores = tests.prepared.bank, tests.scores_of_empty
+    library, scores = tests.prepared.library, tests.scores_of_empty
     hidden = [
         NotTestable(
             effect=c.effect, component=c.component,
             why="nothing that was observed depends on it in this recording",
         )
-        for c in bank.silent
+        for c in library.silent
         if not c.members
     ]  # fmt: skip
     independent = tests.calibration.tests + tests.event_tests
     scorer = tests.prepared.scorer
     smallest: dict[tuple[str, ...], SmallestDetectable] = {}
-    for number, entry in enumerate(bank.entries):
+    for number, entry in enumerate(library.entries):
         if entry.candidate is None or entry.shape is None or not entry.shape.linear:
             continue
         if entry.candidate.members:
             continue
         scatter = float(scorer.inflation[number])
-        needed = _needed(independent, entry.df, scatter, scatter * float(scorer.doubt[number]))
+        needed = _needed(
+            independent, entry.df, scatter, scatter * float(scorer.tolerance_factor[number])
+        )
         size = _size(entry, scores.information[number], needed)
         if size is None:
             hidden.append(

@@ -12,8 +12,8 @@ LAG, VISCOUS, LATE = "following_lag", "viscous_friction", "sensor_latency"
 PLAY, HOME = "gear_backlash", "home_offset"
 
 
-def twins(terms: Sequence[Term], candidates: Sequence[Candidate]) -> list[Term]:
-    """The candidates where they do what the terms do together, as far as they are twins.
+def equivalents_of(terms: Sequence[Term], candidates: Sequence[Candidate]) -> list[Term]:
+    """The candidates where they do what the terms do together, as far as they are equivalents_of.
 
     Viscous friction c behind a shaft of stiffness k is a first-order lag of c / k. A dead time of
     all drives is a sensor latency unless the joints are seen. Play that always hangs on the same

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.penalties import price
+from diagnosis.estimation.penalties import penalty
 from diagnosis.evidence.pair_scores import best_pairs, leading
 from diagnosis.plants.candidate import Term
 from diagnosis.selection.addition import add, falls_short, is_pile
@@ -38,7 +38,7 @@ def reconsidered(
 
 def another(search: Search, solution: Solution, number: int, bare: Solution) -> Solution | None:
     """Something better in place of one term, without which `bare` is left."""
-    options, worth = search.options, search.criterion.worth
+    options, worth = search.options, search.criterion.penalised
     own, gain = solution.terms[number].candidate.key, bare.cost - solution.cost
     for trial in search.tests.trials(bare, [own])[: options.tried_instead]:
         if trial.gain < options.instead_share * gain:
@@ -73,16 +73,16 @@ def pairs_for_one(search: Search, solution: Solution) -> list[Callable[[], Solut
 
 def best_of(search: Search, solution: Solution, found: Sequence[Solution]) -> Solution:
     """The best with two causes in place of one, where that is better."""
-    best = min([solution, *found], key=search.criterion.worth)
+    best = min([solution, *found], key=search.criterion.penalised)
     return solution if best is solution else drop(search, best, solution)
 
 
 def with_pair(search: Search, base: Solution, best: Solution, most: int) -> Solution:
     """The best so far, or a base with the two that do more together."""
-    scorer, worth = search.prepared.scorer, search.criterion.worth
+    scorer, worth = search.prepared.scorer, search.criterion.penalised
     taken = {term.candidate.key for term in base.terms}
     entries = leading(scorer, search.tests.scores(base), taken)
-    pairs = best_pairs(scorer, base.free_basis, base.residual, entries, price, most)
+    pairs = best_pairs(scorer, base.free_basis, base.residual, entries, penalty, most)
     known = {term.candidate.key for term in best.terms}
     for pair in pairs:
         if pair.value < worth(base) - worth(best) + search.options.least_more:
@@ -98,7 +98,7 @@ def group_instead(search: Search, solution: Solution) -> Solution | None:
     """A whole group instead of several effects, where it is the better story."""
     if len(solution.terms) < 2:
         return None
-    empty, options, worth = search.tests.empty, search.options, search.criterion.worth
+    empty, options, worth = search.tests.empty, search.options, search.criterion.penalised
     trials = search.tests.trials(empty, groups=True)
     least = options.group_share * (empty.cost - solution.cost)
     starts = [t.start for t in trials if t.start.candidate.members and t.gain > least]
@@ -113,7 +113,7 @@ def _grown_from(search: Search, start: Term, solution: Solution) -> Solution:
     """A group with what else earns its place, as long as it may yet beat a solution."""
     rival = search.fitter.solve((start,), (), search.tests.empty.nuisances)
     for left in range(max(len(solution.terms) - 2, 1), 0, -1):
-        if falls_short(search, rival, left, search.criterion.worth(solution)):
+        if falls_short(search, rival, left, search.criterion.penalised(solution)):
             break
         grown = add(search, rival, solution)
         if grown is None:

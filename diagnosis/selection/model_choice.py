@@ -11,12 +11,12 @@ from diagnosis.estimation.noise import Whitener, estimate
 from diagnosis.evidence.detection import Progress
 from diagnosis.evidence.noise_estimation import Prepared, once_more
 from diagnosis.observations.readings import BoolArray, FloatArray
-from diagnosis.selection.ambiguity import Standing, in_parts, settle
+from diagnosis.selection.ambiguity import Standing, in_parts, resolved
 from diagnosis.selection.exchange import best_of, group_instead, pairs_for_one
 from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_free_shapes
 from diagnosis.selection.options import OPTIONS
 from diagnosis.selection.search import Search
-from diagnosis.selection.small_errors import LooselyBuilt, Needed
+from diagnosis.selection.tolerance_rival import Needed, ToleranceRival
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,17 +40,17 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     search = Search(prepared, rad_per_step, progress)
     first_p = search.tests.first_p()
     search, solution = calmed(search, search.run())
-    search.prepared.bank.forget_raw()
+    search.prepared.library.forget_raw()
     nominal = search.tests.empty
-    loosely = LooselyBuilt(search)
+    loosely = ToleranceRival(search)
     told, solution = _told(loosely, *_reviewed(loosely, solution))
     progress("what else it could be")
-    settled, stands = settle(told, in_parts(told, solution))
+    settled, stands = resolved(told, in_parts(told, solution))
     return Explained(told, settled, first_p, told is not search, nominal, stands)
 
 
 def _told(
-    loosely: LooselyBuilt, solution: Solution, needed: Needed | None
+    loosely: ToleranceRival, solution: Solution, needed: Needed | None
 ) -> tuple[Search, Solution]:
     """The better story, few effects or these beside small errors everywhere, with its free shapes.
 
@@ -64,21 +64,21 @@ def _told(
             if explains_it_all(search, shaped, needed.story):
                 return search, shaped
         search.progress("comparing with a machine that is a little off everywhere")
-        lasts = search.patience.lasts(Until.LOOSELY_BUILT)
+        lasts = search.budget.lasts(Until.TOLERANCES)
         other = loosely.instead(solution, needed) if lasts else None
         if other is not None:
             return loosely.other, with_free_shapes(loosely.other, other)
     return search, with_free_shapes(search, solution) if shaped is None else shaped
 
 
-def _reviewed(loosely: LooselyBuilt, solution: Solution) -> tuple[Solution, Needed | None]:
+def _reviewed(loosely: ToleranceRival, solution: Solution) -> tuple[Solution, Needed | None]:
     """A solution or what is better as two causes for one or as a group; and what of it is needed
     beside small errors everywhere, where these may be better still.
     """
     search = loosely.search
-    if loosely.likely(solution) and not search.patience.lasts(Until.REVIEWED):
+    if loosely.likely(solution) and not search.budget.lasts(Until.REVIEWED):
         return solution, None
-    if len(solution.terms) > 1 and not search.patience.lasts(Until.DOUBTED):
+    if len(solution.terms) > 1 and not search.budget.lasts(Until.PAIRED):
         return solution, loosely.needed(solution)
     pairs = search.fitter.side_by_side(pairs_for_one(search, solution))
     finished = best_of(search, solution, pairs)
@@ -97,7 +97,7 @@ def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:
             left_noise(search.fitter, solution, prepared.valid), search.fitter.whiten
         ):
             break
-        if not search.patience.lasts(Until.CALMED):
+        if not search.budget.lasts(Until.CALMED):
             break
         search.progress("noise of the readings, once more")
         again = once_more(prepared, solution.predicted)

@@ -10,7 +10,7 @@ from diagnosis.estimation.budget import Until
 from diagnosis.estimation.build_tolerances import effects_of_building
 from diagnosis.estimation.discrepancy import FREE
 from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.penalties import FREE_PRICE, free_price, price, price_of
+from diagnosis.estimation.penalties import FREE_PRICE, penalty, penalty_of, spline_penalty
 from diagnosis.estimation.splines import FreeShape
 from diagnosis.selection.addition import falls_short
 from diagnosis.selection.removal import drop
@@ -23,7 +23,7 @@ def with_free_shapes(search: Search, solution: Solution) -> Solution:
     What one shape leaves at its own port is its blur and earns no second one there.
     """
     for _ in range(search.options.most_shapes):
-        if solution.frees and not search.patience.lasts(Until.SHAPED):
+        if solution.frees and not search.budget.lasts(Until.SHAPED):
             return solution
         if not solution.terms and not solution.frees and search.tests.first_p() > ALARM:
             return solution
@@ -42,7 +42,7 @@ def with_free_shapes(search: Search, solution: Solution) -> Solution:
 def shape_promises(search: Search, solution: Solution, story: float) -> bool:
     """Whether a free shape, instead of a solution or beside it, scores more than another story."""
     return any(
-        one.cost - gain + free_price(free) < story
+        one.cost - gain + spline_penalty(free) < story
         for one in (search.tests.empty, solution)
         for free, gain, _ in search.tests.fine_scores(one)
     )
@@ -58,7 +58,7 @@ def explains_it_all(search: Search, shaped: Solution, story: float) -> bool:
     if not ports or any(one.component not in ports or one.effect in small for one in beside):
         return False
     left = max((trial.gain for trial in search.tests.trials(shaped)), default=0.0)
-    return left < search.options.spare * (story - search.criterion.story(shaped))
+    return left < search.options.spare * (story - search.criterion.fully_penalised(shaped))
 
 
 def challenge(search: Search, solution: Solution) -> Solution:
@@ -66,7 +66,7 @@ def challenge(search: Search, solution: Solution) -> Solution:
     beside = free_rivals(search, solution)
     starts = [(solution.terms, (*solution.frees, free)) for free in beside]
     named = solution.terms
-    as_free = any(price_of(term) > price(term.candidate) for term in named)
+    as_free = any(penalty_of(term) > penalty(term.candidate) for term in named)
     if len(named) > 1 or (named and starts) or as_free:
         # Far-off effects may hold each other up: what a shape does instead of all is asked, too.
         alone = [*free_rivals(search, search.tests.empty), *(beside if not solution.frees else ())]
@@ -75,10 +75,10 @@ def challenge(search: Search, solution: Solution) -> Solution:
         [partial(search.fitter.solve, *start, solution.nuisances) for start in starts],
         [free for _, frees in starts for free in frees],
     )
-    begun.sort(key=_least_story)
+    begun.sort(key=_least_penalised)
     # The likeliest comes first: most of the others are then seen to stay behind.
     best = _best_grown(search, begun[:1], solution, solution)
-    if len(begun) > 1 and search.patience.lasts(Until.SHAPED):
+    if len(begun) > 1 and search.budget.lasts(Until.SHAPED):
         best = _best_grown(search, begun[1:], solution, best)
     return best
 
@@ -91,12 +91,14 @@ def _best_grown(
         [partial(_grown, search, rival, solution, best) for rival in rivals],
         [free for rival in rivals for free in rival.frees],
     )
-    return min([best, *(one for one in grown if one is not None)], key=search.criterion.story)
+    return min(
+        [best, *(one for one in grown if one is not None)], key=search.criterion.fully_penalised
+    )
 
 
-def _least_story(rival: Solution) -> float:
+def _least_penalised(rival: Solution) -> float:
     """What a rival would be worth at least if none of its effects were needed."""
-    return rival.cost + sum(free_price(free) for free in rival.frees)
+    return rival.cost + sum(spline_penalty(free) for free in rival.frees)
 
 
 def _grown(search: Search, rival: Solution, solution: Solution, best: Solution) -> Solution | None:
@@ -104,8 +106,12 @@ def _grown(search: Search, rival: Solution, solution: Solution, best: Solution) 
     for one that stays behind the best so far.
     """
     if rival.terms:
-        return drop(search, rival) if _least_story(rival) < search.criterion.story(best) else None
-    if falls_short(search, rival, 1, search.criterion.worth(best)):
+        return (
+            drop(search, rival)
+            if _least_penalised(rival) < search.criterion.fully_penalised(best)
+            else None
+        )
+    if falls_short(search, rival, 1, search.criterion.penalised(best)):
         return None
     return search.one_more(drop(search, rival), solution)
 
@@ -115,7 +121,7 @@ def free_rivals(search: Search, solution: Solution) -> list[FreeShape]:
     scores = search.tests.scores(solution)
     ranked = [
         (entry.free, float(scores.gain[number]), float(scores.log_p[number]))
-        for number, entry in enumerate(search.prepared.bank.entries)
+        for number, entry in enumerate(search.prepared.library.entries)
         if entry.free is not None
     ]
     ranked += search.tests.fine_scores(solution)

@@ -47,7 +47,7 @@ def clear_rows(fitter: Fitter, one: Solution, other: Solution) -> BoolArray:
     return clear if clear.mean() >= LEAST_SHARE else np.ones(fitter.rows, dtype=bool)
 
 
-def blurred(solution: Solution, clear: BoolArray) -> float:
+def left_near_contact(solution: Solution, clear: BoolArray) -> float:
     """Chi-square left in the readings that are not clear."""
     return float(np.sum(solution.residual[: len(clear)][~clear] ** 2))
 
@@ -55,5 +55,10 @@ def blurred(solution: Solution, clear: BoolArray) -> float:
 def gain_elsewhere(fitter: Fitter, before: Solution, after: Solution) -> float:
     """Chi-square gained in the readings that no local term of either touches."""
     clear = clear_rows(fitter, before, after)
-    gained = before.cost - blurred(before, clear) - after.cost + blurred(after, clear)
+    gained = (
+        before.cost
+        - left_near_contact(before, clear)
+        - after.cost
+        + left_near_contact(after, clear)
+    )
     return 0.0 if clear.all() else gained

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from diagnosis.estimation.budget import Patience, Until
+from diagnosis.estimation.budget import Budget, Until
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.evidence.detection import Detection, Progress
@@ -56,9 +56,9 @@ class Search:
         return self.prepared.fitter
 
     @property
-    def patience(self) -> Patience:
+    def budget(self) -> Budget:
         """How much more the search may be."""
-        return self.fitter.patience
+        return self.fitter.budget
 
     def run(self) -> Solution:
         """The best set of named effects, one after the other."""
@@ -78,7 +78,7 @@ class Search:
             grown = onward(self, solution)
             if grown is None:
                 break
-            if not self.patience.lasts(Until.GROWN):
+            if not self.budget.lasts(Until.GROWN):
                 return drop(self, grown, solution)
             before, solution = solution, self._taken_in(solution, grown)
             if solution is before:  # it would only grow the same way again
@@ -110,7 +110,7 @@ class Search:
         known = self.known_without(solution)
         if known is None:
             numbers = range(len(solution.terms))
-            with self.patience.not_counted():
+            with self.budget.not_counted():
                 known = self.fitter.side_by_side(
                     [partial(left_out, self, solution, number) for number in numbers]
                 )

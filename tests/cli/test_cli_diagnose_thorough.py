@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from command_line.main import main
-from diagnosis.estimation import budget as patience
+from diagnosis.estimation import budget as budget
 from models.chain import Chain, Commands
 from models.robot import EffectEntry, load_delta
 from recording.flat import FlatRecording
@@ -46,7 +46,7 @@ def test_a_search_that_ends_early_says_so_and_thorough_goes_on(
     capsys: pytest.CaptureFixture[str],
     thorough: bool,
 ) -> None:
-    monkeypatch.setattr(patience, "PREDICTIONS", 5.0)
+    monkeypatch.setattr(budget, "PREDICTIONS", 5.0)
     options = ["--robot", str(ROBOT), "--json", "-", *(["--thorough"] if thorough else [])]
     monkeypatch.setattr("sys.argv", ["deltactl", "diagnose", str(wrong), *options])
     with pytest.raises(SystemExit) as caught:

@@ -22,21 +22,21 @@ def prepared(delta: DeltaRobot, record: Record) -> Prepared:
 
 
 def test_whitened_columns_are_those_of_the_raw_ones(prepared: Prepared) -> None:
-    bank = prepared.bank
-    dense = prepared.fitter.whiten.each(bank.raw()).T
+    library = prepared.library
+    dense = prepared.fitter.whiten.each(library.raw()).T
     scale = np.abs(dense).max(axis=0)
-    assert dense.shape == bank.white.shape
-    np.testing.assert_allclose(bank.white / scale, dense / scale, atol=2e-5)
-    assert sum(entry.free is not None for entry in bank.entries) > 20
+    assert dense.shape == library.white.shape
+    np.testing.assert_allclose(library.white / scale, dense / scale, atol=2e-5)
+    assert sum(entry.free is not None for entry in library.entries) > 20
 
 
 @pytest.mark.parametrize("draws", [(), (3,)])
 def test_what_all_explain_together_is_the_sum_over_the_columns(
     prepared: Prepared, draws: tuple[int, ...]
 ) -> None:
-    raw = prepared.bank.raw().astype(np.float64)
+    raw = prepared.library.raw().astype(np.float64)
     size = np.sqrt(np.mean(raw**2, axis=(1, 2)))
     drawn = np.random.default_rng(2).standard_normal((len(raw), *draws))
     weights = drawn / size.reshape(-1, *(1 for _ in draws))
     whole = np.swapaxes(np.tensordot(raw, weights, axes=(0, 0)), 0, 1)
-    np.testing.assert_allclose(prepared.bank.explained(weights), whole, atol=1e-4)
+    np.testing.assert_allclose(prepared.library.explained(weights), whole, atol=1e-4)

@@ -10,7 +10,7 @@ import pytest
 from diagnosis.api import diagnose_recordings
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import estimate
-from diagnosis.estimation.penalties import IN_NAME_ONLY, price, price_of
+from diagnosis.estimation.penalties import IN_NAME_ONLY, penalty, penalty_of
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta import DeltaModel
 from diagnosis.selection.outside_contact import NEAR_S, clear_rows, gain_elsewhere, left_alone
@@ -85,4 +85,4 @@ def test_an_effect_in_name_only_costs_like_any_shape(
     delta: DeltaRobot, record: Record, key: tuple[str, str], at: list[float], only: bool
 ) -> None:
     term = _term(DeltaModel(delta, [record(seconds=2.0)]), key, at)
-    assert price_of(term) - price(term.candidate) == (IN_NAME_ONLY if only else 0.0)
+    assert penalty_of(term) - penalty(term.candidate) == (IN_NAME_ONLY if only else 0.0)

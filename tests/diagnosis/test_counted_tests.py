@@ -51,16 +51,16 @@ def test_four_in_five_scores_of_the_smallest_size_raise_the_alarm(prepared: Prep
     """Scores drawn with the effect in them, where nothing makes them scatter more than noise."""
     plain = replace(prepared)
     scorer = plain.scorer
-    kept = scorer.inflation, scorer.doubt
-    scorer.inflation, scorer.doubt = np.ones_like(kept[0]), np.ones_like(kept[1])
+    kept = scorer.inflation, scorer.tolerance_factor
+    scorer.inflation, scorer.tolerance_factor = np.ones_like(kept[0]), np.ones_like(kept[1])
     try:
         search = Search(plain, 0.0)
         smallest = {(s.effect, s.component): s.value for s in limits(search.tests)[1]}
-        number = next(i for i, e in enumerate(plain.bank.entries) if e.key[0] == "home_offset")
-        component = plain.bank.entries[number].key[1]
+        number = next(i for i, e in enumerate(plain.library.entries) if e.key[0] == "home_offset")
+        component = plain.library.entries[number].key[1]
         (information,) = search.tests.scores_of_empty.information[number].ravel()
     finally:
-        scorer.inflation, scorer.doubt = kept
+        scorer.inflation, scorer.tolerance_factor = kept
     mean = smallest["home_offset", component] * np.sqrt(information)
     drawn = (mean + np.random.default_rng(5).standard_normal(20_000)) ** 2
     alarm = chdtri(1, ALARM / (search.tests.calibration.tests + search.tests.event_tests))

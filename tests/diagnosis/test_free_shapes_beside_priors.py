@@ -11,7 +11,7 @@ from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.delta import DeltaModel
 from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_free_shapes
 from diagnosis.selection.search import Search
-from diagnosis.selection.small_errors import LooselyBuilt
+from diagnosis.selection.tolerance_rival import ToleranceRival
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording
 
@@ -20,7 +20,7 @@ SIZE_M = 0.03
 
 
 @pytest.fixture(scope="module")
-def loosely(delta: DeltaRobot, record: Record) -> LooselyBuilt:
+def loosely(delta: DeltaRobot, record: Record) -> ToleranceRival:
     """A sensor that is wrong by a wave of its own reading."""
     recording = record(seconds=60.0)
     seen = recording.columns["range_y"]
@@ -29,10 +29,10 @@ def loosely(delta: DeltaRobot, record: Record) -> LooselyBuilt:
     model = DeltaModel(delta, [recording])
     assert delta.drive is not None
     prepared = prepare(model, model.readings.valid.copy())
-    return LooselyBuilt(Search(prepared, delta.drive.rad_per_step))
+    return ToleranceRival(Search(prepared, delta.drive.rad_per_step))
 
 
-def test_a_shape_that_takes_over_lets_small_errors_spring_back(loosely: LooselyBuilt) -> None:
+def test_a_shape_that_takes_over_lets_small_errors_spring_back(loosely: ToleranceRival) -> None:
     other = loosely.other
     free, gain, _ = max(other.tests.fine_scores(other.tests.empty), key=lambda one: one[1])
     found = other.fitter.solve((), (free,), other.tests.empty.nuisances)
@@ -42,14 +42,14 @@ def test_a_shape_that_takes_over_lets_small_errors_spring_back(loosely: LooselyB
 
 
 def test_a_shape_that_explains_it_all_needs_no_loosely_built_machine(
-    loosely: LooselyBuilt,
+    loosely: ToleranceRival,
 ) -> None:
     search = loosely.search
     solution = search.run()
-    told = search.criterion.story(solution)
+    told = search.criterion.fully_penalised(solution)
     assert shape_promises(search, solution, told)
     shaped = with_free_shapes(search, solution)
     assert [free.port for free in shaped.frees] == ["range_y"]
     assert explains_it_all(search, shaped, told)
-    assert not explains_it_all(search, shaped, search.criterion.story(shaped))
+    assert not explains_it_all(search, shaped, search.criterion.fully_penalised(shaped))
     assert not explains_it_all(search, solution, np.inf), "no shape explains anything here"

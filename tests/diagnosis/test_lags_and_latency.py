@@ -10,7 +10,7 @@ from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta import DeltaModel
 from diagnosis.plants.delta_candidates import lost_steps
-from diagnosis.selection.ambiguity import settle
+from diagnosis.selection.ambiguity import resolved
 from diagnosis.selection.search import Search
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
@@ -33,7 +33,7 @@ def test_three_equal_lags_beside_a_loss_settle_as_one_latency(
     lags = [one for one in model.candidates if one.effect == "following_lag"]
     starts = [Term(one, np.array([0.0, LATE_S])) for one in lags]
     loss = Term(lost_steps("motor2", 13.0), np.array([90.0, 13.0]))
-    settled, stands = settle(search, search.fitter.solve((*starts, loss)))
+    settled, stands = resolved(search, search.fitter.solve((*starts, loss)))
     assert {t.candidate.effect for t in settled.terms} == {"sensor_latency", "lost_steps"}
     number = [t.candidate.effect for t in settled.terms].index("sensor_latency")
     offered = {(a.effect, a.component, a.together) for a in stands[number].alternatives}
@@ -49,5 +49,7 @@ def test_three_unlike_lags_stay_three(delta: DeltaRobot, record: Record) -> None
     model = DeltaModel(delta, [record(*entries, seconds=24.0)])
     search = Search(prepare(model, model.readings.valid), 0.0)
     lags = [one for one in model.candidates if one.effect == "following_lag"]
-    settled, _ = settle(search, search.fitter.solve([Term(o, np.array([0.1, 0.0])) for o in lags]))
+    settled, _ = resolved(
+        search, search.fitter.solve([Term(o, np.array([0.1, 0.0])) for o in lags])
+    )
     assert [t.candidate.key for t in settled.terms] == [one.key for one in lags]

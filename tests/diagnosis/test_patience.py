@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from diagnosis.estimation import budget as patience_module
-from diagnosis.estimation.budget import Patience, Until
+from diagnosis.estimation.budget import Budget, Until
 from diagnosis.estimation.side_by_side import alone
 from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.delta import DeltaModel
@@ -27,56 +27,56 @@ ARM = EffectEntry(effect="upper_arm_length", component="arm1", parameters={"leng
 
 @given(st.lists(st.floats(0.0, 1e3), max_size=10), st.sampled_from(Until))
 def test_it_lasts_until_its_share_is_spent(spent: list[float], until: Until) -> None:
-    patience = Patience(most=1000.0)
+    budget = Budget(most=1000.0)
     for one in spent:
-        patience.spend(one)
+        budget.spend(one)
     lasts = sum(spent) < until.value * 1000.0
-    assert patience.lasts(until) is lasts
-    assert patience.ended is not lasts
+    assert budget.lasts(until) is lasts
+    assert budget.ended is not lasts
 
 
 def test_a_short_recording_allows_more_predictions_and_a_long_one_no_fewer() -> None:
-    usual = Patience.for_rows(patience_module.ROWS)
-    assert Patience.for_rows(patience_module.ROWS // 2).most == 2.0 * usual.most
-    assert Patience.for_rows(10 * patience_module.ROWS).most == usual.most
+    usual = Budget.for_rows(patience_module.ROWS)
+    assert Budget.for_rows(patience_module.ROWS // 2).most == 2.0 * usual.most
+    assert Budget.for_rows(10 * patience_module.ROWS).most == usual.most
 
 
 @pytest.mark.parametrize("here", [alone, nullcontext])
 def test_each_task_begins_with_what_is_left_whoever_works_on_it(
     here: Callable[..., object],
 ) -> None:
-    patience = Patience(most=100.0, spent=40.0)
+    budget = Budget(most=100.0, spent=40.0)
 
     def task(work: float) -> tuple[float, bool]:
-        before = patience.spent
-        patience.spend(work)
-        return before, patience.lasts(Until.GROWN)
+        before = budget.spent
+        budget.spend(work)
+        return before, budget.lasts(Until.GROWN)
 
     with here():  # type: ignore[attr-defined]
-        found = patience.side_by_side([partial(task, w) for w in (5.0, 30.0, 1.0)])
+        found = budget.side_by_side([partial(task, w) for w in (5.0, 30.0, 1.0)])
     assert found == [(40.0, True), (40.0, False), (40.0, True)]
-    assert patience.spent == 76.0
-    assert patience.ended
+    assert budget.spent == 76.0
+    assert budget.ended
 
 
 def test_what_is_remembered_is_not_counted() -> None:
-    patience = Patience(most=100.0, spent=3.0)
-    with patience.not_counted():
-        patience.spend(50.0)
-    assert patience.spent == 3.0
+    budget = Budget(most=100.0, spent=3.0)
+    with budget.not_counted():
+        budget.spend(50.0)
+    assert budget.spent == 3.0
 
 
 def test_a_search_without_patience_ends_with_what_it_has(delta: DeltaRobot, record: Record) -> None:
     model = DeltaModel(delta, [record(SCALE, RATIO, ARM)])
     short, long = (
-        explain(prepare(model, model.readings.valid.copy(), patience), 0.0, lambda _: None)
-        for patience in (Patience(most=20.0), Patience())
+        explain(prepare(model, model.readings.valid.copy(), budget), 0.0, lambda _: None)
+        for budget in (Budget(most=20.0), Budget())
     )
     few, many = ({t.candidate.key for t in one.solution.terms} for one in (short, long))
     assert many == {(one.effect, one.component) for one in (SCALE, RATIO, ARM)}
     assert few
     assert len(few) < len(many)
-    spent = [one.search.patience for one in (short, long)]
+    spent = [one.search.budget for one in (short, long)]
     assert spent[0].ended
     assert not spent[1].ended
     assert spent[0].spent < 0.5 * spent[1].spent
@@ -86,8 +86,8 @@ def test_the_same_work_is_counted_on_one_core_and_on_two(delta: DeltaRobot, reco
     model = DeltaModel(delta, [record(SCALE, RATIO, ARM)])
     counted = []
     for here in (alone, nullcontext):
-        patience = Patience(most=300.0)
+        budget = Budget(most=300.0)
         with here():  # type: ignore[operator]
-            explain(prepare(model, model.readings.valid.copy(), patience), 0.0, lambda _: None)
-        counted.append((patience.spent, patience.ended))
+            explain(prepare(model, model.readings.valid.copy(), budget), 0.0, lambda _: None)
+        counted.append((budget.spent, budget.ended))
     assert counted[0] == counted[1]

@@ -30,7 +30,7 @@ def memory(whiten: Whitener) -> float:
 def test_memory_and_spread_are_given_back(delta: DeltaRobot, record: Record) -> None:
     model = DeltaModel(delta, [record(rho=RHO)])
     prepared = prepare(model, model.readings.valid.copy())
-    fit = Saturated(prepared.bank, prepared.fitter)
+    fit = Saturated(prepared.library, prepared.fitter)
     still = model.predict([n.term for n in model.nuisances])
     residual = prepared.fitter.observed - still
     taken = estimate(model.readings, prepared.valid, residual - fit(residual))
@@ -46,7 +46,7 @@ def test_memory_and_spread_are_given_back(delta: DeltaRobot, record: Record) -> 
 def test_a_memory_that_is_a_mismatch_is_not_made_longer(delta: DeltaRobot, record: Record) -> None:
     model = DeltaModel(delta, [record()])
     prepared = prepare(model, model.readings.valid.copy())
-    fit = Saturated(prepared.bank, prepared.fitter)
+    fit = Saturated(prepared.library, prepared.fitter)
     swaying = np.cumsum(np.random.default_rng(3).standard_normal((len(fit.fitter.observed), 3)), 0)
     long = estimate(model.readings, prepared.valid, 1e-4 * swaying)
     assert all(n.phi.sum() > LONGEST for n in long.channels)

@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.estimation.penalties import price
+from diagnosis.estimation.penalties import penalty
 from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.evidence.pair_scores import best_pairs, leading
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta import DeltaModel
-from diagnosis.selection.equivalents import twins
+from diagnosis.selection.equivalents import equivalents_of
 from diagnosis.selection.search import Search
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
@@ -32,7 +32,7 @@ def test_the_best_pair_is_the_truth_and_the_search_takes_it(
     search = Search(prepare(model, model.readings.valid.copy()), 0.0)
     empty, scorer = search.tests.empty, search.prepared.scorer
     entries = leading(scorer, search.tests.scores(empty), set())
-    first, *others = best_pairs(scorer, empty.free_basis, empty.residual, entries, price, 3)
+    first, *others = best_pairs(scorer, empty.free_basis, empty.residual, entries, penalty, 3)
     assert {start.candidate.key for start in first.starts} == TRUTH
     assert [pair.value for pair in others] == sorted((p.value for p in others), reverse=True)
     assert first.value >= others[0].value
@@ -47,7 +47,9 @@ def quiet(delta: DeltaRobot, record: Record) -> Search:
 
 def test_what_is_taken_is_in_no_pair(quiet: Search) -> None:
     scorer, taken = quiet.prepared.scorer, {("base_radius", "frame")}
-    entries = [scorer.bank.entries[n] for n in leading(scorer, quiet.tests.scores_of_empty, taken)]
+    entries = [
+        scorer.library.entries[n] for n in leading(scorer, quiet.tests.scores_of_empty, taken)
+    ]
     keys = [entry.key for entry in entries]
     assert len(keys) == len(set(keys)) > 20
     assert ("base_radius", "frame") not in keys
@@ -66,7 +68,7 @@ def test_play_that_hangs_on_one_flank_is_tried_as_a_home_offset(quiet: Search) -
     candidates = quiet.prepared.model.candidates
     play = next(c for c in candidates if c.key == ("gear_backlash", "motor2"))
     hanging = Term(play, np.array([0.02, 1.0, 0.0]))
-    found = twins([hanging], candidates)
+    found = equivalents_of([hanging], candidates)
     assert {term.candidate.key for term in found} == {("home_offset", "motor2")}
     assert sorted(float(term.at[0]) for term in found) == [-0.01, 0.01]
 

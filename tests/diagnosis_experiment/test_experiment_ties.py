@@ -47,7 +47,7 @@ class Case:
     turns: int = 1
 
 
-SETTLED = {
+RESOLVED = {
     "arm lag, motor azimuth": Case(
         (entry("following_lag", "motor2", time=0.03),),
         [("following_lag", "motor2")], [("motor_azimuth", "motor2")], radius_m=0.05,
@@ -67,7 +67,7 @@ SETTLED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("case", SETTLED.values(), ids=SETTLED)
+@pytest.mark.parametrize("case", RESOLVED.values(), ids=RESOLVED)
 def test_the_proposed_run_settles_the_tie(
     bench: Any, circle: Callable[..., Motion], case: Case
 ) -> None:

@@ -13,7 +13,7 @@ from diagnosis.estimation.build_tolerances import effects_of_building, usual
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.plants.candidate import Term
-from diagnosis.selection.outside_contact import blurred, clear_rows
+from diagnosis.selection.outside_contact import clear_rows, left_near_contact
 from diagnosis.selection.removal import drop
 from diagnosis.selection.search import Search
 
@@ -28,7 +28,7 @@ class Needed:
     """What these are worth."""
 
 
-class LooselyBuilt:
+class ToleranceRival:
     """The other story to that of a search: the same machine with small errors everywhere."""
 
     def __init__(self, search: Search):
@@ -40,7 +40,7 @@ class LooselyBuilt:
         prepared, model = self.search.prepared, self.search.prepared.model
         few = prepared.fitter
         many = [*model.nuisances, *model.tolerances]
-        fitter = Fitter(model, few.whiten, many, few.patience)
+        fitter = Fitter(model, few.whiten, many, few.budget)
         loose = replace(prepared, fitter=fitter)
         return Search(loose, self.search.rad_per_step, self.search.progress,
                       self.search.tests.calibration)  # fmt: skip
@@ -65,7 +65,7 @@ class LooselyBuilt:
         needed = drop(self.other, self.other.fitter.solve(solution.terms, solution.frees))
         if len(needed.terms) == len(solution.terms) and not self._better(solution, needed):
             return None
-        return Needed(needed.terms, needed.nuisances, self.other.criterion.story(needed))
+        return Needed(needed.terms, needed.nuisances, self.other.criterion.fully_penalised(needed))
 
     def instead(self, solution: Solution, needed: Needed) -> Solution | None:
         """Small errors everywhere with what else these need, where they are the better story.
@@ -81,7 +81,7 @@ class LooselyBuilt:
             found = other.collected(other.fitter.solve(begun, (), needed.nuisances))
         else:
             found = other.resumed(begun, other.tests.empty.nuisances)
-        if other.patience.lasts(Until.DOUBTED):
+        if other.budget.lasts(Until.PAIRED):
             found = other.finished(found)
         rival = self._promoted(found)
         return rival if rival.terms and self._better(solution, rival) else None
@@ -94,15 +94,15 @@ class LooselyBuilt:
         of it for what the others blur.
         """
         clear = clear_rows(self.search.fitter, solution, rival)
-        many = blurred(rival, clear)
+        many = left_near_contact(rival, clear)
         evidence, story = (
             _evidence(self.other, rival) - many,
-            self.other.criterion.story(rival) - many,
+            self.other.criterion.fully_penalised(rival) - many,
         )
 
         def beats(one: Solution) -> bool:
-            few = blurred(one, clear)
-            small = self._small(one) and story < self.search.criterion.story(one) - few
+            few = left_near_contact(one, clear)
+            small = self._small(one) and story < self.search.criterion.fully_penalised(one) - few
             return small or evidence < _evidence(self.search, one) - few
 
         if not beats(solution):
@@ -147,4 +147,6 @@ def _evidence(search: Search, solution: Solution) -> float:
     count = sum(len(t.candidate.moved) for t in solution.nuisances)
     jac = solution.tangent[: fitter.rows, :count] * fitter.spread
     occam = float(np.linalg.slogdet(np.eye(count) + jac.T @ jac)[1])
-    return search.criterion.worth(solution) + search.options.choice * len(solution.terms) + occam
+    return (
+        search.criterion.penalised(solution) + search.options.choice * len(solution.terms) + occam
+    )
