@@ -65,7 +65,7 @@ def diagnose_model(
     p = min([explained.first_p, *(run_p for run_p in _stale_p(found))])
     return assembled(
         found, fit, p, left,
-        loosely_built=explained.loosely_built,
+        loosely_built=explained.with_tolerances,
         ended_early=budget.ended,
         next_experiment=plan.experiment,
         open_ties=plan.open,

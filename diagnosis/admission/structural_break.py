@@ -1,7 +1,7 @@
 """Whether a machine was the file's until something broke, asked before any search.
 
-An arm that folds over to its other side, a rod that comes off or a motor that stops leaves the
-platform somewhere else for good. That is for the eye and the spanner: no effect of the vocabulary
+An arm that flips into its other assembly mode, a rod that comes off or a motor that stops leaves
+the platform somewhere else for good. That is for the eye and the spanner: no effect of the vocabulary
 describes it, and what a search would name instead would be wrong.
 """
 
@@ -82,8 +82,8 @@ def _broke(model: DeltaModel, source: str, when_s: float, off: float) -> str:
     """What to tell about it."""
     return (
         f"{source}: up to {when_s:.1f} s recording and robot file agree, from there on they are "
-        f"{off:.2g} {model.readings.units[0]} apart: has an arm folded over, a rod come off or a "
-        "motor stopped? Put it right, home the robot and record again"
+        f"{off:.2g} {model.readings.units[0]} apart: has an arm flipped to its other side, a rod "
+        "come off or a motor stopped? Put it right, home the robot and record again"
     )
 
 

@@ -50,7 +50,7 @@ class Until(Enum):
     TOLERANCES = 0.85
     """What else small errors everywhere need."""
     RESOLVED = 0.9
-    """A rival that turned out to be worth more takes the place of a finding."""
+    """A rival that turned out to be better takes the place of a finding."""
 
 
 @dataclass(slots=True, eq=False)

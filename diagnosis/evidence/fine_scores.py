@@ -39,8 +39,8 @@ def scores_of(
         gram = (columns.T @ columns).toarray()
         left = gram - shared @ shared.T
         gain, rank = gain_alone(left, columns.T @ rest, np.diag(gram))
-        doubted = 1.0 if small is None else tolerance_factor(left, columns.T @ small)
-        return gain, log_sf(gain / doubted, rank)
+        factor = 1.0 if small is None else tolerance_factor(left, columns.T @ small)
+        return gain, log_sf(gain / factor, rank)
 
     tasks: list[Callable[[], Any]] = [partial(sinusoid_scores, fitter, solution)]
     tasks += [partial(score, free) for free in shapes]

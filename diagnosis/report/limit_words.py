@@ -1,4 +1,4 @@
-"""What a recording could not show, and the smallest that it would have shown, in words."""
+"""What a recording could not show, and the detection limits, in words."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def untested_line(diagnosis: Diagnosis) -> str:
 
 
 def faintest_line(diagnosis: Diagnosis) -> str:
-    """A few of the smallest effects that would have been seen: those of the findings first."""
+    """A few of the detection limits: those of the findings first."""
     wanted = [finding.effect for finding in diagnosis.findings]
     order = sorted(diagnosis.smallest_detectable, key=lambda one: one.effect not in wanted)
     found: dict[str, str] = {}
@@ -30,7 +30,7 @@ def faintest_line(diagnosis: Diagnosis) -> str:
         size = smallest_text(one.value, one.unit, one.parameter)
         found.setdefault(one.effect, f"{words.effect(one.effect, one.component)} ({size})")
     shown = list(found.values())[:MOST_NAMED]
-    return f"The smallest that would have been seen: {words.listed(shown)}." if shown else ""
+    return f"Detection limits (80 % power): {words.listed(shown)}." if shown else ""
 
 
 def smallest_text(value: float, unit: str, parameter: str) -> str:

@@ -20,7 +20,7 @@ def onward(search: Search, solution: Solution) -> Solution | None:
 
 
 def add(search: Search, solution: Solution, other: Solution | None = None) -> Solution | None:
-    """With the best further effect; where another story is known, with few or one of that."""
+    """With the best further effect; where another explanation is known, with few or one of that."""
     options = search.options
     trials = search.tests.trials(solution)
     if not search.tests.any_shows(trials):

@@ -19,7 +19,7 @@ from models.effects.kind import EXACT
 
 @dataclass(slots=True, eq=False)
 class Criterion:
-    """Worth of a set, and whether a term earns its place in one."""
+    """Penalised cost of a set, and whether a term earns its place in one."""
 
     tests: Detection
     options: SearchOptions
@@ -31,7 +31,7 @@ class Criterion:
         return solution.cost + penalties + sum(spline_penalty(free) for free in solution.frees)
 
     def fully_penalised(self, solution: Solution) -> float:
-        """Worth, less what choosing each effect from all of them is worth.
+        """Penalised cost, with what choosing each effect from all of them costs.
 
         The penalty of a free shape has it; a pile of effects in one driver must not get it free.
         """
@@ -64,7 +64,7 @@ class Criterion:
         return self._parts[key]
 
     def earns(self, without: Solution, found: Solution, new: Candidate) -> bool:
-        """Whether an effect gains enough, everywhere or at least where nothing local blurs it."""
+        """Whether an effect gains enough, everywhere or where nothing local misleads."""
         gain = without.cost - found.cost
         if not self.shows(gain, new):
             return False

@@ -59,13 +59,13 @@ def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable
     return list(unique.values()), list(smallest.values())
 
 
-def _needed(tests: float, df: int, scatter: float, doubt: float) -> float:
+def _needed(tests: float, df: int, scatter: float, factor: float) -> float:
     """Chi-square that an effect must bring, for the alarm to be raised with the power wanted.
 
-    tests: independent ones. scatter: how much more the score varies than by white noise. doubt: by
+    tests: independent ones. scatter: how much more the score varies than by white noise. factor: by
     how much it must exceed what chance makes, with what no robot file promises.
     """
-    threshold = float(chdtri(df, ALARM / tests)) * doubt
+    threshold = float(chdtri(df, ALARM / tests)) * factor
     # Noise makes `scatter` times a chi-square of its own; the effect is what lies beyond it.
     return scatter * float(chndtrinc(threshold / scatter, df, 1.0 - POWER))
 

@@ -95,7 +95,7 @@ def with_pair(search: Search, base: Solution, best: Solution, most: int) -> Solu
 
 
 def group_instead(search: Search, solution: Solution) -> Solution | None:
-    """A whole group instead of several effects, where it is the better story."""
+    """A whole group instead of several effects, where it is the better explanation."""
     if len(solution.terms) < 2:
         return None
     empty, options, worth = search.tests.empty, search.options, search.criterion.penalised

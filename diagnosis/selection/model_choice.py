@@ -1,4 +1,4 @@
-"""Which explanation to believe: few effects, few effects on a loosely built machine, or unknown."""
+"""Which explanation to believe: few effects, these beside build tolerances, or unknown physics."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Explained:
     solution: Solution
     first_p: float
     """Calibrated p of 'nothing is missing' before any finding."""
-    loosely_built: bool
+    with_tolerances: bool
     """Small errors of the build are fitted everywhere beside the findings."""
     nominal: Solution
     """The machine of the robot file, without even the tolerances."""
@@ -42,49 +42,49 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     search, solution = calmed(search, search.run())
     search.prepared.library.forget_raw()
     nominal = search.tests.empty
-    loosely = ToleranceRival(search)
-    told, solution = _told(loosely, *_reviewed(loosely, solution))
+    tolerances = ToleranceRival(search)
+    told, solution = _told(tolerances, *_reviewed(tolerances, solution))
     progress("what else it could be")
     settled, stands = resolved(told, in_parts(told, solution))
     return Explained(told, settled, first_p, told is not search, nominal, stands)
 
 
 def _told(
-    loosely: ToleranceRival, solution: Solution, needed: Needed | None
+    tolerances: ToleranceRival, solution: Solution, needed: Needed | None
 ) -> tuple[Search, Solution]:
-    """The better story, few effects or these beside small errors everywhere, with its free shapes.
+    """The better explanation, few effects or these beside build tolerances, with its free shapes.
 
     One shape that explains it all is no machine that is a little off everywhere: where the scores
     promise one, it is asked first.
     """
-    search, shaped = loosely.search, None
+    search, shaped = tolerances.search, None
     if needed is not None:
-        if shape_promises(search, solution, needed.story):
+        if shape_promises(search, solution, needed.penalised):
             shaped = with_free_shapes(search, solution)
-            if explains_it_all(search, shaped, needed.story):
+            if explains_it_all(search, shaped, needed.penalised):
                 return search, shaped
         search.progress("comparing with a machine that is a little off everywhere")
         lasts = search.budget.lasts(Until.TOLERANCES)
-        other = loosely.instead(solution, needed) if lasts else None
+        other = tolerances.instead(solution, needed) if lasts else None
         if other is not None:
-            return loosely.other, with_free_shapes(loosely.other, other)
+            return tolerances.other, with_free_shapes(tolerances.other, other)
     return search, with_free_shapes(search, solution) if shaped is None else shaped
 
 
-def _reviewed(loosely: ToleranceRival, solution: Solution) -> tuple[Solution, Needed | None]:
+def _reviewed(tolerances: ToleranceRival, solution: Solution) -> tuple[Solution, Needed | None]:
     """A solution or what is better as two causes for one or as a group; and what of it is needed
     beside small errors everywhere, where these may be better still.
     """
-    search = loosely.search
-    if loosely.likely(solution) and not search.budget.lasts(Until.REVIEWED):
+    search = tolerances.search
+    if tolerances.likely(solution) and not search.budget.lasts(Until.REVIEWED):
         return solution, None
     if len(solution.terms) > 1 and not search.budget.lasts(Until.PAIRED):
-        return solution, loosely.needed(solution)
+        return solution, tolerances.needed(solution)
     pairs = search.fitter.side_by_side(pairs_for_one(search, solution))
     finished = best_of(search, solution, pairs)
     group = group_instead(search, finished)
     chosen = finished if group is None else group
-    return chosen, loosely.needed(chosen)
+    return chosen, tolerances.needed(chosen)
 
 
 def calmed(search: Search, solution: Solution) -> tuple[Search, Solution]:

@@ -20,7 +20,7 @@ from diagnosis.selection.search import Search
 def with_free_shapes(search: Search, solution: Solution) -> Solution:
     """Free shapes beside or instead of the named effects, as long as one more earns its place.
 
-    What one shape leaves at its own port is its blur and earns no second one there.
+    What one shape leaves at its own port is its discrepancy and earns no second one there.
     """
     for _ in range(search.options.most_shapes):
         if solution.frees and not search.budget.lasts(Until.SHAPED):
@@ -39,17 +39,17 @@ def with_free_shapes(search: Search, solution: Solution) -> Solution:
     return solution
 
 
-def shape_promises(search: Search, solution: Solution, story: float) -> bool:
-    """Whether a free shape, instead of a solution or beside it, scores more than another story."""
+def shape_promises(search: Search, solution: Solution, penalised: float) -> bool:
+    """Whether a free shape, instead of a solution or beside it, scores more than a rival's cost."""
     return any(
-        one.cost - gain + spline_penalty(free) < story
+        one.cost - gain + spline_penalty(free) < penalised
         for one in (search.tests.empty, solution)
         for free, gain, _ in search.tests.fine_scores(one)
     )
 
 
-def explains_it_all(search: Search, shaped: Solution, story: float) -> bool:
-    """Whether free shapes do far more than another story, and leave next to nothing.
+def explains_it_all(search: Search, shaped: Solution, penalised: float) -> bool:
+    """Whether free shapes do far more than another explanation, and leave next to nothing.
 
     Alone, or beside what is named at the same places and no machine has by its building.
     """
@@ -58,11 +58,11 @@ def explains_it_all(search: Search, shaped: Solution, story: float) -> bool:
     if not ports or any(one.component not in ports or one.effect in small for one in beside):
         return False
     left = max((trial.gain for trial in search.tests.trials(shaped)), default=0.0)
-    return left < search.options.spare * (story - search.criterion.fully_penalised(shaped))
+    return left < search.options.spare * (penalised - search.criterion.fully_penalised(shaped))
 
 
 def challenge(search: Search, solution: Solution) -> Solution:
-    """The solution, or the better story with a free shape in it."""
+    """The solution, or the better explanation with a free shape in it."""
     beside = free_rivals(search, solution)
     starts = [(solution.terms, (*solution.frees, free)) for free in beside]
     named = solution.terms
@@ -86,7 +86,7 @@ def challenge(search: Search, solution: Solution) -> Solution:
 def _best_grown(
     search: Search, rivals: Sequence[Solution], solution: Solution, best: Solution
 ) -> Solution:
-    """The best so far, or a rival of a solution that is the better story."""
+    """The best so far, or a rival of a solution that is the better explanation."""
     grown = search.fitter.side_by_side(
         [partial(_grown, search, rival, solution, best) for rival in rivals],
         [free for rival in rivals for free in rival.frees],

@@ -37,7 +37,7 @@ def left_alone(fitter: Fitter, solution: Solution) -> BoolArray:
 
 
 def clear_rows(fitter: Fitter, one: Solution, other: Solution) -> BoolArray:
-    """Whitened readings (rows,) by which to compare two stories of one recording.
+    """Whitened readings (rows,) by which to compare two explanations of one recording.
 
     Those that no local term of either touches; all of them where too few would be left.
     """

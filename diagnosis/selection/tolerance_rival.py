@@ -1,4 +1,4 @@
-"""Whether a machine that is a little off everywhere is the better story than a pile of effects."""
+"""Whether build tolerances everywhere explain better than a pile of effects."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ class Needed:
 
     terms: tuple[Term, ...]
     nuisances: tuple[Term, ...]
-    story: float
-    """What these are worth."""
+    penalised: float
+    """Their cost with all penalties."""
 
 
 class ToleranceRival:
-    """The other story to that of a search: the same machine with small errors everywhere."""
+    """The other explanation to that of a search: the same machine with small errors everywhere."""
 
     def __init__(self, search: Search):
         self.search = search
@@ -57,8 +57,8 @@ class ToleranceRival:
         return len(solution.terms) >= search.options.pile or rest_is_static or self._small(solution)
 
     def needed(self, solution: Solution) -> Needed | None:
-        """What is needed beside small errors everywhere, if these may be the better story: some
-        effect is not needed, or with all of them it is better already.
+        """What is needed beside small errors everywhere, if these may explain better: some effect
+        is not needed, or with all of them it is better already.
         """
         if not self.likely(solution):
             return None
@@ -68,7 +68,7 @@ class ToleranceRival:
         return Needed(needed.terms, needed.nuisances, self.other.criterion.fully_penalised(needed))
 
     def instead(self, solution: Solution, needed: Needed) -> Solution | None:
-        """Small errors everywhere with what else these need, where they are the better story.
+        """Small errors everywhere with what else these need, where they are the better explanation.
 
         An effect that is itself such an error is not begun with. When they need nothing the search
         begins without effects: some of these only do what they do.
@@ -87,22 +87,23 @@ class ToleranceRival:
         return rival if rival.terms and self._better(solution, rival) else None
 
     def _better(self, solution: Solution, rival: Solution) -> bool:
-        """Whether small errors everywhere are the better story, judged where nothing local blurs
-        it.
+        """Whether small errors everywhere explain better, judged where nothing local misleads.
 
-        Not when it is one by an effect that would make the first story as good, and was left out
-        of it for what the others blur.
+        Not when it is one by an effect that would make the first as good, and was left out of it
+        for what the others may leave.
         """
         clear = clear_rows(self.search.fitter, solution, rival)
         many = left_near_contact(rival, clear)
-        evidence, story = (
+        evidence, penalised = (
             _evidence(self.other, rival) - many,
             self.other.criterion.fully_penalised(rival) - many,
         )
 
         def beats(one: Solution) -> bool:
             few = left_near_contact(one, clear)
-            small = self._small(one) and story < self.search.criterion.fully_penalised(one) - few
+            small = (
+                self._small(one) and penalised < self.search.criterion.fully_penalised(one) - few
+            )
             return small or evidence < _evidence(self.search, one) - few
 
         if not beats(solution):
@@ -111,7 +112,7 @@ class ToleranceRival:
         return fairer is solution or beats(fairer)
 
     def _with_those_of(self, solution: Solution, rival: Solution) -> Solution:
-        """A solution with what another has beside it, where that was left out for the blur."""
+        """A solution with what another has beside it, where discrepancy kept that out."""
         search, own = self.search, {term.candidate.key for term in solution.terms}
         more = [term for term in rival.terms if term.candidate.key not in own]
         if not more:
@@ -142,7 +143,7 @@ class ToleranceRival:
 
 
 def _evidence(search: Search, solution: Solution) -> float:
-    """Cost with what choosing the terms and fitting the nuisances is worth (Laplace)."""
+    """Cost with what choosing the terms and fitting the nuisances costs (Laplace)."""
     fitter = search.fitter
     count = sum(len(t.candidate.moved) for t in solution.nuisances)
     jac = solution.tangent[: fitter.rows, :count] * fitter.spread

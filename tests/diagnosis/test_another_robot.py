@@ -65,5 +65,5 @@ def test_a_loss_that_no_motor_has_is_a_breakage(delta: DeltaRobot, record) -> No
     entry = EffectEntry(
         effect="lost_steps", component="motor2", parameters={"steps": -1600.0, "time": 20.0}
     )
-    with pytest.raises(RecordingError, match="has an arm folded over"):
+    with pytest.raises(RecordingError, match="has an arm flipped to its other side"):
         check_belongs(delta, record(entry, seconds=40.0))

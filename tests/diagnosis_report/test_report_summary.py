@@ -255,7 +255,7 @@ def test_smallest_of_the_findings_come_first(make: Any) -> None:
     )
     given = make("explained").smallest_detectable
     lines = plain_lines(make("explained", smallest_detectable=[first, *given]))
-    line = next(line for line in lines if "smallest" in line)
+    line = next(line for line in lines if "Detection limits" in line)
     assert line.index("free play") < line.index("mass")
 
 
