@@ -74,6 +74,16 @@ def circles(edges: Mapping[str, Mapping[str, object]]) -> list[list[str]]:
     return [list(circle) for circle in sorted(found)]
 
 
+def between_folders(root: Path) -> list[list[str]]:
+    """The circles of a repository that leave one folder: its loose files may know each other."""
+
+    def folder(name: str) -> str:
+        loose = root.joinpath(*name.split(".")).with_suffix(".py").exists()
+        return name.rpartition(".")[0] if loose else name
+
+    return [one for one in circles(imports(root)) if len({folder(name) for name in one}) > 1]
+
+
 def _reached(edges: Mapping[str, Mapping[str, object]], start: str) -> set[str]:
     seen: set[str] = set()
     waiting = list(edges.get(start, ()))
@@ -136,7 +146,7 @@ def main() -> int:
     names = Counter(deciding(folder))
     again = [name for name, count in names.items() if count > 1]
     print(f"numbers: {names.total()}, names defined more than once: {', '.join(again) or 'none'}")
-    found = circles(imports(root))
+    found = between_folders(root)
     for circle in found:
         print(f"import circle: {', '.join(circle)}")
     print(f"{len(found)} import circles")

@@ -1,8 +1,8 @@
 """Whether a machine was the file's until something broke, asked before any search.
 
 An arm that flips into its other assembly mode, a rod that comes off or a motor that stops leaves
-the platform somewhere else for good. That is for the eye and the spanner: no effect of the vocabulary
-describes it, and what a search would name instead would be wrong.
+the platform somewhere else for good. That is for the eye and the spanner: no effect of the
+vocabulary describes it, and what a search would name instead would be wrong.
 """
 
 from __future__ import annotations
