@@ -1,6 +1,7 @@
 # Everything is built here from Python 3.11 (or newer), make and pip; nothing else is needed.
-PYTHON ?= python3
 VENV   ?= .venv
+# Not the virtual environment's own Python, where that is activated: it has no pip.
+PYTHON ?= $(shell PATH="$$(printf %s "$$PATH" | sed 's#$(abspath $(VENV))/bin:##g')" command -v python3)
 BIN    := $(VENV)/bin
 JOB    ?= config/heart.yaml
 
@@ -46,7 +47,7 @@ $(VENV)/bin/python:
 	@$(PYTHON) -m venv --without-pip $(VENV)
 
 $(VENV)/.run: $(VENV)/bin/python pyproject.toml constraints.txt
-	@echo "Installing deltactl$(EXTRAS) into $(VENV): one to three minutes, the first time."
+	@echo "Installing deltactl$(EXTRAS) into $(VENV): one to four minutes, the first time."
 	@$(INSTALL) -e '.$(EXTRAS)'
 	@touch $@
 

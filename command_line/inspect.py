@@ -65,7 +65,8 @@ def _show(one: Inspection, robot: str | None, save: Path | None) -> None:
     console.print()
     if robot is None:
         motion = f" --motion {one.motion or 'rotary'}" if one.kind == "servo_axis" else ""
-        say(f"describe the machine:  deltactl init {ROBOT} --kind {one.kind}{motion}")
+        zero = " --zero arbitrary" if one.zero == "arbitrary" else ""
+        say(f"describe the machine:  deltactl init {ROBOT} --kind {one.kind}{motion}{zero}")
     read = ["--columns", str(save)] if save is not None else one.options
     say(f"diagnose it:           {one.command(robot or ROBOT, read)}")
 

@@ -29,6 +29,8 @@ from recording.table_format import SEPARATORS, TableFormat, guess_format
 
 _NUMBERED = re.compile(r"(.*?)[._]?\d+")
 LARGE_JITTER = 0.2
+FAR = 0.25
+"""Part of the whole motion by which zeros that are not shared lie apart."""
 OTHER_SEPARATOR = {"\t": "tab", " ": "space"}
 
 
@@ -46,6 +48,8 @@ class Inspection:
     motion: str | None
     """linear or rotary, of a servo axis; None where it cannot be told."""
     kind_why: str
+    zero: str | None
+    """arbitrary where the readings stand far from the commands; None where that is not known."""
     mapping: Mapping
     warnings: list[str] = field(default_factory=list)
 
@@ -148,7 +152,8 @@ def inspect_table(
     if kind == "servo_axis" and motion is None:
         warnings.append("rad or m cannot be told apart: say --motion rotary or --motion linear")
     return Inspection(
-        path, [*facts, *timing], table, guesses, kind, motion, why, mapping, warnings
+        path, [*facts, *timing], table, guesses, kind, motion, why, _zero(guesses, known),
+        mapping, warnings,
     )  # fmt: skip
 
 
@@ -208,6 +213,22 @@ def _timing(
             f"{time.source}: steps of time are uneven; use the clock of the samples if there is one"
         )
     return facts, late
+
+
+def _zero(guesses: AnyMapping[str, Guess], table: AnyMapping[str, FloatArray]) -> str | None:
+    """Whether command and reading of an axis share their zero."""
+    by_name = {guess.name: guess for guess in guesses.values()}
+    for asked, seen in (("command", "position"), ("command_1", "theta_1")):
+        if asked not in by_name or seen not in by_name:
+            continue
+        one, other = by_name[asked], by_name[seen]
+        if one.unit != other.unit:
+            return None
+        values = table[one.source]
+        apart = abs(float(np.nanmedian(table[other.source] - values)))
+        width = float(np.nanmax(values) - np.nanmin(values))
+        return "arbitrary" if apart > FAR * width else "absolute"
+    return None
 
 
 def _kind(guesses: AnyMapping[str, Guess]) -> tuple[str | None, str | None, str]:

@@ -28,7 +28,7 @@ MICROSTEPS = Question("microsteps_per_rev", "Microsteps for one turn of the moto
 GEAR = Question("gear_ratio", "Turns of the motor for one turn of the arm (1 without a gear)")
 ZERO = Question(
     "zero", "Is the zero of the readings that of the commands (absolute), or not (arbitrary)?",
-    "arbitrary",
+    "absolute",
 )  # fmt: skip
 QUESTIONS: dict[str, tuple[Question, ...]] = {
     "delta": (

@@ -56,7 +56,10 @@ def _drive(answers: Answers) -> list[str]:
 
 
 def _stepper(answers: Answers) -> list[str]:
-    return [*_drive(answers), f"zero: {answers['zero']}   # absolute: an offset is a finding"]
+    return [
+        *_drive(answers),
+        f"zero: {answers['zero']}   # arbitrary: an offset between command and reading is no finding",
+    ]
 
 
 def _servo(answers: Answers) -> list[str]:
@@ -68,7 +71,10 @@ def _servo(answers: Answers) -> list[str]:
         lines += [f"inertia: {_number(inertia)}   # {unit}", f"effort_gain: {_number(gain)}"]
     else:
         lines.append(f"# inertia: 0.1   # {unit}; needed where the recording has an effort column")
-    return [*lines, f"zero: {answers['zero']}   # absolute: an offset is a finding"]
+    return [
+        *lines,
+        f"zero: {answers['zero']}   # arbitrary: an offset between command and reading is no finding",
+    ]
 
 
 def _wiring(answers: Answers) -> list[str]:

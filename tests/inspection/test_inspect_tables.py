@@ -199,3 +199,12 @@ def test_no_table_is_one_line(deltactl: Deltactl, tmp_path: Path, content: str) 
     refused = deltactl("diagnose", "none.csv", "--inspect", status=2)
     assert refused.stderr.startswith("deltactl: none.csv")
     assert len(refused.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(("shift", "zero"), [(0.02, "absolute"), (7.0, "arbitrary")])
+def test_readings_that_stand_far_from_the_commands_have_a_zero_of_their_own(
+    tmp_path: Path, shift: float, zero: str
+) -> None:
+    path = tmp_path / "shifted.csv"
+    path.write_text("t,command,position\n" + text(columns(T_S, COMMAND, POSITION + shift)))
+    assert inspect(path).zero == zero

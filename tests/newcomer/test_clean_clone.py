@@ -36,7 +36,7 @@ def test_the_small_install_says_how_to_get_the_diagnosis(clone: Path) -> None:
     refused = _run(clone, ".venv/bin/deltactl diagnose none.csv --robot zhao-2023.yaml")
     assert refused.returncode == 2
     assert "Traceback" not in refused.stderr
-    _typed(clone, refused.stderr.strip().split("type: ")[1])
+    _typed(clone, "source .venv/bin/activate\n" + refused.stderr.strip().split("type: ")[1])
     there = _run(clone, ".venv/bin/deltactl diagnose none.csv --robot zhao-2023.yaml")
     assert "none.csv" in there.stderr
     shutil.rmtree(clone / ".venv")
