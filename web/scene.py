@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from typing import Any
 
 from nicegui import ui
@@ -11,6 +13,10 @@ from web.drawing import Matrix, Skeleton
 
 ARM, ROD, PLATE, SENSED, CULPRIT = "#3b82f6", "#94a3b8", "#1e293b", "#f59e0b", "#dc2626"
 LINK_RADIUS_M, ROD_RADIUS_M, JOINT_RADIUS_M = 0.012, 0.005, 0.022
+TRACED = "#059669"
+TRACE_STEP_M, TRACE_LINES = 0.003, 300
+JUMP_M = 0.05
+"""Counters that are set (homing) draw no line."""
 DIGITS = 5
 """A hundredth of a millimetre is finer than any screen."""
 
@@ -23,6 +29,8 @@ class RobotScene:
         self._skeleton = Skeleton.of(belief.robot.geometry)
         self._links: list[Any] = []
         self._marks: dict[str, Any] = {}
+        self._traced: deque[Any] = deque()
+        self._drawn: list[Three] = []
         self._last: tuple[object, ...] = ()
         reach = self._skeleton.base_radius_m + sum(self._skeleton.upper_arm_m) / 3
         self.view = ui.scene(
@@ -48,10 +56,24 @@ class RobotScene:
             calls += [_moved(part, placed.middle_m), _turned(part, placed.rotation)]
         if position is not None:
             calls.append(_moved(self._platform, position))
+            self._trace(position)
         calls.append(_shown(self._sensed, measured_m is not None))
         if measured_m is not None:
             calls.append(_moved(self._sensed, measured_m))
         self.view.run_method("run_methods", calls)
+
+    def _trace(self, position: Three) -> None:
+        """Where the platform has been of late: a line a few millimetres long, bounded in number."""
+        step_m = math.dist(self._drawn[-1], position) if self._drawn else math.inf
+        if step_m < TRACE_STEP_M:
+            return
+        if step_m < JUMP_M:
+            with self.view:
+                line = self.view.line(list(self._drawn[-1]), list(position)).material(TRACED)
+            self._traced.append(line)
+            if len(self._traced) > TRACE_LINES:
+                self._traced.popleft().delete()
+        self._drawn = [position]
 
     def blame(self, components: list[str]) -> None:
         """Colour the parts that a diagnosis names; an empty list clears them."""

@@ -30,7 +30,7 @@ NEXT = {
 SIMULATED = " (Simulated: switching off drops them onto their stops.)"
 """Nobody has hands at the simulated robot."""
 
-DRAWN = "Blue: where the step counts put it. Amber ball: where the sensors see it."
+DRAWN = "Blue: where the step counts put it, green its way. Amber ball: where the sensors see it."
 NOT_HOMED = "Not homed: the arms are drawn as if the counts were right. Amber ball: the sensors."
 
 BUTTONS: tuple[tuple[str, str, Request, str], ...] = (
@@ -54,7 +54,7 @@ class StateCard:
         self._buttons: dict[Request, Any] = {}
         self._state = ""
         with ui.row().classes("w-full items-stretch gap-2"):
-            with ui.card().classes("p-1 grow basis-96"):
+            with ui.card().classes("p-1 grow basis-96 min-w-0 overflow-hidden"):
                 self._box = ui.element("div").classes("scene-box w-full")
                 self._texts["caption"] = ui.label().classes("text-xs text-gray-600 px-1")
             with ui.column().classes("grow basis-80 gap-2"):

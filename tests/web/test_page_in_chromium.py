@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +11,7 @@ from pathlib import Path
 import pytest
 from selenium.webdriver.common.by import By
 
-from tests.web.conftest import PHONE, Browser, WebPage, end_page, start_page
+from tests.web.conftest import PHONE, Browser, WebPage, end_page, patient_robot, start_page
 from web.users import add_user
 
 Open = Callable[..., Browser]
@@ -116,5 +118,33 @@ def test_a_viewer_sees_all_and_can_stop_but_not_start(
         assert not viewer.driver.find_elements(By.CSS_SELECTOR, '[data-testid="home"]')
         viewer.press("stop")
         viewer.says("latched", "by hall", 5.0)
+    finally:
+        end_page(page)
+
+
+def test_two_browsers_and_a_daemon_that_comes_goes_and_comes_again(
+    chromium: Open, tmp_path: Path
+) -> None:
+    place = tmp_path / "d.sock"
+    page = start_page(tmp_path, "--socket", str(place))
+    call = [sys.executable, "-P", "-m", "command_line.main", "daemon",
+            str(patient_robot(tmp_path)), "--simulate", "--socket", str(place),
+            "--recordings", str(page.recordings)]  # fmt: skip
+    try:
+        one, other = chromium(page.url), chromium(page.url)
+        one.says("state", "no daemon")
+        one.says("next", "no daemon answers")
+        for _ in range(2):
+            daemon = subprocess.Popen(call, stderr=subprocess.DEVNULL)
+            try:
+                one.says("state", "off", 60.0)
+                one.press("power_on")
+                other.says("state", "unhomed")
+                other.press("stop")
+                one.says("latched", "stopped on the page")
+            finally:
+                daemon.terminate()
+                daemon.wait(20.0)
+            other.says("state", "no daemon")
     finally:
         end_page(page)
