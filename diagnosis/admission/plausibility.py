@@ -9,7 +9,7 @@ from foundation.errors import RecordingError
 
 FACTOR = 20.0
 FEWEST_VALID = 100
-STILL = 1e-4
+STANDS_STILL = 1e-4
 
 
 def check_input(model: Model) -> None:
@@ -27,20 +27,20 @@ def check_input(model: Model) -> None:
         )
     predicted = model.predict([n.term for n in model.nuisances])
     moved = np.ptp(predicted, axis=0)
-    if moved.max() < STILL:
+    if moved.max() < STANDS_STILL:
         raise RecordingError("nothing moves in this recording; nothing can be told from it")
     for column, name in enumerate(readings.names):
         good = readings.valid[:, column]
         if good.sum() < FEWEST_VALID:
             continue
         seen, expected = readings.values[good, column], predicted[good, column]
-        if np.ptp(seen) == 0.0 and np.ptp(expected) > 100 * STILL:
+        if np.ptp(seen) == 0.0 and np.ptp(expected) > 100 * STANDS_STILL:
             raise RecordingError(
                 f"{name} never changes (always {seen[0]:g}) though the platform moves; "
                 "is the sensor dead or the column wrong?"
             )
         ratio = np.median(np.abs(seen)) / max(float(np.median(np.abs(expected))), 1e-9)
-        if ratio > FACTOR or (ratio < 1.0 / FACTOR and np.median(np.abs(expected)) > STILL):
+        if ratio > FACTOR or (ratio < 1.0 / FACTOR and np.median(np.abs(expected)) > STANDS_STILL):
             unit = readings.units[column]
             raise RecordingError(
                 f"{name} is about {ratio:.3g} times what robot and commands give; "

@@ -20,14 +20,14 @@ from models.linkage import Linkage, forward
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording
 
-FAR = 0.15
+FAR_OFF = 0.15
 """A mismatch larger than this share of how much the readings move needs an explanation."""
 NEAR_SCATTERS = 3.0
 NEAR_SHARE = 0.2
 """A machine that agrees with the file in this share of the time is the file's."""
 OFF = 0.05
 """No build of one machine errs by more of a length or of the gear than this."""
-MOST_SAMPLES = 500
+MOST_LOOKED_AT = 500
 TRUSTED = 0.4
 """Share of the samples that the fit of another machine goes by."""
 TURNS = 5
@@ -47,7 +47,7 @@ def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
     check_input(model)
     readings = model.readings
     rows = np.flatnonzero(readings.valid.any(axis=1) & np.isfinite(model.position_m[:, 0]))
-    if len(rows) < MOST_SAMPLES // 10:
+    if len(rows) < MOST_LOOKED_AT // 10:
         return
     seen = np.where(readings.valid, readings.values, np.nan)
     left = seen - model.predict([n.term for n in model.nuisances])
@@ -55,18 +55,18 @@ def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
     span = float(np.nanmax(np.nanstd(seen, axis=0)))
     refuse_broken(model, recording.source, left, span)
     before = float(np.sqrt(np.nanmean(left**2)))
-    if before < FAR * span or _near(left, scatter) > NEAR_SHARE:
+    if before < FAR_OFF * span or _near(left, scatter) > NEAR_SHARE:
         return
     nominal = left
-    rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), MOST_SAMPLES)).astype(int)]
+    rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), MOST_LOOKED_AT)).astype(int)]
     angles = _as_late_as_fits(model, rows, seen[rows])
     size, left = _closest(model, angles, seen[rows], scatter)
     after = float(np.sqrt(np.nanmean(left**2)))
     far = f"{recording.source}: recording and robot file do not belong together: "
     apart = f"{before:.3g} {readings.units[0]} apart in a motion of {span:.3g} {readings.units[0]}"
-    if after > FAR * span or np.abs(size).max() > OFF:
+    if after > FAR_OFF * span or np.abs(size).max() > OFF:
         refuse_once_near(model, recording.source, nominal)
-    if after > FAR * span and _near(left, scatter) < NEAR_SHARE:
+    if after > FAR_OFF * span and _near(left, scatter) < NEAR_SHARE:
         raise RecordingError(
             f"{far}{apart}, and no lengths, homes, gear or sensor offsets bring them together "
             f"(at best {after:.3g}); is this another robot's file, or another run's commands?"

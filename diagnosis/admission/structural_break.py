@@ -21,13 +21,13 @@ LEAST_AFTER = 0.05
 """Share of the recording that must be left after it."""
 NEARLY_ALL = 0.9
 """Of the readings, before and after; the others may be wherever they like."""
-FAR = 0.2
+BROKEN_OFF = 0.2
 """After it the readings are off by more than this share of how much they move."""
 WORSE = 1.9
 """And by so many times more than before."""
 MOVES = 0.3
 """It still moves by this share: a platform that is pressed on a stop and rests is not broken."""
-STILL = 0.3
+STILL_AGREES = 0.3
 """A machine agrees with the file where it is nearer than this share of what it is off later."""
 STRAY = 0.2
 """Share of the readings that may be far off before, or near after."""
@@ -50,7 +50,7 @@ def refuse_broken(model: DeltaModel, source: str, left: FloatArray, span: float)
         return
     ratio, at = max(_contrast(apart, at) for at in _moments(LEAST_BEFORE, last))
     after = float(np.quantile(apart[at:], 1.0 - NEARLY_ALL))
-    if ratio < WORSE or after < FAR * span or not _moves(model, rows[at:], span):
+    if ratio < WORSE or after < BROKEN_OFF * span or not _moves(model, rows[at:], span):
         return
     shift_rad, rest = _shifted(model, rows[at:], left)
     if rest < OFFSETS * after and shift_rad < MOST_LOST_RAD:
@@ -67,7 +67,7 @@ def refuse_once_near(model: DeltaModel, source: str, left: FloatArray) -> None:
     read = np.isfinite(left).any(axis=1)
     apart = np.nanmax(np.abs(left[read]), axis=1)
     after = float(np.median(apart[len(apart) // 2 :]))
-    near = apart < STILL * after
+    near = apart < STILL_AGREES * after
     before = np.cumsum(near)[:-1]
     count = np.arange(1, len(near))
     agreed = before / count

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from diagnosis.plants.candidate import Candidate, Term
 
-FREE = 4.0
+SPLINE_FACTOR = 4.0
 """So many times more for a free shape, which fits many things a little."""
 
 

@@ -19,7 +19,7 @@ from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.nuisance import Nuisance
 
-EXACT = 1.0 / 60.0
+MOST_CAREFUL = 1.0 / 60.0
 """Share of the usual tolerances that the most careful building leaves: 0.025 mm at a sensor,
 0.01 mm in an arm, 0.03 mrad at a home."""
 
@@ -37,7 +37,7 @@ def small_errors(fitter: Fitter, around: Sequence[Term]) -> FloatArray:
         at, step = nuisance.term.at.copy(), nuisance.term.candidate.coordinates[i].step
         at[i] += step
         moved = model.predict([*around, nuisance.term.moved_to(at)]) - as_it_is
-        return EXACT * spread / step * fitter.vector(moved)
+        return MOST_CAREFUL * spread / step * fitter.vector(moved)
 
     tasks = [
         partial(column, nuisance, i, spread)

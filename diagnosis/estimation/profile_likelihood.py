@@ -26,7 +26,7 @@ TRIES = 4
 CLOSE = 0.1
 FURTHEST = 6.0
 """Standard deviations of the straight interval beyond which nobody looks."""
-STEPS = 3
+REFIT_STEPS = 3
 
 
 def intervals(
@@ -73,7 +73,7 @@ def _end(
         end = float(np.clip(start + reach, coordinate.low, coordinate.high))
         held = _held(near.terms[number], i, end)
         terms = (*near.terms[:number], held, *near.terms[number + 1 :])
-        near = fitter.solve(terms, near.frees, near.nuisances, STEPS, solution.named_tangent)
+        near = fitter.solve(terms, near.frees, near.nuisances, REFIT_STEPS, solution.named_tangent)
         lost = max(near.cost - solution.cost, 1e-3 * loss)
         at_bound = end in (coordinate.low, coordinate.high)
         if abs(lost / loss - 1.0) < CLOSE or (at_bound and lost < loss):

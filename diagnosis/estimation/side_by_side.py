@@ -20,7 +20,7 @@ from typing import BinaryIO, Generic, TypeVar
 
 from diagnosis.estimation.between_forks import receive, send
 
-MOST = 4
+MOST_PROCESSES = 4
 """Processes at once, this one counted: what each changes of the memory it has from here adds up."""
 MOST_TASKS = 256
 """The number of a task is one byte."""
@@ -47,7 +47,7 @@ def side_by_side(tasks: Sequence[Callable[[], Made]], known: Sequence[object] = 
     `known` objects, which come back as themselves. What a task raises is raised; what a process
     took with it when it was killed is done again.
     """
-    cores = min(_cores(), MOST)
+    cores = min(_cores(), MOST_PROCESSES)
     if cores < 2 or _alone.get() or not 1 < len(tasks) <= MOST_TASKS:
         return [task() for task in tasks]
     seats = _seats.get()

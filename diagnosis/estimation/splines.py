@@ -17,7 +17,7 @@ PIECES = 4
 FINE_PIECES = 28
 DEGREE = 3
 LEAST_TRAVEL = 0.005
-STILL = 0.02
+LEAST_MOVE = 0.02
 """Share of the driver's range that it must move before it counts as having come another way."""
 
 
@@ -92,7 +92,7 @@ def two_way(driver: FloatArray, basis: csr_array) -> csr_array:
 
 def way(driver: FloatArray) -> FloatArray:
     """+1 or -1: which way the driver last moved by more than a little; 0 before it did."""
-    reach = STILL * float(np.ptp(driver))
+    reach = LEAST_MOVE * float(np.ptp(driver))
     ways = np.zeros(len(driver))
     anchor, last = float(driver[0]), 0.0
     for k, value in enumerate(driver.tolist()):

@@ -17,13 +17,12 @@ from scipy.sparse import csr_array
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
-from diagnosis.estimation.splines import FreeShape, knots_for, spline_basis, two_way
+from diagnosis.estimation.splines import PIECES, FreeShape, knots_for, spline_basis, two_way
 from diagnosis.evidence.chi2_tail import log_sf
 from diagnosis.evidence.score_test import gain_alone
 from diagnosis.observations.readings import FloatArray
 
 PAST_S = (0.06, 0.3, 1.5)
-PIECES = 4
 TIED = 11.0
 """Twice the logarithm of chance within which two drivers count as tied."""
 CERTAIN = np.log(1e-5)

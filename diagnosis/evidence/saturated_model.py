@@ -20,12 +20,12 @@ from diagnosis.evidence.library import Library
 from diagnosis.observations.readings import BoolArray, FloatArray
 
 RIDGE = 1e-5
-DRAWS = 8
+NOISE_DRAWS = 8
 LONGEST = 0.9
 """Sum of the coefficients up to which memory is given back: what remembers more than ten readings
 is rather a mismatch that no column follows.
 """
-SEED = 20261121
+NOISE_SEED = 20261121
 
 
 class Saturated:
@@ -53,8 +53,8 @@ def given_back(fit: Saturated, whiten: Whitener, valid: BoolArray) -> tuple[Whit
     Also how many times larger than what is left the noise is, (channels,).
     """
     readings = fit.fitter.model.readings
-    rng = np.random.default_rng(SEED)
-    drawn = np.stack([whiten.drawn(rng, len(readings.t_s)) for _ in range(DRAWS)], axis=2)
+    rng = np.random.default_rng(NOISE_SEED)
+    drawn = np.stack([whiten.drawn(rng, len(readings.t_s)) for _ in range(NOISE_DRAWS)], axis=2)
     left = drawn - fit(drawn)
 
     def sized(residual: FloatArray) -> list[ChannelNoise]:
@@ -64,7 +64,7 @@ def given_back(fit: Saturated, whiten: Whitener, valid: BoolArray) -> tuple[Whit
 
     each = [*np.moveaxis(drawn, 2, 0), *np.moveaxis(left, 2, 0)]
     sizes = side_by_side([partial(sized, residual) for residual in each])
-    before, after = sizes[:DRAWS], sizes[DRAWS:]
+    before, after = sizes[:NOISE_DRAWS], sizes[NOISE_DRAWS:]
     channels, larger = [], []
     for number, noise in enumerate(whiten.channels):
         pairs = [(b[number], a[number]) for b, a in zip(before, after, strict=True)]

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from diagnosis.answer.consistency import LEAST_STEPS
 from diagnosis.estimation.estimate import Solution
 from diagnosis.plants.candidate import Term
 from diagnosis.selection.ambiguity import stands_of
 from diagnosis.selection.model_choice import Explained
-
-LEAST_STEPS = 1.0
-"""A motor loses whole microsteps."""
 
 
 def impossible(term: Term) -> bool:

@@ -8,7 +8,7 @@ from functools import partial
 from diagnosis.answer.verdict import ALARM
 from diagnosis.estimation.budget import Until
 from diagnosis.estimation.build_tolerances import effects_of_building
-from diagnosis.estimation.discrepancy import FREE
+from diagnosis.estimation.discrepancy import SPLINE_FACTOR
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.penalties import FREE_PRICE, penalty, penalty_of, spline_penalty
 from diagnosis.estimation.splines import FreeShape
@@ -126,7 +126,7 @@ def free_rivals(search: Search, solution: Solution) -> list[FreeShape]:
     ]
     ranked += search.tests.fine_scores(solution)
     ranked.sort(key=lambda item: item[2])
-    least = max(FREE_PRICE, FREE * search.criterion.least_gain(solution))
+    least = max(FREE_PRICE, SPLINE_FACTOR * search.criterion.least_gain(solution))
     return [
         free
         for free, gain, log_p in ranked[: search.options.rival_shapes]

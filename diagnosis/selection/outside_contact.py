@@ -12,10 +12,10 @@ from diagnosis.estimation.least_squares import Fitter
 from diagnosis.observations.readings import BoolArray
 from diagnosis.plants.candidate import Term
 
-NEAR_S = 0.3
+AROUND_CONTACT_S = 0.3
 """Around it: touching down a little earlier, and what rings after."""
 LEAST_CHANGE_M = 1e-6
-LEAST_SHARE = 0.2
+LEAST_CLEAR = 0.2
 """Of the readings, to judge by them alone."""
 
 
@@ -31,7 +31,7 @@ def left_alone(fitter: Fitter, solution: Solution) -> BoolArray:
     without = model.predict([*solution.nuisances, *others])
     everything = model.predict([*solution.nuisances, *solution.terms])
     acts = np.abs(everything - without).max(axis=1) > LEAST_CHANGE_M
-    near = maximum_filter1d(acts, 1 + 2 * round(NEAR_S / model.readings.period_s))
+    near = maximum_filter1d(acts, 1 + 2 * round(AROUND_CONTACT_S / model.readings.period_s))
     alone: BoolArray = ~near[fitter.whiten.rows]
     return alone
 
@@ -44,7 +44,7 @@ def clear_rows(fitter: Fitter, one: Solution, other: Solution) -> BoolArray:
     if not local_terms((*one.terms, *other.terms)):
         return np.ones(fitter.rows, dtype=bool)
     clear = left_alone(fitter, one) & left_alone(fitter, other)
-    return clear if clear.mean() >= LEAST_SHARE else np.ones(fitter.rows, dtype=bool)
+    return clear if clear.mean() >= LEAST_CLEAR else np.ones(fitter.rows, dtype=bool)
 
 
 def left_near_contact(solution: Solution, clear: BoolArray) -> float:

@@ -13,7 +13,12 @@ from diagnosis.estimation.noise import estimate
 from diagnosis.estimation.penalties import IN_NAME_ONLY, penalty, penalty_of
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta import DeltaModel
-from diagnosis.selection.outside_contact import NEAR_S, clear_rows, gain_elsewhere, left_alone
+from diagnosis.selection.outside_contact import (
+    AROUND_CONTACT_S,
+    clear_rows,
+    gain_elsewhere,
+    left_alone,
+)
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 
@@ -49,7 +54,7 @@ def test_readings_are_left_alone_where_the_platform_is_not_near_the_stop(
     assert not clear[pressed[sample]].any()
     pressed_s = model.readings.t_s[pressed]
     apart_s = np.abs(model.readings.t_s[sample][:, None] - pressed_s).min(axis=1)
-    assert clear[apart_s > NEAR_S + 0.2].all()
+    assert clear[apart_s > AROUND_CONTACT_S + 0.2].all()
     assert gain_elsewhere(fitter, solution, solution) == pytest.approx(0.0, abs=1e-6)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from diagnosis.estimation.covariance import covariance
 from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.file_tolerances import EXACT, giving_way, pull
+from diagnosis.estimation.file_tolerances import MOST_CAREFUL, giving_way, pull
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import estimate
 from diagnosis.plants.candidate import Term
@@ -48,7 +48,7 @@ def test_an_offset_is_no_surer_than_the_sensor_is_mounted(
     )
     place = solution.columns_of(0).start
     pulled = pull(fitter, solution, _bread(solution))[place]
-    mounted = EXACT * TOLERANCES["sensor_offset"]
+    mounted = MOST_CAREFUL * TOLERANCES["sensor_offset"]
     assert np.isclose(np.abs(pulled), mounted, rtol=1e-6).any()
     plain = _bread(solution)[place, place]
     assert covariance(fitter, solution)[place, place] >= plain + pulled @ pulled
