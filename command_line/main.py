@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib.util
 import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -86,6 +88,9 @@ check_runs.register(app)
 
 def main() -> None:
     """Run the command line; used by the `deltactl` script."""
+    if other := shadowed():
+        print(f"deltactl: {other}", file=sys.stderr)
+        sys.exit(2)
     from foundation.errors import ConfigError, DeltactlError
 
     try:
@@ -101,6 +106,22 @@ def main() -> None:
         where = f"{error.filename}: " if error.filename else ""
         print(f"deltactl: {where}{error.strerror or one_line(error)}", file=sys.stderr)
         sys.exit(2)
+
+
+FOLDERS = ("foundation", "drivers", "models", "recording", "charts", "firmware_py", "diagnosis")
+
+
+def shadowed() -> str | None:
+    """Which folder of somebody else Python would take for one of ours, and what to do."""
+    ours = Path(__file__).resolve().parents[1]
+    for name in FOLDERS:
+        found = importlib.util.find_spec(name)
+        if found is not None and found.origin and Path(found.origin).resolve().parents[1] != ours:
+            return (
+                f"{Path(found.origin).parent} stands before the program's own folder '{name}'; "
+                "take its parent out of PYTHONPATH, or rename it"
+            )
+    return None
 
 
 def one_line(error: object) -> str:

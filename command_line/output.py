@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+from collections.abc import Iterable
 from typing import Any
 
 from rich.console import Console
@@ -52,7 +53,19 @@ def facts(title: str, rows: list[tuple[str, str]]) -> Table:
 
 def millimetres(value_m: float) -> str:
     """A length for people."""
-    return "-" if not math.isfinite(value_m) else f"{value_m * 1e3:.2f} mm"
+    return "-" if not math.isfinite(value_m) else f"{value_m * 1e3:.{decimals([value_m])}f} mm"
+
+
+FEWEST_DECIMALS, MOST_DECIMALS = 2, 6
+
+
+def decimals(lengths_m: Iterable[float], digits: int = 2) -> int:
+    """Decimals in mm with which the smallest length still shows so many digits."""
+    sizes = [abs(one) * 1e3 for one in lengths_m if math.isfinite(one) and one != 0.0]
+    if not sizes:
+        return FEWEST_DECIMALS
+    needed = digits - 1 - math.floor(math.log10(min(sizes)))
+    return min(max(needed, FEWEST_DECIMALS), MOST_DECIMALS)
 
 
 def duration(seconds: float | None) -> str:

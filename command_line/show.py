@@ -8,7 +8,7 @@ from typing import Any
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from command_line.output import console, print_json, say, warn
+from command_line.output import console, decimals, print_json, say, warn
 from firmware_py.run_report.report import write_report
 from firmware_py.run_report.tracking import RunTracking, robot_of, track
 from models.robot import AXES
@@ -32,14 +32,15 @@ def tracking_table(job: str, tracking: RunTracking) -> Table:
     """RMS and largest error of each axis, for everything there is to compare with."""
     title = f"{job}: error against the target, in mm"
     table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column("seen by")
+    table.add_column("seen by", no_wrap=True)
     for axis in AXES:
         table.add_column(f"{axis} RMS", justify="right")
         table.add_column(f"{axis} max", justify="right")
     table.add_column("samples", justify="right")
+    digits = decimals((float(max(one.rms_m)) for one in tracking.all()), 1)
     for one in tracking.all():
         pairs = zip(one.rms_m, one.max_m, strict=True)
-        cells = [f"{value_m * 1e3:.2f}" for pair in pairs for value_m in pair]
+        cells = [f"{value_m * 1e3:.{digits}f}" for pair in pairs for value_m in pair]
         table.add_row(one.name, *cells, str(min(one.samples)))
     return table
 

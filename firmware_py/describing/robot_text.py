@@ -18,6 +18,7 @@ def robot_text(kind: str, answers: Answers, wired: bool) -> str:
     return "\n".join(lines) + "\n"
 
 
+ZERO = "# arbitrary: an offset between command and reading is no finding"
 NO_WIRING = [
     "",
     "# No pins, limits or homing are said: this file runs simulated, not on hardware.",
@@ -58,7 +59,7 @@ def _drive(answers: Answers) -> list[str]:
 def _stepper(answers: Answers) -> list[str]:
     return [
         *_drive(answers),
-        f"zero: {answers['zero']}   # arbitrary: an offset between command and reading is no finding",
+        f"zero: {answers['zero']}   {ZERO}",
     ]
 
 
@@ -73,7 +74,7 @@ def _servo(answers: Answers) -> list[str]:
         lines.append(f"# inertia: 0.1   # {unit}; needed where the recording has an effort column")
     return [
         *lines,
-        f"zero: {answers['zero']}   # arbitrary: an offset between command and reading is no finding",
+        f"zero: {answers['zero']}   {ZERO}",
     ]
 
 

@@ -1,0 +1,45 @@
+"""What stands beside the program: folders of the same name, and robots of any size."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from command_line.output import decimals, millimetres
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("name", ["drivers", "models", "recording"])
+def test_a_folder_of_the_users_that_hides_one_of_ours_is_named(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "__init__.py").write_text("")
+    path = os.pathsep.join([str(tmp_path), str(ROOT)])
+    asked = "from command_line.main import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", asked, "version"],
+        env=os.environ | {"PYTHONPATH": path}, cwd=tmp_path,
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert str(tmp_path / name) in line
+    assert "PYTHONPATH" in line
+
+
+@pytest.mark.parametrize(
+    ("length_m", "shown"),
+    [(0.0123, "12.30 mm"), (4.2e-6, "0.0042 mm"), (3.1e-8, "0.000031 mm"), (0.0, "0.00 mm"),
+     (float("nan"), "-")],
+)  # fmt: skip
+def test_lengths_show_two_digits_of_whatever_size(length_m: float, shown: str) -> None:
+    assert millimetres(length_m) == shown
+
+
+def test_one_table_has_one_number_of_decimals() -> None:
+    assert decimals([0.0015, 4.4e-5]) == 3
+    assert decimals([0.0015, 0.005]) == 2
