@@ -26,10 +26,9 @@ STEPS = Row(
     },
     (
         "tests/steps/test_player_properties.py",
-        "tests/steps/test_through_lgpio.py",
+        "tests/steps/test_lgpio_inputs.py",
         "tests/steps/test_step_contract.py",
         "tests/steps/test_step_backends.py",
-        "tests/steps/test_pulse_process.py",
     ),
 )
 RANGING = Row(
@@ -45,7 +44,17 @@ RANGING = Row(
         "bus_watch.py": 6,
         "sample.py": 4,
     },
-    ("tests/ranging",),
+    (
+        "tests/ranging/test_vl53l1x_driver.py",
+        "tests/ranging/test_range_gating.py",
+        "tests/ranging/test_sample_times.py",
+        "tests/ranging/test_vl53l1x_tables.py",
+        "tests/ranging/test_ranging_faults.py",
+        "tests/ranging/test_ranging_start.py",
+        "tests/ranging/test_ranging_times.py",
+        "tests/ranging/test_ranging_lost.py",
+        "tests/ranging/test_ranging_contract.py",
+    ),
 )
 PLANNER = Row(
     "firmware_py/planner",
@@ -58,7 +67,16 @@ PLANNER = Row(
         "timing_moves.py": 6,
         "targets.py": 4,
     },
-    ("tests/planner",),
+    (
+        "tests/planner/test_step_gate.py",
+        "tests/planner/test_timing_together.py",
+        "tests/planner/test_path_limits.py",
+        "tests/planner/test_warped_motion.py",
+        "tests/planner/test_timing_moves.py",
+        "tests/planner/test_motion_stream.py",
+        "tests/planner/test_timing_accelerated.py",
+        "tests/planner/test_approach.py",
+    ),
 )
 CONTROLLER = Row(
     "firmware_py/controller",
@@ -75,11 +93,11 @@ CONTROLLER = Row(
         "ranging_loop.py": 3,
     },
     (
+        "tests/controller/test_feeder.py",
         "tests/controller/test_blindness.py",
         "tests/controller/test_stops_in_between.py",
         "tests/controller/test_controller_states.py",
         "tests/controller/test_controller_homing.py",
-        "tests/controller/test_feeder.py",
         "tests/controller/test_step_watch.py",
         "tests/controller/test_arms_at_rest.py",
         "tests/controller/test_controller_jobs.py",
@@ -117,6 +135,14 @@ RECORDING = Row(
         "container.py": 6,
         "mcap_chunk.py": 3,
     },
-    ("tests/recording",),
+    (
+        "tests/recording/test_recorder.py",
+        "tests/recording/test_disk_is_told.py",
+        "tests/recording/test_retention.py",
+        "tests/recording/test_recording_edges.py",
+        "tests/recording/test_recordings_kept.py",
+        "tests/recording/test_recording_cut.py",
+        "tests/recording/test_recording_bombs.py",
+    ),
 )
 TABLE: tuple[Row, ...] = (STEPS, RANGING, PLANNER, CONTROLLER, DAEMON, RECORDING)

@@ -75,12 +75,40 @@ def test_the_box_is_kept(zhao, job_of, limited):
     plan(job_of(path=line_to(0.1)), robot)
 
 
-def test_near_singular_is_refused_on_the_way_too(zhao, job_of):
-    """Both ends are fine; all arms level, in the middle, is the flat pose."""
-    path = {"shape": "joints", "angles_deg": [[40, 40, 40], [50, 50, 50], [-19, -19, 10]]}
-    message = refusal(job_of(path=path), zhao)
-    assert "on the way to point 2" in message or "point 2 at arm angles" in message
-    assert "cannot be assembled" in message or "too near to singular" in message
+DIPS = [[-12, -13, 44], [31, -1, -12]]
+"""Margins 0.163 and 0.115 at the ends, 0.105 between them."""
+
+
+@pytest.mark.parametrize(("margin", "fine"), [(0.10, True), (0.11, False)])
+def test_near_singular_is_refused_on_the_way_too(job_of, limited, margin, fine):
+    """Both ends keep to the limit, alone; what lies between them does not."""
+    robot = limited(singularity_margin=margin)
+    for end in DIPS:
+        assert plan(job_of(path={"shape": "joints", "angles_deg": [end]}), robot) is not None
+    job = job_of(path={"shape": "joints", "angles_deg": DIPS})
+    if fine:
+        assert plan(job, robot).first.reach.margin[0] == pytest.approx(0.105, abs=0.001)
+    else:
+        message = refusal(job, robot)
+        assert "on the way to point 1" in message
+        assert "too near to singular (margin 0.105, limits.singularity_margin 0.11)" in message
+
+
+@pytest.mark.parametrize(("lowest_m", "fine"), [(-0.50, True), (-0.47, False)])
+def test_the_box_holds_on_the_way_in_joint_space_too(job_of, limited, lowest_m, fine):
+    """The platform starts at z = -0.431 m, ends at -0.448 m, and sinks to -0.492 m between."""
+    ends = [[64, 9, 77], [71, 90, 7]]
+    box = ((-0.3, 0.3), (-0.3, 0.3), (lowest_m, -0.2))
+    robot = limited(box_m=box)
+    for end in ends:
+        assert plan(job_of(path={"shape": "joints", "angles_deg": [end]}), robot) is not None
+    job = job_of(path={"shape": "joints", "angles_deg": ends})
+    if fine:
+        assert plan(job, robot) is not None
+    else:
+        message = refusal(job, robot)
+        assert "on the way to point 1" in message
+        assert "z leaves limits.box_m [-0.47, -0.2] m" in message
 
 
 def test_joint_angles_beyond_a_limit(zhao, job_of):

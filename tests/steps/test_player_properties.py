@@ -225,6 +225,18 @@ def test_a_second_run_begins_on_time_and_no_faster_than_the_first_ended(
     assert rig.board.words[b.SLIP] == slip_ns
 
 
+def test_the_first_reason_of_a_stop_stays() -> None:
+    rig = Player()
+    rig.player.stop(b.BY_ESTOP)
+    rig.player.stop(b.REQUESTED)
+    rig.player.stop(b.NO_HEARTBEAT)
+    assert rig.board.words[b.REASON] == b.BY_ESTOP
+    assert rig.board.reason_text() == "e-stop"
+    assert rig.ask(b.ACKNOWLEDGE) == b.DONE
+    rig.player.stop(b.REQUESTED)
+    assert rig.board.words[b.REASON] == b.REQUESTED
+
+
 def test_what_was_queued_before_a_stop_is_never_played_after_it() -> None:
     rig = Player()
     rig.push(ticks_of([(100_000, (1, 1, 1))] * 10, 0))

@@ -1,0 +1,91 @@
+"""The feeder alone: it plays on only where the controller was awake."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from drivers.steps.contract import Ticks
+from firmware_py.controller.feeder import LEAD_S, LOOKAHEAD_S, Feeder
+from firmware_py.controller.journal import Journal
+from firmware_py.planner.motion import NOTHING_REACHED, Chunk
+from firmware_py.planner.time_scaling import TimeScaledMotion
+from foundation.clock import VirtualClock, ns
+from foundation.errors import PulseFault
+
+HEARTBEAT_NS = ns(0.25)
+PERIOD_NS = 1_000_000
+
+
+class Output:
+    """What a feeder needs of a step output."""
+
+    def __init__(self) -> None:
+        self.pushed: list[Ticks] = []
+
+    def status(self):
+        from drivers.steps.contract import OutputState, OutputStatus
+
+        return OutputStatus(OutputState.READY, (0, 0, 0), 0, 0)
+
+    def push(self, ticks: Ticks) -> None:
+        self.pushed.append(ticks)
+
+
+class SlowClock(VirtualClock):
+    """A clock that goes on while something is worked out."""
+
+    hang_ns = 0
+
+    def now_ns(self) -> int:
+        self._now_ns += self.hang_ns
+        return super().now_ns()
+
+
+def chunks(count: int) -> Iterator[Chunk]:
+    for number in range(count):
+        due = np.array([number * PERIOD_NS])
+        yield Chunk(Ticks(due, np.ones((1, 3), np.int8)), NOTHING_REACHED, (number + 1) * PERIOD_NS)
+
+
+def feeder(clock: SlowClock, output: Output) -> Feeder:
+    motion = TimeScaledMotion(chunks(1000), 0.2)
+    return Feeder(output, Journal(), motion, clock, HEARTBEAT_NS)
+
+
+def test_only_the_look_ahead_is_queued() -> None:
+    clock, output = SlowClock(), Output()
+    one = feeder(clock, output)
+    one.feed(clock.now_ns())
+    due_ns = np.concatenate([ticks.due_ns for ticks in output.pushed])
+    assert due_ns[0] == ns(LEAD_S)
+    assert ns(LOOKAHEAD_S) - 2 * PERIOD_NS <= due_ns[-1] <= ns(LOOKAHEAD_S)
+    clock.sleep_until_ns(ns(0.05))
+    one.feed(clock.now_ns())
+    due_ns = np.concatenate([ticks.due_ns for ticks in output.pushed])
+    assert ns(0.05 + LOOKAHEAD_S) - 2 * PERIOD_NS <= due_ns[-1] <= ns(0.05 + LOOKAHEAD_S)
+    assert (np.diff(due_ns) == PERIOD_NS).all()
+
+
+def test_what_was_worked_out_while_the_controller_hung_is_not_played() -> None:
+    clock, output = SlowClock(), Output()
+    one = feeder(clock, output)
+    one.feed(clock.now_ns())
+    before = len(output.pushed)
+    clock.sleep_until_ns(ns(0.05))
+    asked_ns = clock.now_ns()
+    clock.hang_ns = HEARTBEAT_NS + 1
+    with pytest.raises(PulseFault, match=r"no heartbeat: the controller hung for 0\.3 s"):
+        one.feed(asked_ns)
+    assert len(output.pushed) == before
+
+
+def test_a_hang_shorter_than_the_heartbeat_is_none() -> None:
+    clock, output = SlowClock(), Output()
+    one = feeder(clock, output)
+    asked_ns = clock.now_ns()
+    clock.hang_ns = HEARTBEAT_NS // 2
+    one.feed(asked_ns)
+    assert output.pushed
