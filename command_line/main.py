@@ -103,7 +103,7 @@ def main() -> None:
     except BrokenPipeError:
         sys.exit(0)
     except OSError as error:  # a disk that is full, a folder that may not be written
-        where = f"{error.filename}: " if error.filename else ""
+        where = one_line(f"{error.filename}:") + " " if error.filename else ""
         print(f"deltactl: {where}{error.strerror or one_line(error)}", file=sys.stderr)
         sys.exit(2)
 
@@ -126,7 +126,9 @@ def shadowed() -> str | None:
 
 def one_line(error: object) -> str:
     """The message without line breaks."""
-    return " ".join(str(error).split())
+    from foundation.printable import printable
+
+    return printable(" ".join(str(error).split()))
 
 
 if __name__ == "__main__":

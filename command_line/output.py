@@ -8,11 +8,29 @@ import sys
 from collections.abc import Iterable
 from typing import Any
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
 from rich.table import Table
 
-console = Console(highlight=False, markup=False)
-errors = Console(stderr=True, highlight=False, markup=False)
+from foundation.printable import is_printable, printable
+
+
+class PlainConsole(Console):
+    """A console on which nobody's text moves the cursor: what cannot be printed is written out."""
+
+    def render(
+        self, renderable: RenderableType, options: ConsoleOptions | None = None
+    ) -> Iterable[Segment]:
+        """See Console; control codes of rich itself are let through."""
+        for segment in super().render(renderable, options):
+            if segment.control or is_printable(segment.text, layout=True):
+                yield segment
+            else:
+                yield Segment(printable(segment.text, layout=True), segment.style)
+
+
+console = PlainConsole(highlight=False, markup=False)
+errors = PlainConsole(stderr=True, highlight=False, markup=False)
 
 
 def say(text: str) -> None:

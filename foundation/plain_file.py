@@ -13,15 +13,18 @@ class TooLong(Exception):
     """A file has more bytes than its kind ever has."""
 
 
-def read_plain(path: Path, most_bytes: int) -> bytes:
+def read_plain(path: Path, most_bytes: int, follow: bool = True) -> bytes:
     """The bytes of a plain file, never waiting for a writer.
 
-    Raises MissingFile (one line) when it cannot be read or is no plain file, TooLong.
+    follow: whether links may lead to it. Raises MissingFile (one line) when it cannot be read
+    or is no plain file, TooLong.
     """
     content = None
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY)
         with os.fdopen(descriptor, "rb") as file:
+            if not follow and not _lies_at(descriptor, path):
+                raise MissingFile(f"{path}: is reached through a link; name the file itself")
             if stat.S_ISREG(os.fstat(descriptor).st_mode):
                 content = file.read(most_bytes + 1)
     except OSError as error:
@@ -34,3 +37,8 @@ def read_plain(path: Path, most_bytes: int) -> bytes:
     if len(content) > most_bytes:
         raise TooLong
     return content
+
+
+def _lies_at(descriptor: int, path: Path) -> bool:
+    """Whether an open file is the one of that name, by the kernel's word: no link on the way."""
+    return os.readlink(f"/proc/self/fd/{descriptor}") == os.path.abspath(path)

@@ -38,14 +38,17 @@ class Document:
         self.data = self._parse(text)
 
     @classmethod
-    def read(cls, path: Path) -> Document:
-        """Read a file. Raises MissingFile when unreadable, ConfigError when no YAML."""
+    def read(cls, path: Path, follow: bool = True, most_bytes: int = MAX_BYTES) -> Document:
+        """Read a file. Raises MissingFile when unreadable, ConfigError when no YAML.
+
+        follow: whether links may lead to it.
+        """
         try:
-            text = read_plain(path, MAX_BYTES).decode("utf-8-sig")
+            text = read_plain(path, most_bytes, follow).decode("utf-8-sig")
         except UnicodeDecodeError as error:
             raise ConfigError(f"{path}: is not a text file in UTF-8") from error
         except TooLong:
-            raise ConfigError(f"{path}: is longer than {MAX_BYTES:,} bytes") from None
+            raise ConfigError(f"{path}: is longer than {most_bytes:,} bytes") from None
         return cls(path, text.replace("\r\n", "\n"))
 
     def line_of(self, location: Location) -> int:

@@ -14,6 +14,8 @@ from typing import Any
 
 import yaml
 
+from foundation.printable import is_printable
+
 Location = tuple[str | int, ...]
 
 MAX_DEPTH = 20
@@ -130,6 +132,8 @@ def _key(event: Any) -> str:
 
 def _scalar(event: Any) -> str | int | float | bool | None:
     _refuse_half_characters(event.value, _line(event))
+    if not is_printable(event.value, layout=True):
+        raise YamlError(_line(event), f"holds characters that cannot be seen: {event.value[:60]!a}")
     is_plain = event.implicit[0]
     return _plain(event.value, _line(event)) if is_plain else str(event.value)
 

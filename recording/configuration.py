@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from foundation.errors import RecordingError
+from foundation.printable import printable
 from recording.channels import FORMAT
 
 METADATA_NAME = "deltactl"
@@ -72,9 +73,9 @@ def from_message(message: Mapping[str, Any]) -> RunConfiguration:
     return RunConfiguration(
         robot_text=str(message["robot_text"]),
         job_text=str(message["job_text"]),
-        robot_name=str(message["robot_name"]),
-        job_name=str(message["job_name"]),
-        version=str(message["version"]),
+        robot_name=printable(str(message["robot_name"])),
+        job_name=printable(str(message["job_name"])),
+        version=printable(str(message["version"])),
         simulated=bool(message["simulated"]),
         start_epoch_ns=int(message["start_epoch_ns"]),
         settings=json.loads(message["settings_json"]),

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from foundation.errors import RecordingError
+from foundation.printable import printable
 from recording import configuration, edges
 from recording.channels import (
     CHANNELS,
@@ -138,8 +140,13 @@ def _readings(axis: str, columns: Columns) -> Readings:
 
 
 def _events(columns: Columns) -> tuple[Event, ...]:
-    found = [Event(**row) for row in columns.rows()]
+    found = [Event(**_seen(row)) for row in columns.rows()]
     return tuple(sorted(found, key=lambda event: event.t_ns))
+
+
+def _seen(row: dict[str, Any]) -> dict[str, Any]:
+    """A row of somebody's recording, its texts fit to be shown."""
+    return {name: printable(one) if isinstance(one, str) else one for name, one in row.items()}
 
 
 def _truth(columns: Columns) -> Truth:

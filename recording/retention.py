@@ -29,10 +29,12 @@ def prune(
     """Delete the oldest `.mcap` files of a folder until every limit given is kept.
 
     Only plain files directly in `folder`; never one that is being written (it is locked), and
-    never the newest. Returns what was deleted, oldest first; what cannot be deleted is left.
+    never the newest. Which is older goes by the order in which they were first seen here, not by
+    a clock that may have been set back. Returns what was deleted, oldest first; what cannot be
+    deleted is left.
     """
     now_s = time.time() if now_s is None else now_s
-    found = sorted(_recordings(folder), key=lambda old: old.modified_s)
+    found = in_sequence(folder, _recordings(folder))
     total = sum(old.size for old in found)
     deleted: list[Path] = []
     for old in found[:-1]:
@@ -43,6 +45,43 @@ def prune(
             deleted.append(old.path)
             total -= old.size
     return deleted
+
+
+SEQUENCE = ".sequence"
+"""Names of the recordings of a folder in the order in which they came, one a line."""
+MOST_BYTES = 16 * 2**20
+
+
+def in_sequence(folder: Path, found: list[_Old]) -> list[_Old]:
+    """Recordings in the order in which they came; new ones, by their times, are put at the end."""
+    known = _known(folder)
+    place = {name: number for number, name in enumerate(known)}
+    ordered = sorted(found, key=lambda old: (place.get(old.path.name, len(place)), old.modified_s))
+    names = [old.path.name for old in ordered]
+    if names != known:
+        _remember(folder, names)
+    return ordered
+
+
+def _known(folder: Path) -> list[str]:
+    try:
+        descriptor = os.open(folder / SEQUENCE, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
+    except OSError:
+        return []
+    with os.fdopen(descriptor, "rb") as file:
+        return file.read(MOST_BYTES).decode("utf-8", "surrogateescape").split("\n")[:-1]
+
+
+def _remember(folder: Path, names: list[str]) -> None:
+    """A folder that may not be written is looked through all the same."""
+    part = folder / f"{SEQUENCE}.part"
+    text = "".join(f"{name}\n" for name in names if "\n" not in name)
+    with contextlib.suppress(OSError):
+        part.unlink(missing_ok=True)
+        descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o640)
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(text.encode("utf-8", "surrogateescape"))
+        part.replace(folder / SEQUENCE)
 
 
 def _recordings(folder: Path) -> list[_Old]:

@@ -27,6 +27,7 @@ STEPS = Row(
     (
         "tests/steps/test_player_properties.py",
         "tests/steps/test_lgpio_inputs.py",
+        "tests/steps/test_first_reason.py",
         "tests/steps/test_step_contract.py",
         "tests/steps/test_step_backends.py",
     ),

@@ -28,9 +28,12 @@ def check_job(named: str) -> Path:
     if path.suffix not in SUFFIXES:
         raise ConfigError(f"{named}: a job file is named *.yaml")
     try:
-        found = path.stat()
+        found = path.lstat()
     except OSError as error:
         raise MissingFile(f"{named}: the daemon cannot read it ({error.strerror})") from error
+    if path.resolve() != path:
+        # The client sends its text then; what lies behind a link is nobody's business here.
+        raise MissingFile(f"{named}: is reached through a link; name the file itself")
     if not stat.S_ISREG(found.st_mode):
         raise ConfigError(f"{named}: is no plain file")
     if found.st_size > MOST_BYTES:

@@ -19,6 +19,7 @@ from firmware_py.daemon.server import Server
 from firmware_py.daemon.signals import EndSignals
 from firmware_py.daemon.watchdog import Watchdog, check_period_s
 from foundation.errors import DeltactlError
+from foundation.printable import printable
 from recording.keeping import RecordingKeeper
 
 SETTLE_S = 5.0
@@ -46,7 +47,7 @@ def serve(robot: Path, socket: Path | None, simulated: bool, recordings: Path) -
         try:
             # The socket first: whoever has it has the robot too.
             listener = Listener(daemon_socket(socket))
-            planning = PlanningProcess()
+            planning = PlanningProcess(sent=_jobs_folder(recordings))
             try:
                 controller = build_controller(
                     robot,
@@ -137,3 +138,11 @@ def _set_up_logging() -> None:
     logging.basicConfig(
         stream=sys.stderr, level=logging.INFO, format=f"{stamp}%(levelname)s %(message)s"
     )
+    for handler in logging.getLogger().handlers:
+        handler.addFilter(_write_out)
+
+
+def _write_out(record: logging.LogRecord) -> bool:
+    """One entry is one line, whatever names stand in it (a traceback is ours, and follows it)."""
+    record.msg, record.args = printable(record.getMessage()), None
+    return True

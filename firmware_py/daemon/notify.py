@@ -11,6 +11,8 @@ import os
 import socket
 from collections.abc import MutableMapping
 
+from foundation.printable import printable
+
 _log = logging.getLogger(__name__)
 USEC_PER_S = 1_000_000
 PATIENCE_S = 0.1
@@ -48,7 +50,7 @@ class Notifier:
 
     def status(self, text: str) -> None:
         """One line for `systemctl status`; sent when it has changed."""
-        line = " ".join(text.split())
+        line = printable(" ".join(text.split()))
         if line != self._told:
             self._told = line
             self._send(f"STATUS={line}")

@@ -15,6 +15,7 @@ from typing import Any, Final, TypeVar
 
 from firmware_py.controller.contract import JobResult, SensorStatus, Status
 from foundation.errors import ServiceError
+from foundation.printable import is_printable
 
 VERSION: Final = 1
 MAX_LINE_BYTES: Final = 65_536
@@ -187,11 +188,8 @@ def _check(do: str, name: str, value: object, request_id: RequestId) -> None:
 
 
 def _is_clean(text: str, lines: bool) -> bool:
-    """No control characters and no half characters that a file name or log cannot hold."""
-    return all(
-        (char >= " " or (lines and char in "\n\r\t")) and not "\ud800" <= char <= "\udfff"
-        for char in text
-    )
+    """Nothing that cannot be seen, and no half characters that a file name or log cannot hold."""
+    return is_printable(text.replace("\r", "") if lines else text, layout=lines)
 
 
 def _shown(value: object) -> str:

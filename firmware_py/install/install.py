@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 from collections.abc import Callable
 from pathlib import Path
 
@@ -111,9 +112,39 @@ def hindrances(place: Place) -> list[str]:
             found.append(f"{path} is hidden from the daemon; put the project into /opt/deltactl")
         elif not _readable_by_all(path):
             found.append(f"{path} is not readable by all users; 'chmod -R a+rX' it")
+    for path in (place.program, place.bin, place.robot_file):
+        if (loose := writable_by_others(path)) is not None:
+            found.append(  # noqa: PERF401 (a list of its own for each)
+                f"others may write {loose}, which the daemon trusts; 'chmod go-w' it"
+            )
     if not (place.bin / "deltactl").exists():
         found.append(f"{place.bin / 'deltactl'} does not exist; run 'make run' first")
     return found
+
+
+def writable_by_others(path: Path) -> Path | None:
+    """The first of a path's folders, itself, or what lies in it that group or others may write."""
+    for one in (*reversed(path.parents), path):
+        if _is_open(one):
+            return one
+    for folder, folders, files in os.walk(path):
+        folders[:] = [name for name in folders if name not in (".git", "__pycache__")]
+        for name in (*folders, *files):
+            if _is_open(Path(folder) / name):
+                return Path(folder) / name
+    return None
+
+
+def _is_open(path: Path) -> bool:
+    """Whether somebody besides owner and root may write it; a sticky folder keeps what is there."""
+    try:
+        found = path.lstat()
+    except OSError:
+        return False
+    if stat.S_ISLNK(found.st_mode) or (stat.S_ISDIR(found.st_mode) and found.st_mode & 0o1000):
+        return False
+    own_group = found.st_gid in (0, found.st_uid)
+    return bool(found.st_mode & 0o002) or (bool(found.st_mode & 0o020) and not own_group)
 
 
 def operator() -> str | None:

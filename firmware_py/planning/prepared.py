@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,8 +13,8 @@ from firmware_py.planner.check import make_plan
 from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.planner.plan import Plan
 from firmware_py.robot_file import RobotFile, find, load_robot
-from foundation.errors import ConfigError
-from foundation.strict_yaml import Document
+from foundation.errors import ConfigError, MissingFile
+from foundation.strict_yaml import MAX_BYTES, Document
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,22 +37,57 @@ class InForce:
 Prepare = Callable[[Path, InForce], Prepared]
 
 
-def prepare_here(job_file: Path, robot: InForce) -> Prepared:
+@dataclass(frozen=True, slots=True)
+class Manners:
+    """How a file is opened for somebody who may not be allowed to read it himself."""
+
+    follow: bool = True
+    """Whether links may lead to it."""
+    quote: bool = True
+    """Whether a refusal may say what stands in it."""
+    most_bytes: int = MAX_BYTES
+
+
+def prepare_here(job_file: Path, robot: InForce, manners: Manners | None = None) -> Prepared:
     """Read and check a job in this process; takes as long as mapping the whole path does.
 
     Raises ConfigError (also when the job is for another robot), NetworkError, MotionError.
     """
-    document = Document.read(job_file)
-    job = document.check(JobFile)
+    how = manners or Manners()
+    with _discreet(job_file, how):
+        document = Document.read(job_file, how.follow, how.most_bytes)
+        job = document.check(JobFile)
     wanted = _wanted(job.robot, job_file, robot.path)
     same = wanted.resolve() == robot.path.resolve()
-    if not same and not robot.robot.is_machine_of(load_robot(wanted)):
+    if not same and not _is_machine(robot.robot, wanted, how):
         raise ConfigError(
             f"{job_file}: is for robot file {job.robot}, but this robot runs {robot.path.name};"
             " change 'robot' in the job, or start the daemon with the other file"
         )
     plan = make_plan(job, robot.robot, kinematics_of(job, robot.robot, job_file))
     return Prepared(plan, document.text)
+
+
+def _is_machine(robot: RobotFile, wanted: Path, how: Manners) -> bool:
+    with _discreet(wanted, how):
+        return robot.is_machine_of(load_robot(wanted))
+
+
+@contextmanager
+def _discreet(path: Path, how: Manners) -> Iterator[None]:
+    """Refuse a file without a word of what stands in it."""
+    try:
+        yield
+    except MissingFile:
+        raise
+    except ConfigError as error:
+        if how.quote:
+            raise
+        line = re.match(re.escape(str(path)) + r":\d+", str(error))
+        raise ConfigError(
+            f"{line.group() if line else path}: is not as such a file should be;"
+            f" 'deltactl check {path}' says what is wrong, if you may read it"
+        ) from None
 
 
 def _wanted(name: str, job_file: Path, robot_file: Path) -> Path:

@@ -27,7 +27,14 @@ MOST_S = 300.0
 class PlanningProcess:
     """Prepares jobs, one at a time; any thread may call, `close` too."""
 
-    def __init__(self, most_s: float = MOST_S, most_bytes: int = MOST_BYTES):
+    def __init__(
+        self,
+        most_s: float = MOST_S,
+        most_bytes: int = MOST_BYTES,
+        sent: Path | None = None,
+    ):
+        """`sent`: the folder of jobs that clients sent as text, which refusals may quote."""
+        self._sent = None if sent is None else sent.absolute()
         self._most_s, self._most_bytes = most_s, most_bytes
         self._turn = threading.Lock()
         self._next: _Worker | None = _Worker()
@@ -62,6 +69,7 @@ class PlanningProcess:
             "robot_text": robot.text,
             "most_s": max(1, round(self._most_s)),
             "most_bytes": self._most_bytes,
+            "quote": self._sent is None or job_file.parent == self._sent,
         }
 
     def _understood(

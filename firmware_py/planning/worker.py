@@ -22,7 +22,7 @@ def main(arguments: list[str]) -> int:
     """One job, then the end; nothing is asked when the daemon has gone."""
     os.nice(NICE)
     from firmware_py.planning.packed import pack
-    from firmware_py.planning.prepared import InForce, prepare_here
+    from firmware_py.planning.prepared import InForce, Manners, prepare_here
     from firmware_py.robot_file import RobotFile
     from foundation.errors import ConfigError, DeltactlError
     from foundation.strict_yaml import Document
@@ -37,9 +37,8 @@ def main(arguments: list[str]) -> int:
         path = Path(asked["robot_path"])
         document = Document(path, asked["robot_text"])
         robot = InForce(document.check(RobotFile), path, document.text)
-        prepared = prepare_here(Path(asked["job"]), robot)
-        if len(prepared.job_text.encode()) > asked["most_bytes"]:
-            raise ConfigError(f"{asked['job']}: is longer than {asked['most_bytes']} bytes")
+        manners = Manners(follow=False, quote=asked["quote"], most_bytes=asked["most_bytes"])
+        prepared = prepare_here(Path(asked["job"]), robot, manners)
         content = pack(prepared)
     except DeltactlError as error:
         return _say({"kind": type(error).__name__, "message": str(error)})

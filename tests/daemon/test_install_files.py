@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.install.boot import WANTED, active_parameters, with_options
-from firmware_py.install.install import hindrances, install, plan
+from firmware_py.install.install import hindrances, install, plan, writable_by_others
 from firmware_py.install.steps import Run, WriteFile
 from firmware_py.install.unit import PROGRAM, Place, service_unit
 from firmware_py.robot_file import load_robot
@@ -227,3 +227,23 @@ def test_systemd_understands_the_users(tmp_path):
 def _inline() -> list[str]:
     lines = (PROGRAM / "systemd/deltactl.sysusers.conf").read_text().splitlines()
     return ["--inline", *(line for line in lines if not line.startswith("#"))]
+
+
+def test_a_program_that_others_may_write_is_not_installed(tmp_path: Path) -> None:
+    """They could have the service run what they like."""
+    program = tmp_path / "program"
+    (program / "inner").mkdir(parents=True)
+    (program / "inner" / "module.py").write_text("")
+    assert writable_by_others(program) is None
+    for open_path, mode in ((program / "inner" / "module.py", 0o666), (program, 0o777)):
+        before = open_path.stat().st_mode
+        open_path.chmod(mode)
+        assert writable_by_others(program) == open_path
+        open_path.chmod(before)
+    os.chown(program / "inner", -1, 12345) if os.geteuid() == 0 else None
+    (program / "inner").chmod(0o775)
+    if os.geteuid() == 0:
+        assert writable_by_others(program) == program / "inner"
+    place = Place(program / "inner" / "module.py")
+    program.chmod(0o777)
+    assert any("others may write" in said and str(program) in said for said in hindrances(place))

@@ -73,3 +73,39 @@ def test_links_are_not_followed(folder: Path, tmp_path_factory: pytest.TempPathF
     prune(folder, max_bytes=0)
     assert target.exists()
     assert (folder / "link.mcap").is_symlink()
+
+
+def test_a_clock_that_was_set_back_deletes_nothing_new(folder: Path) -> None:
+    """The newest by what came last, not by its date, which lies years before the others."""
+    prune(folder, max_bytes=10_000, now_s=NOW_S)
+    path = folder / "new.mcap"
+    path.write_bytes(bytes(100))
+    os.utime(path, (0, 1.0))
+    prune(folder, max_bytes=10_000, now_s=2.0)
+    assert [one.name for one in prune(folder, max_bytes=250, now_s=2.0)] == [
+        *(f"r{number}.mcap" for number in range(4)),
+    ]
+    assert left(folder) == ["new.mcap", "r4.mcap"]
+
+
+def test_the_sequence_is_kept_over_a_restart_and_never_through_a_link(folder: Path) -> None:
+    prune(folder, max_bytes=10_000, now_s=NOW_S)
+    kept = folder / ".sequence"
+    assert kept.read_text().split() == [f"r{number}.mcap" for number in range(5)]
+    for number in range(5):
+        os.utime(folder / f"r{number}.mcap", (0, NOW_S + 3600.0 * (5 - number)))
+    assert [one.name for one in prune(folder, max_bytes=450, now_s=NOW_S)] == ["r0.mcap"]
+    elsewhere = folder / "notes.txt"
+    kept.unlink()
+    kept.symlink_to(elsewhere)
+    prune(folder, max_bytes=10_000, now_s=NOW_S)
+    assert elsewhere.read_text() == "keep"
+    assert not kept.is_symlink()
+
+
+def test_a_folder_that_may_not_be_written_is_looked_through(folder: Path, monkeypatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise PermissionError
+
+    monkeypatch.setattr(Path, "replace", refuse)
+    assert len(prune(folder, max_bytes=250)) == 3

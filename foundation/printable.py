@@ -1,0 +1,30 @@
+"""Text of others, made fit for a terminal, a log or a page: what cannot be printed is shown.
+
+An escape sequence in a name can rewrite a terminal's title or hide a line, a line break forges
+an entry of a log, and a mark that turns the direction of reading makes one name look like
+another. All of them come out as what they are: `\\x1b`, `\\u202e`.
+"""
+
+from __future__ import annotations
+
+import re
+
+_HARMFUL = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff"
+"""Controls, half characters, line and paragraph separators, and marks of direction (Unicode's
+categories Cc, Cs, Zl, Zp and Bidi_Control); line feed and tab are looked at apart."""
+_IN_A_LINE = re.compile(rf"[{_HARMFUL}\t\n]")
+_IN_A_TEXT = re.compile(rf"[{_HARMFUL}]")
+
+
+def is_printable(text: str, layout: bool = False) -> bool:
+    """Whether nothing in it acts instead of being seen; `layout`: line feeds and tabs may."""
+    return not (_IN_A_TEXT if layout else _IN_A_LINE).search(text)
+
+
+def printable(text: str, layout: bool = False) -> str:
+    """The text with everything that would act written out."""
+    return (_IN_A_TEXT if layout else _IN_A_LINE).sub(_written_out, text)
+
+
+def _written_out(found: re.Match[str]) -> str:
+    return found.group().encode("unicode_escape").decode("ascii")
