@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from drivers.fakes.steps import simulated_step_output
 from drivers.settings import InputSettings, StepSettings
-from drivers.steps.build import simulated_step_output
 from foundation.clock import VirtualClock, sleep_s
 
 
