@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from firmware_py.feedback.settings import FeedbackSettings
 from firmware_py.paths import circle, heart, points, spiral, way
 from firmware_py.paths.path import MAX_TARGETS
 from foundation.strict_yaml import Document, StrictModel
@@ -294,6 +295,9 @@ class JobFile(StrictModel):
     record: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
     """Name of the recording in the folder of recordings; absent: `<name>-<date>.mcap`."""
     on_step_loss: Literal["stop", "warn"] = "stop"
+    feedback: FeedbackSettings | None = None
+    """Correct by the sensors what goes wrong while the job runs, as lost steps; absent: no. Then
+    steps that the sensors see to be lost are corrected, and `on_step_loss` stops nothing."""
     on_blind: Literal["stop", "warn"] = "stop"
     """What happens when the sensors do not show the arms for half a second."""
 

@@ -9,6 +9,7 @@ from firmware_py.controller.feeder import Feeder
 from firmware_py.controller.job_queue import QueuedJob
 from firmware_py.controller.journal import Journal
 from firmware_py.controller.step_watch import StepLoss
+from firmware_py.feedback.feedback import Feedback
 from firmware_py.job_file import Together
 from firmware_py.machine import Machine
 from firmware_py.planner.stream import MotionStream
@@ -50,6 +51,7 @@ class ActiveJob:
         self._journal = journal
         self._settled_ns = 0
         self._recorder: RunRecorder | None = None
+        self.feedback: Feedback | None = None
         self._lost_before = machine.bench.memory.lost() if machine.bench else (0, 0, 0)
 
     def begin(self, now_ns: int) -> None:
@@ -72,7 +74,11 @@ class ActiveJob:
         now_ns = self._machine.clock.now_ns()
         heartbeat_ns = ns(self._robot.steps.heartbeat_s)
         clock = self._machine.clock
-        self._feeder = Feeder(output, self._journal, self._motion, clock, heartbeat_ns)
+        if plan.job.feedback is not None:
+            self.feedback = Feedback(self._robot, plan.job.feedback, counts, now_ns)
+        self._feeder = Feeder(
+            output, self._journal, self._motion, clock, heartbeat_ns, self.feedback
+        )
         self._journal.event(now_ns, "approach", f"from counts {counts}")
         self._feeder.feed(clock.now_ns())  # reading the network's file took a while
 
@@ -112,7 +118,7 @@ class ActiveJob:
     @property
     def stops_on_step_loss(self) -> bool:
         """Whether the job asks to be stopped when the sensors see lost steps."""
-        return self._queued.plan.job.on_step_loss == "stop"
+        return self._queued.plan.job.on_step_loss == "stop" and self.feedback is None
 
     @property
     def stops_when_blind(self) -> bool:
@@ -153,6 +159,10 @@ class ActiveJob:
 
     def _end(self) -> None:
         self._note_lost_steps()
+        says = self.feedback.says() if self.feedback is not None else ""
+        if says:
+            self.warning = says
+            self._journal.event(self._machine.clock.now_ns(), "feedback", says)
         self._recorder = self._journal.detach()
         self.phase = Phase.ENDED
 

@@ -333,6 +333,7 @@ class Controller:
         job = ActiveJob(job_due, self.robot, self.machine, self.journal)
         try:
             job.begin(now_ns)
+            self._observer.feedback = job.feedback
         except DeltactlError as error:
             job.abort()  # the recording that was opened must not stay open
             seen = self.machine.output.status()
@@ -367,8 +368,17 @@ class Controller:
         job.advance(now_ns)
         if job.phase is Phase.ENDED:
             self.job = None
+            self._take_over(job, now_ns)
             self._finish_later(job, "cancelled" if job.cancelled else "done", "")
             self._enter(State.READY)
+
+    def _take_over(self, job: ActiveJob, now_ns: int) -> None:
+        """Steps that feedback added made up for lost ones: the arms stand where the plan says."""
+        feedback, self._observer.feedback = self._observer.feedback, None
+        if feedback is not None and feedback.offset.any():
+            self._observer.collect()
+            self.machine.output.set_counts(feedback.planned(self.machine.output.status().counts))
+            self._observer.restart(now_ns)
 
     def _stopped_blind(self, job: ActiveJob) -> bool:
         """Whether the robot is blind and the job does not want to go on so."""

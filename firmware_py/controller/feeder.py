@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from drivers.steps.contract import OutputState, StepOutput, Ticks
 from firmware_py.controller.journal import Journal
+from firmware_py.feedback.feedback import Feedback
 from firmware_py.planner.motion import Reached
 from firmware_py.planner.time_scaling import Pacing, TimeScaledMotion
 from foundation.clock import NS_PER_S, Clock, ns
@@ -28,12 +29,14 @@ class Feeder:
         motion: TimeScaledMotion,
         clock: Clock,
         heartbeat_ns: int,
+        feedback: Feedback | None = None,
     ):
         self._output = output
         self._clock = clock
         self._heartbeat_ns = heartbeat_ns
         self._journal = journal
         self._motion = motion
+        self._feedback = feedback
         self._start_ns = clock.now_ns() + ns(LEAD_S)
         self._slip_before_ns = output.status().slip_ns
         self.last_index = -1
@@ -62,6 +65,8 @@ class Feeder:
         if len(chunk.ticks):
             self._take_over_slip()
             ticks = Ticks(chunk.ticks.due_ns + self._start_ns, chunk.ticks.steps)
+            if self._feedback is not None:
+                ticks = self._feedback.trim(ticks, now_ns)
             self._check_awake(now_ns)
             self._output.push(ticks)
         self._note(chunk.reached)

@@ -6,6 +6,7 @@ from drivers.ranging.contract import Reading
 from firmware_py.controller.journal import Journal
 from firmware_py.controller.sight import Blindness, Sight
 from firmware_py.controller.step_watch import StepLoss, StepWatch
+from firmware_py.feedback.feedback import Feedback
 from firmware_py.machine import Machine
 from firmware_py.robot_file import RobotFile
 
@@ -21,6 +22,8 @@ class Observer:
         self._journal = journal
         self._watch = StepWatch(robot) if machine.servo is None else None
         self._sight = Sight(robot)
+        self.feedback: Feedback | None = None
+        """Of the job that runs now, if it has one."""
 
     def collect(self) -> None:
         """Take what the output has done since the last call."""
@@ -28,6 +31,8 @@ class Observer:
         self._journal.sent(sent)
         if self._watch is not None:
             self._watch.sent(sent)
+        if self.feedback is not None:
+            self.feedback.sent(sent)
         if self._machine.servo is not None:
             self._journal.servo(self._machine.servo.take_samples())
         elif self._machine.world is not None:
@@ -45,6 +50,8 @@ class Observer:
         self._sight.reading(reading)
         if self._watch is not None:
             self._watch.reading(reading)
+        if self.feedback is not None:
+            self.feedback.reading(reading)
         if self._machine.world is not None and reading.axis == "x":
             self._journal.truth(self._machine.world.truth(reading.t_ns))
 

@@ -25,7 +25,7 @@ import numpy as np
 
 from drivers.ranging.contract import Gate, Reading
 from drivers.steps.contract import Counts, Ticks
-from firmware_py.controller.residuals import Expectation, Residuals
+from firmware_py.feedback.residuals import Expectation, Residuals
 from firmware_py.robot_file import RobotFile
 from foundation.clock import ns
 from models.robot import FloatArray

@@ -11,6 +11,7 @@ import numpy as np
 from drivers.ranging.contract import Reading
 from drivers.steps.contract import Counts, Ticks
 from firmware_py.robot_file import RobotFile
+from foundation.clock import ns
 from models.calibrated_inverse import CalibratedInverse
 from models.linkage import forward
 from models.robot import AXES, FloatArray
@@ -19,6 +20,8 @@ Int64Array = np.ndarray[Any, np.dtype[np.int64]]
 EDGES_KEPT_NS = 1_000_000_000
 """A reading comes a timing budget and a poll after its light."""
 NUDGE_RAD = 1e-4
+RATE_S = 0.15
+"""Speeds are averages over this long before a reading, as late ones see them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,27 +29,33 @@ class Residuals:
     """Rows in the order they came.
 
     t_ns, axis: (n,). excess_m: (n,), measured less expected. slope_m: (n, 3), change of that
-    range with a radian of each arm.
+    range with a radian of each arm. rate_mps: (n,), how fast the range was meant to change.
     """
 
     t_ns: Int64Array
     axis: Int64Array
     excess_m: FloatArray
     slope_m: FloatArray
+    rate_mps: FloatArray
 
     @classmethod
     def none(cls) -> Residuals:
         """No rows."""
         whole = np.zeros(0, dtype=np.int64)
-        return cls(whole, whole, np.zeros(0), np.zeros((0, 3)))
+        return cls(whole, whole, np.zeros(0), np.zeros((0, 3)), np.zeros(0))
 
     def since(self, t_ns: int) -> Residuals:
         """Rows from about this time on: all that came after the first such row."""
         start = int(np.argmax(self.t_ns >= t_ns)) if len(self.t_ns) else 0
         if len(self.t_ns) and self.t_ns[start] < t_ns:
             return self.none()
-        kept = (self.t_ns[start:], self.axis[start:], self.excess_m[start:], self.slope_m[start:])
-        return Residuals(*kept)
+        return Residuals(
+            self.t_ns[start:],
+            self.axis[start:],
+            self.excess_m[start:],
+            self.slope_m[start:],
+            self.rate_mps[start:],
+        )
 
     def and_then(self, more: Residuals) -> Residuals:
         """These rows, then others."""
@@ -55,6 +64,7 @@ class Residuals:
             np.concatenate([self.axis, more.axis]),
             np.concatenate([self.excess_m, more.excess_m]),
             np.vstack([self.slope_m, more.slope_m]),
+            np.concatenate([self.rate_mps, more.rate_mps]),
         )
 
 
@@ -89,8 +99,9 @@ class Expectation:
             return Residuals.none()
         self._take_edges()
         t_ns = np.array([one.t_ns for one in readings])
-        rows = np.searchsorted(self._times_ns, t_ns, side="right") - 1
-        angles_rad = self._belief.achieved_rad(self._counts[np.maximum(rows, 0)] * self._step_rad)
+        counts = self._counts_at(t_ns)
+        angles_rad = self._belief.achieved_rad(counts * self._step_rad)
+        turned_rad = (counts - self._counts_at(t_ns - ns(RATE_S))) * self._step_rad
         nudged = angles_rad[:, np.newaxis, :] + NUDGE_RAD * np.vstack([np.zeros(3), np.eye(3)])
         positions_m = forward(self._belief.linkage, nudged).position_m
         axis = np.array([AXES.index(one.axis) for one in readings])
@@ -99,7 +110,13 @@ class Expectation:
         measured_m = np.array([one.distance_m for one in readings])
         excess_m = measured_m - self._sensors.offsets_m[axis] - ranges_m[:, 0]
         known = np.isfinite(excess_m) & np.isfinite(slope_m).all(axis=1)
-        return Residuals(t_ns[known], axis[known], excess_m[known], slope_m[known])
+        rate_mps = (slope_m * turned_rad).sum(axis=1) / RATE_S
+        return Residuals(t_ns[known], axis[known], excess_m[known], slope_m[known], rate_mps[known])
+
+    def _counts_at(self, t_ns: Int64Array) -> Int64Array:
+        rows = np.searchsorted(self._times_ns, t_ns, side="right") - 1
+        counts: Int64Array = self._counts[np.maximum(rows, 0)]
+        return counts
 
     def _take_edges(self) -> None:
         new = [self._new.popleft() for _ in range(len(self._new))]

@@ -1,0 +1,25 @@
+"""What a job allows its feedback to do."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from foundation.strict_yaml import StrictModel
+
+
+class FeedbackSettings(StrictModel):
+    """Correct errors that came since the job began: lost steps, a slipping belt, a bent arm."""
+
+    least_m: Annotated[
+        float, Field(ge=0.0002, le=0.1, description="metres; less is below what sensors can tell")
+    ] = 0.0015
+    """Of an elbow's way: smaller errors are left alone."""
+    most_m: Annotated[
+        float, Field(gt=0.0, le=0.1, description="metres; more is a case for homing, not feedback")
+    ] = 0.02
+    """Of an elbow's way: no arm is ever moved further from its plan than this."""
+    steps_hz: Annotated[
+        float, Field(gt=0.0, le=100.0, description="extra steps a second and motor; gently")
+    ] = 50.0

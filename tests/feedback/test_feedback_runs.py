@@ -1,0 +1,78 @@
+"""Whole runs on the simulated robot: what feedback does when steps are lost, and when nothing is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from firmware_py.controller.build import build_controller
+from firmware_py.controller.contract import JobResult
+from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.run_report.tracking import path_windows, targets_at
+from foundation.clock import sleep_s
+from models.robot import FloatArray
+from recording.reader import read_run
+
+JOB = {
+    "name": "circle",
+    "robot": "robot.yaml",
+    "path": {"shape": "circle", "centre_m": [0.0, 0.0, -0.45], "radius_m": 0.06},
+    "timing": {"mode": "together", "t_pwm_s": 0.006},
+    "inverse_kinematics": {"kind": "geometry"},
+    "on_step_loss": "warn",
+}
+
+
+def run(folder: Path, effects: list[Any], **job: Any) -> tuple[JobResult, FloatArray, FloatArray]:
+    """How the job ended, and its true error [m] at times [s] along the path."""
+    folder.mkdir()
+    robot = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
+    robot += f"\n{yaml.safe_dump({'as_built': {'effects': effects}})}"
+    (folder / "robot.yaml").write_text(robot)
+    (folder / "job.yaml").write_text(yaml.safe_dump(JOB | job))
+    controller = build_controller(
+        folder / "robot.yaml", simulated=True, realtime=False, recordings=folder
+    )
+    try:
+        controller.power_on()
+        controller.home()
+        number = controller.submit(folder / "job.yaml")
+        while (result := controller.result(number)) is None:
+            sleep_s(controller.clock, 0.5)
+    finally:
+        controller.close()
+    assert result.recording is not None
+    recorded = read_run(Path(result.recording))
+    t_s = recorded.truth.t_ns * 1e-9
+    error_m = np.linalg.norm(recorded.truth.position_m - targets_at(recorded, t_s), axis=1)
+    ((start_ns, end_ns),) = path_windows(recorded)
+    inside = (t_s > start_ns * 1e-9) & (t_s < end_ns * 1e-9) & np.isfinite(error_m)
+    return result, t_s[inside], error_m[inside]
+
+
+def test_lost_steps_are_made_up_for_within_five_seconds_without_a_stop(tmp_path: Path) -> None:
+    lost = {"effect": "lost_steps", "component": "motor2",
+            "parameters": {"steps": 100.0, "time": 12.0}}  # fmt: skip
+    result, t_s, error_m = run(tmp_path / "lost", [lost], feedback={})
+    assert result.outcome == "done"
+    assert "feedback added" in result.warning
+    far = t_s[error_m > 2e-3]
+    assert error_m[t_s > far[0] + 5.0].max() < 0.5e-3
+
+
+def test_where_nothing_is_wrong_feedback_does_nothing(tmp_path: Path) -> None:
+    _, _, closed = run(tmp_path / "closed", [], feedback={})
+    _, _, opened = run(tmp_path / "open", [])
+    rms = [float(np.sqrt(np.mean(error**2))) for error in (opened, closed)]
+    assert rms[1] <= 1.05 * rms[0]
+
+
+def test_a_drifting_sensor_does_not_move_the_platform(tmp_path: Path) -> None:
+    drift = {"effect": "sensor_drift", "component": "range_x",
+             "parameters": {"offset": 0.02, "time_constant": 5.0}}  # fmt: skip
+    result, _, error_m = run(tmp_path / "drift", [drift], feedback={})
+    assert result.outcome == "done"
+    assert error_m.max() < 1e-3
