@@ -1,4 +1,4 @@
-"""Whole runs on the simulated robot: what feedback does when steps are lost, and when nothing is."""
+"""Whole runs on the simulated robot: what feedback does when steps are lost, and when not."""
 
 from __future__ import annotations
 
