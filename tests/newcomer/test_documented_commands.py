@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import subprocess
+from pathlib import Path
 
 import pytest
 import typer
@@ -40,6 +41,13 @@ def test_deltactl_takes_it(one: Documented) -> None:
     assert {word for word in options if word not in known} <= {"--help"}, str(one)
     if one.why != "inline":
         command.make_context(name, arguments)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
+    own = [link for link in links if not link.startswith("http")]
+    assert not [link for link in own if not (page.parent / link).exists()]
 
 
 @pytest.mark.parametrize("one", MAKES, ids=str)
