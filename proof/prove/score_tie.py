@@ -9,8 +9,6 @@ from typing import Any
 from proof.prove.table import Row, portion
 
 Name = tuple[str, str]
-MEASURED = "theta"
-"""What has to be measured where no motion can settle a pair: the arm angles."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +34,7 @@ def score_tie(result: dict[str, Any]) -> TieScore:
     named, offered = _names(result["first"])
     admitted = bool(truth & offered) and bool(rival & offered)
     proposed = result["proposed"] is not None
-    told = any(MEASURED in line for n in ("first", "second") for line in _says(result[n]))
+    told = any(_open(result[n]) for n in ("first", "second"))
     if not result["settleable"]:
         return TieScore(result["pair"], False, proposed, admitted, admitted, told)
     if proposed:
@@ -45,8 +43,9 @@ def score_tie(result: dict[str, Any]) -> TieScore:
     return TieScore(result["pair"], True, proposed, admitted, settled, told)
 
 
-def _says(answer: dict[str, Any] | None) -> list[str]:
-    return [] if answer is None else list(answer.get("says", []))
+def _open(answer: dict[str, Any] | None) -> bool:
+    """Whether an answer names a pair that needs a measurement by hand."""
+    return answer is not None and bool(answer.get("open_ties"))
 
 
 def _names(answer: dict[str, Any] | None) -> tuple[set[Name], set[Name]]:

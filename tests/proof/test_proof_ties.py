@@ -102,7 +102,7 @@ def test_what_no_motion_settles_must_be_left_open():
     assert score_tie(tie_result(tied, settleable=False)).settled
     assert not score_tie(tie_result(sure, settleable=False)).settled
     assert not score_tie(tie_result(tied, settleable=False)).told
-    said = {**tied, "says": ["No safe run can tell them apart: record theta_1 to theta_3."]}
+    said = {**tied, "open_ties": [{"one": ["following_lag motor1"], "other": ["sensor_latency"]}]}
     assert score_tie(tie_result(said, settleable=False)).told
 
 
