@@ -1,201 +1,241 @@
-"""An axis that is driven by effort and its recordings, as the engine sees them."""
+"""An axis driven by effort, by its inverse dynamic model: effort less what the motion needs.
+
+gain * effort + load - inertia * acceleration - gravity = friction + offset + what is missing,
+linear in the sizes; both sides pass the same low-pass, whose edge is where the position's spectrum
+meets its noise (IDIM: Gautier 1997; Janot, Gautier and Vandanjon 2013, IEEE Trans. Control Syst.
+Technol. 21, 428-444).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import pairwise
+from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 
+from diagnosis.estimation.spline_basis import orthogonal_to, spline_basis
+from diagnosis.observations.inverse_dynamics import Motion, motion_of
 from diagnosis.observations.needed_columns import filled, first_of, needed, refuse_still
-from diagnosis.observations.readings import BoolArray, FloatArray, Readings, gather
-from diagnosis.observations.sign_check import refuse_wrong_sign
-from diagnosis.plants import axis_candidates as moves
-from diagnosis.plants.candidate import Candidate, Coordinate, Shape, Term
-from diagnosis.plants.nuisance import Nuisance
+from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather
+from diagnosis.plants.regression import Columns, Regressor, Size, Sizes, Twin
 from foundation.errors import RecordingError
-from models.chain.axis import gravity_pull
 from models.chain.effort_axis import Driven, EffortChain
-from models.effects.lone_axis import COMPONENT
+from models.chain.axis import gravity_pull
 from models.robot import ServoAxis
 from recording.flat import FlatRecording
 
-TAU_S = 0.15
-GAIN_SPREAD = 5e-4
-BLURRED = 1.6
-FEWEST_PER_TAU = 12.0
-SMOOTHING_S = 0.06
-"""Longest polynomial by which positions are turned into velocities."""
-STEADY_VELOCITY = 0.004
-"""Noise of the velocity, as a share of the highest one, that calls for no longer polynomial."""
-AT_REST = 4.0
-"""Standard deviations of the velocity below which the axis stands."""
-SPEEDS = (0.01, 0.03, 0.1, 0.3)
-"""Stribeck speeds to start from, as shares of the highest speed."""
+FEWEST = 60
+INERTIA_SPREAD = 0.3
+"""Share by which a robot file's inertia is off: part weights and drawings, not a measurement."""
+GAIN_SPREAD = 0.1
+"""Share by which a stated torque constant is off (drive makers give 10 %)."""
+RESOLVED = 2.0
+"""Times the noise of the velocity below which an axis may stand: friction is then anything."""
+SLOWEST = 0.01
+"""The same as a share of the top speed."""
+CLOCKS_S = 0.02
+"""By how much effort and position may be apart in time: filters of the current, sampling."""
+SPEEDS = (0.02, 0.06, 0.2)
+"""Stribeck speeds to start from, as shares of the top speed."""
+PIECES = 10
 
 
-class EffortAxisModel:
-    """Predictions of the position from effort over a short horizon."""
+class ForcedAxis:
+    """A lone axis by its effort; `observed` is effort that the robot file does not explain."""
 
-    def __init__(self, robot: ServoAxis, recordings: Sequence[FlatRecording], blurred: float = 1.0):
-        """blurred: the polynomial that gives velocities is so many times as long as it need be."""
-        self._recordings, self._blurred = tuple(recordings), blurred
+    def __init__(self, robot: ServoAxis, recordings: Sequence[FlatRecording]):
+        self.robot, self.source = robot, recordings[0].source
         if robot.inertia is None:
-            raise RecordingError(
-                f"{recordings[0].source}: effort in needs `inertia` in the robot file"
-            )
-        self.robot = robot
-        self.unit = "m" if robot.motion == "linear" else "rad"
+            raise RecordingError(f"{self.source}: effort in needs `inertia` in the robot file")
+        self.inertia = robot.inertia
+        self.unit = "N" if robot.motion == "linear" else "N m"
         name = needed(recordings[0], ("position", "theta_1"), "position")
-        self.readings: Readings = gather(recordings, [name], {name: self.unit})
-        refuse_still(self.readings.values[:, 0], name, recordings[0].source)
-        tau_s = max(TAU_S, FEWEST_PER_TAU * self.readings.period_s)
-        self.chain = EffortChain(
-            robot.inertia, tau_s, robot.motion, robot.effort_gain, robot.gravity, robot.effects
+        self.readings: Readings = gather(
+            recordings, [name], {name: "m" if robot.motion == "linear" else "rad"}, FEWEST
         )
-        self._driven = [self._of(n, recording) for n, recording in enumerate(recordings)]
-        efforts = np.concatenate([d.effort[:, 0] for d in self._driven])
-        refuse_still(efforts, "effort", recordings[0].source)
-        self._force = robot.effort_gain * efforts
-        self._velocity = np.concatenate([d.velocity[:, 0] for d in self._driven])
-        self._refuse_wrong_sign(recordings[0].source)
-        settled = np.concatenate([self.chain.settled(d) for d in self._driven])
-        self.readings.valid[~settled] = False
-        self._refuse_other_units(recordings[0].source)
-        self.nuisances = [self._timing(), self._holding(), self._calibrated()]
-        self.tolerances: list[Nuisance] = []
-        self.candidates = self._candidates()
-        self.groups: list[Candidate] = []
-
-    def _of(self, number: int, recording: FlatRecording) -> Driven:
-        rows = self.readings.part == number
-        t_s, fresh = self.readings.t_s[rows], self.readings.fresh[rows]
-        name = needed(recording, ("position", "theta_1"), "position")
-        position = filled(recording, name)
-        effort = filled(recording, needed(recording, ("effort",), "effort"))
-        velocity, noise = _velocity(t_s, position, fresh, self._blurred)
-        slow = np.abs(velocity) < AT_REST * noise + 1e-4 * np.abs(velocity).max()
-        load = np.zeros(len(t_s))
-        if first_of(recording, ["load"]):
-            load = filled(recording, "load")
-        return Driven(
-            t_s, fresh, effort[:, None], position[:, None], velocity[:, None], slow[:, None],
-            load[:, None],
-        )  # fmt: skip
-
-    def _refuse_wrong_sign(self, source: str) -> None:
-        assert self.robot.inertia is not None
-        loads = np.concatenate([driven.load[:, 0] for driven in self._driven])
-        places = np.concatenate([driven.position[:, 0] for driven in self._driven])
-        refuse_wrong_sign(
-            self.readings.t_s, self.readings.fresh, self._velocity,
-            self._force + loads + gravity_pull(self.robot.gravity, places),
-            self.robot.inertia, source,
-        )  # fmt: skip
-
-    def _refuse_other_units(self, source: str) -> None:
-        """Force and the acceleration it should make must be of one order of magnitude."""
-        assert self.robot.inertia is not None
-        pushed = self.predict([])[:, 0] - self.readings.values[:, 0]
-        span = float(np.nanmax(self.readings.values) - np.nanmin(self.readings.values))
-        off = float(np.nanquantile(np.abs(pushed[self.readings.valid[:, 0]]), 0.9))
-        if off > 30.0 * span:
+        self.t_s = self.readings.t_s
+        refuse_still(self.readings.values[:, 0], name, self.source)
+        self.motion = self._motion(recordings, name)
+        force = robot.effort_gain * np.concatenate(
+            [filled(r, needed(r, ("effort",), "effort")) for r in recordings]
+        )
+        self.let_go = not float(np.ptp(force)) > 0.0
+        if self.let_go and robot.gravity is None:
+            refuse_still(force, "effort", self.source)
+        self.force = force
+        self.filtered_force = self.motion.low_passed(force)
+        self.observed = self._not_explained(recordings)
+        self.rows = self._rows()
+        if len(self.rows) < FEWEST // 2:
             raise RecordingError(
-                f"{source}: with this inertia and effort_gain the effort would move the axis "
-                f"{off / span:.0f} times as far as it went; are the units or the robot file wrong?"
+                f"{self.source}: only {len(self.rows)} samples in clear motion; at least "
+                f"{FEWEST // 2} are needed to tell anything of the effort"
             )
+        self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
+        self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
+        self.regressors = tuple(self._regressors())
 
-    def _timing(self) -> Nuisance:
-        """Effort is held between samples: it acts half a period late, give or take."""
-        half = 0.5 * self.readings.period_s
-        kind = self.chain.kinds["following_lag"]
-        late = Coordinate("dead_time", step=0.2 * half, low=-4 * half, high=4 * half)
-        candidate = Candidate(kind, COMPONENT, (late,), (Shape((half,)),), {"time": 0.0})
-        return Nuisance(Term(candidate, np.array([half])), (0.5 * half,))
+    def _motion(self, recordings: Sequence[FlatRecording], name: str) -> Motion:
+        position = np.concatenate([filled(r, name) for r in recordings])
+        velocity = None
+        if all(first_of(r, ["velocity"]) for r in recordings):
+            velocity = np.concatenate([filled(r, "velocity") for r in recordings])
+        return motion_of(self.t_s, self.readings.fresh, position, velocity)
 
-    def _holding(self) -> Nuisance:
-        """Held between samples or smooth."""
-        candidate = Candidate(
-            self.chain.kinds["effort_hold"], COMPONENT,
-            (Coordinate("share", step=0.1, low=-3.0, high=5.0),), (Shape((1.0,)),), {},
+    def _not_explained(self, recordings: Sequence[FlatRecording]) -> FloatArray:
+        """Effort less what inertia, gravity, load and believed effects need, low-passed, (n,)."""
+        motion, robot = self.motion, self.robot
+        load = np.concatenate(
+            [filled(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings]
+        )
+        at_rest = np.abs(motion.velocity) <= self._slow
+        effort = self.force / robot.effort_gain
+        left = EffortChain(robot).force(
+            Driven(
+                self.t_s, self.readings.fresh, effort, motion.position, motion.velocity, at_rest,
+                load,
+            )
         )  # fmt: skip
-        return Nuisance(Term(candidate, np.array([1.0])), (0.5,))
+        self.pulled = motion.low_passed(load + gravity_pull(robot.gravity, motion.position))
+        return motion.low_passed(left.force) - left.inertia * motion.acceleration
 
-    def _calibrated(self) -> Nuisance:
-        """No robot file gives the effort more exactly than to 0.05 %."""
-        candidate = moves.simple(self.chain.kinds["effort_gain"], 1e-3)
-        return Nuisance(Term(candidate, np.array([1.0])), (GAIN_SPREAD,))
+    @property
+    def _slow(self) -> float:
+        """Speed below which the axis may stand."""
+        return max(RESOLVED * self.motion.velocity_noise, SLOWEST * self.motion.top_speed)
 
-    def _candidates(self) -> list[Candidate]:
-        kinds, robot = self.chain.kinds, self.robot
-        assert robot.inertia is not None
-        force = max(float(np.std(self._force)), 1e-12)
-        speed = max(float(np.quantile(np.abs(self._velocity), 0.98)), 1e-12)
-        mass = moves.simple(kinds["inertia"], 1e-3 * robot.inertia)
-        mass = Candidate(
-            mass.kind, COMPONENT, mass.coordinates,
-            (Shape((robot.inertia,), (0,), 1e-3 * robot.inertia),), {},
-        )  # fmt: skip
-        return [
-            moves.lag(kinds["following_lag"], self.readings.period_s),
-            moves.simple(kinds["effort_gain"], 1e-3),
-            moves.simple(kinds["effort_offset"], 1e-3 * force),
-            moves.simple(kinds["joint_friction"], 1e-3 * force),
-            moves.simple(kinds["viscous_friction"], 1e-3 * force / speed),
-            moves.falling(kinds["stribeck_friction"], 1e-3 * force, [s * speed for s in SPEEDS]),
-            mass,
+    def _rows(self) -> IntArray:
+        """Samples in clear motion away from the ends of a stretch, one a filter's memory apart."""
+        motion = self.motion
+        moving = np.abs(motion.velocity) > self._slow
+        good = np.flatnonzero(motion.settled & moving & self.readings.valid[:, 0])
+        stride = max(1, int(0.25 / (motion.cut_off_hz * self.readings.period_s)))
+        return good[::stride]
+
+    # ---- what may be missing -------------------------------------------------------------------
+
+    @cached_property
+    def size(self) -> float:
+        """How large forces are here: the spread of whatever may be missing."""
+        moved = self.motion.acceleration * self.inertia - self.pulled
+        spread = max(
+            float(np.std(self.filtered_force[self.rows])), float(np.std(moved[self.rows]))
+        )
+        return max(spread, 1e-300)
+
+    @cached_property
+    def _pulls(self) -> bool:
+        """Whether a known force acts that tells the drive's gain from the mass."""
+        return float(np.std(self.pulled[self.rows])) > 0.02 * self.size
+
+    def _regressors(self) -> list[Regressor]:
+        top = self.motion.top_speed
+        found = [
+            Regressor("friction", "joint_friction", -1.0),
+            Regressor("viscous", "viscous_friction", -1.0),
+            Regressor("inertia", "inertia", -2.0,
+                      twins=() if self.let_go or self._pulls else (Twin("effort_gain", -0.7),)),
+        ]  # fmt: skip
+        if not self.let_go:
+            speed = Size("speed", "flat", top, 0.005 * top, 0.6 * top, 0.002 * top)
+            found += [
+                Regressor("offset", "effort_offset", -2.0,
+                          twins=(Twin("joint_friction", -2.5),)),
+                *([Regressor("gain", "effort_gain", -3.0)] if self._pulls else []),
+                Regressor("lag", "following_lag", -4.0, alone=False,
+                          twins=(Twin("sensor_latency", -0.5),)),
+                Regressor("stribeck", "stribeck_friction", -3.0, sizes=(speed,),
+                          beside=("friction",), alone=False),
+            ]  # fmt: skip
+        found += [
+            Regressor(f"unknown {name}", "unknown", -5.0, follows=(name,), left_over=True)
+            for name in self.covariates
         ]
+        return found
 
-    def predict(self, terms: Sequence[Term]) -> FloatArray:
-        """The position over a short horizon, (n, 1)."""
-        active = [term.active for term in terms]
-        return np.concatenate([self.chain.simulate(d, active) for d in self._driven])[:, None]
+    def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """Nothing is predicted of what the robot file does not explain, (n,)."""
+        return np.zeros(len(self.t_s))
 
-    def blurrier(self) -> EffortAxisModel:
-        """The same with velocities from a longer polynomial: what differs is no knowledge."""
-        return EffortAxisModel(self.robot, self._recordings, BLURRED)
+    def free(self) -> Columns:
+        """Effort is held between samples and filtered before it is recorded: no finding."""
+        if self.let_go:
+            return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
+        spread = max(CLOCKS_S, 0.5 * self.readings.period_s)
+        return Columns(self._changing[:, None], np.array([spread]), ("late",))
 
-    def drivers(self) -> dict[str, FloatArray]:
-        """Position, velocity, force and time."""
-        position = np.concatenate([d.position[:, 0] for d in self._driven])
+    @cached_property
+    def _changing(self) -> FloatArray:
+        return self.motion.slope(self.filtered_force)
+
+    def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
+        """Forces (n, k) of one regressor, low-passed like the effort."""
+        if key.startswith("unknown "):
+            return self._free_shapes[key[len("unknown ") :]]
+        if key == "stribeck":
+            share = np.exp(-((self.motion.velocity / sizes["stribeck.speed"]) ** 2))
+            shape = self.motion.low_passed(self._direction * share)
+            return Columns(shape[:, None], np.array([0.5 * self.size]), ("torque",))
+        return self._shapes[key]
+
+    @cached_property
+    def _direction(self) -> FloatArray:
+        width = max(self.motion.velocity_noise, 1e-3 * self.motion.top_speed)
+        return np.tanh(self.motion.velocity / width)
+
+    @cached_property
+    def _shapes(self) -> dict[str, Columns]:
+        motion, size = self.motion, self.size
+        table = {
+            "friction": (motion.low_passed(self._direction), size, "torque"),
+            "viscous": (motion.low_passed(motion.velocity), size / motion.top_speed, "coefficient"),
+            "inertia": (motion.acceleration, INERTIA_SPREAD * self.inertia, "inertia"),
+            "offset": (np.ones(len(self.t_s)), 0.3 * size, "offset"),
+            "gain": (motion.acceleration * self.inertia - self.pulled, GAIN_SPREAD, "scale"),
+            "lag": (self._changing, 0.05, "dead_time"),
+        }
         return {
-            "position": position,
-            "velocity": self._velocity,
-            "effort": self._force,
-            "time": self.readings.t_s,
+            key: Columns(shape[:, None], np.array([spread]), (name,))
+            for key, (shape, spread, name) in table.items()
         }
 
-    def ports(self) -> dict[str, FloatArray]:
-        """A force that enters at the axis, as it shows in the position."""
-        return {COMPONENT: np.ones((len(self.readings.t_s), 1))}
+    @cached_property
+    def covariates(self) -> dict[str, FloatArray]:
+        """What a force may follow, name -> (n,)."""
+        found = {"position": self.motion.position, "velocity": self.motion.velocity}
+        return found if self.let_go else {**found, "time": self.t_s}
 
+    @cached_property
+    def _free_shapes(self) -> dict[str, Columns]:
+        named = [c.values[:, 0] for key, c in self._shapes.items() if not (
+            key == "lag" or (key == "gain" and not self._pulls) or (self.let_go and key == "offset")
+        )]  # fmt: skip
+        spanned = np.stack(named, axis=1)
+        found = {}
+        for name, values in self.covariates.items():
+            low, high = np.quantile(values[self.rows], [0.002, 0.998])
+            basis = spline_basis(values, PIECES, low, high)
+            smooth = np.stack([self.motion.low_passed(b) for b in basis.T], axis=1)
+            shapes = orthogonal_to(smooth, spanned, self.rows)
+            found[name] = Columns(shapes, np.full(shapes.shape[1], 0.3 * self.size))
+        return found
 
-def _velocity(
-    t_s: FloatArray, position: FloatArray, fresh: BoolArray, blurred: float
-) -> tuple[FloatArray, float]:
-    """Smoothed derivative stretch by stretch, (n,), and the standard deviation of its noise."""
-    from scipy.signal import savgol_filter  # takes 0.3 s to import; most runs need none
+    def impossible(
+        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
+    ) -> bool:
+        """Friction that drives, a mass below zero, a Stribeck speed at its bound."""
+        for key in keys & {"friction", "viscous", "stribeck", "lag"}:
+            if linear[key][0] <= 0.0:
+                return True
+        if "inertia" in keys and linear["inertia"][0] <= -self.inertia:
+            return True
+        if "gain" in keys and linear["gain"][0] <= -1.0:
+            return True
+        top = self.motion.top_speed
+        return "stribeck" in keys and not 0.006 * top < sizes["stribeck.speed"] < 0.59 * top
 
-    step_s = float(np.median(np.diff(t_s)))
-    third = np.diff(position, 3)
-    noise = 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20.0)
-    top = float(np.quantile(np.abs(np.gradient(position, t_s)), 0.98))
-    half = 2
-    while _spread(half, step_s, noise) > STEADY_VELOCITY * top and half * step_s < SMOOTHING_S / 2:
-        half += 1
-    half = int(np.ceil(half * blurred))
-    size = 2 * half + 1
-    velocity = np.zeros_like(position)
-    starts = [*np.flatnonzero(fresh).tolist(), len(position)]
-    for first, last in pairwise(starts):
-        part = position[first:last]
-        if len(part) > size:
-            velocity[first:last] = savgol_filter(part, size, 2, deriv=1, delta=step_s)
-        elif len(part) > 1:
-            velocity[first:last] = np.gradient(part, t_s[first:last])
-    return velocity, _spread(half, step_s, noise)
-
-
-def _spread(half: int, step_s: float, noise: float) -> float:
-    """Standard deviation of the slope of a polynomial over 2 half + 1 noisy samples."""
-    return noise * float(np.sqrt(3.0 / (half * (half + 1) * (2 * half + 1)))) / step_s
+    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
+        """Where to start the nonlinear sizes of a regressor."""
+        if key == "stribeck":
+            return [{"stribeck.speed": share * self.motion.top_speed} for share in SPEEDS]
+        return [{}]

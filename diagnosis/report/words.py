@@ -35,7 +35,6 @@ EFFECTS: dict[str, str] = {
     "inertia": "a wrong inertia of {part}",
     "effort_offset": "a constant force or torque on {part}",
     "effort_gain": "a wrong scale between effort and force or torque of {part}",
-    "effort_hold": "an effort of {part} that is held between samples",
     "unknown": "an unknown error at {part}",
 }
 """The vocabulary of the contract as noun phrases."""

@@ -8,25 +8,66 @@ does nothing to friction. `start` says where in the play the axis stood at first
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
 from models.effects.flow import Flow
 from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
+from models.effects.effort_flow import BoolArray
 from models.effects.recursion import clipped
 from models.robot import FloatArray
 
 
+LEAST_PULL = 0.1
+"""Share of the largest load below which bearings hold the axis where it is within the play."""
+
+
+def loose(
+    driven: FloatArray, fresh: BoolArray, width: float, start: float, pull: FloatArray,
+    before: float,
+) -> FloatArray:  # fmt: skip
+    """The axis behind play of a width, all (n,); `before` is where it stood before the first."""
+    half = 0.5 * width
+    low, high = driven - half, driven + half
+    most = float(np.abs(pull).max(initial=0.0))
+    if most == 0.0:
+        return _between_turns(driven, fresh, half, start, before)
+    side = np.where(np.abs(pull) > LEAST_PULL * most, np.sign(pull), 0.0)
+    begin = np.where(side != 0.0, side, start)
+    low[fresh] = high[fresh] = (driven + half * begin)[fresh]
+    return clipped(2.0 * half * side, low, high, before)
+
+
+def _between_turns(
+    driven: FloatArray, fresh: BoolArray, half: float, start: float, before: float
+) -> FloatArray:
+    """The same with no load: from one turning point of the drive to the next in one go."""
+    steps = np.sign(np.diff(driven))
+    moving = np.flatnonzero(steps)
+    turns = moving[1:][np.diff(steps[moving]) != 0.0] + 1
+    starts = np.flatnonzero(fresh)
+    edges = np.unique(np.concatenate([[0], turns, starts, [len(driven)]])).tolist()
+    axis, at = np.empty_like(driven), before
+    begins = set(starts.tolist())
+    for first, end in pairwise(edges):
+        part = driven[first:end]
+        if first in begins:
+            at = float(part[0] + half * start)
+        falling = part[-1] < (driven[first - 1] if first and first not in begins else part[0])
+        axis[first:end] = (
+            np.minimum(at, part + half) if falling else np.maximum(at, part - half)
+        )
+        at = float(axis[end - 1])
+    return axis
+
+
 def _play(flow: Flow, values: Values, memory: Memory, pull: FloatArray) -> None:
     driven = flow.angles_rad[:, 0]
-    half = 0.5 * scalar(values, "width")
-    low, high = driven - half, driven + half
-    begin = np.where(pull != 0.0, np.sign(pull), scalar(values, "start"))
-    low[flow.fresh] = high[flow.fresh] = (driven + half * begin)[flow.fresh]
-    fall = 2.0 * half * np.sign(pull)
     before = float(memory.get("arm", driven[0]))
-    arm = clipped(fall, low, high, before)
+    width, start = scalar(values, "width"), scalar(values, "start")
+    arm = loose(driven, flow.fresh, width, start, pull, before)
     memory["arm"] = arm[-1]
     flow.angles_rad[:, 0] = arm
 

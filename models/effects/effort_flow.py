@@ -17,8 +17,7 @@ BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 class EffortFlow(Flow):
     """`angles_rad`, shape (n, 1), carries the force (torque) that acts on the moving mass.
 
-    Friction is taken at the velocity that was measured: the chain predicts over a short horizon
-    only (see models/chain/effort_axis.py), in which the two hardly differ.
+    Friction is taken at the velocity that was measured (see models/chain/effort_axis.py).
     """
 
     position: FloatArray = field(default_factory=lambda: np.empty((0, 1)))

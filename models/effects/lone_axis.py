@@ -14,7 +14,6 @@ from models.effects import (
     axis_viscous,
     coulomb_friction,
     effort_gain,
-    effort_hold,
     effort_offset,
     encoder_error,
     following_lag,
@@ -46,7 +45,7 @@ _COMMAND = (
 )  # fmt: skip
 _EFFORT = (
     following_lag.EFFECT, effort_gain.EFFECT, effort_offset.EFFECT, coulomb_friction.EFFECT,
-    axis_viscous.EFFECT, stribeck_friction.EFFECT, axis_inertia.EFFECT, effort_hold.EFFECT,
+    axis_viscous.EFFECT, stribeck_friction.EFFECT, axis_inertia.EFFECT,
 )  # fmt: skip
 _SENSOR = (
     sensor_offset.EFFECT, sensor_scale.EFFECT, sensor_crosstalk.EFFECT, sensor_drift.EFFECT,
@@ -96,7 +95,6 @@ _WORDS = {
     "home_offset": "the axis stands {angle} off where it should",
     "resonance": "the axis rings at {frequency} after moves, with a damping of {damping}",
     "sensor_latency": "the readings are late by {time}",
-    "effort_hold": "the effort is held between samples",
     "effort_gain": "the drive gives {scale} times the force that the robot file says",
     "effort_offset": "{offset} of the effort moves nothing (an offset of the effort)",
     "stribeck_friction": "friction is {torque} higher near standstill, falling off within {speed}",

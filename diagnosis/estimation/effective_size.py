@@ -1,0 +1,108 @@
+"""How many readings a recording is worth: noise of a saturated residual, counted by its memory.
+
+558 filtered readings of one joint were worth 20. What a rich model leaves is correlated, some of
+it is model discrepancy that no effect explains; a likelihood that takes it for independent noise
+is sure of everything. So the likelihood is tempered: the variance is multiplied by the integrated
+autocorrelation time of that residual (Sokal 1997, Monte Carlo Methods in Statistical Mechanics,
+section 3), for each kind of row by itself (at rest and in motion, each joint).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from diagnosis.observations.readings import MAD_TO_SIGMA, FloatArray, IntArray
+
+UNCORRELATED = 0.05
+"""The autocorrelation is summed to where it first falls below this."""
+HUBER = 4.0
+NEIGHBOURS = 7
+FEWEST_EFFECTIVE = 6.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TemperedNoise:
+    """Whitening of (n,) or (n, k) to the rows that count, each in tempered standard deviations."""
+
+    rows: IntArray
+    scale: FloatArray
+    """(m,) weight / (sigma sqrt(tau)) of each row."""
+    sigma: FloatArray
+    """(m,) standard deviation of one reading."""
+    tau: float
+    """Readings that tell as much as one independent one."""
+
+    def whiten(self, values: FloatArray) -> FloatArray:
+        """Rows that count, in standard deviations."""
+        chosen = values[self.rows]
+        white: FloatArray = chosen * (self.scale if chosen.ndim == 1 else self.scale[:, None])
+        return white
+
+    @property
+    def untempered(self) -> TemperedNoise:
+        """The same as if all readings were independent: for the best fit, not for its evidence."""
+        return TemperedNoise(self.rows, self.scale * np.sqrt(self.tau), self.sigma, 1.0)
+
+    @property
+    def effective(self) -> float:
+        """Effective number of readings."""
+        return len(self.rows) / self.tau
+
+
+def tempered(
+    residual: FloatArray, rows: IntArray, groups: IntArray, kinds: IntArray,
+    least: float, fitted: int,
+) -> TemperedNoise:  # fmt: skip
+    """Noise of a saturated residual (n,).
+
+    least: standard deviation of rounding, below which no noise is believed. fitted: numbers the
+    saturated model took.
+    """
+    left = residual[rows]
+    weight = spike_weights(left)
+    sigma = np.empty(len(rows))
+    for kind in np.unique(kinds[rows]):
+        own = kinds[rows] == kind
+        power = np.sum((weight[own] * left[own]) ** 2) / max(float(np.sum(weight[own] ** 2)), 1.0)
+        sigma[own] = max(float(np.sqrt(power)), least)
+    standard = left / sigma
+    tau = autocorrelation_time(np.clip(weight * standard, -4.0, 4.0), groups[rows])
+    tau = min(tau, max(len(rows) / FEWEST_EFFECTIVE, 1.0))
+    effective = len(rows) / tau
+    taken = effective / max(effective - min(fitted, 0.6 * effective), 1.0)
+    sigma = sigma * np.sqrt(taken)
+    return TemperedNoise(rows, weight / (sigma * np.sqrt(tau)), sigma, tau)
+
+
+def spike_weights(left: FloatArray) -> FloatArray:
+    """Weights (m,) that take single readings far off their neighbours down, Huber's way.
+
+    What lasts for several readings is signal, however large.
+    """
+    if len(left) < NEIGHBOURS:
+        return np.ones(len(left))
+    off = np.abs(left - median_filter(left, NEIGHBOURS, mode="nearest"))
+    usual = max(MAD_TO_SIGMA * float(np.median(off)), 0.2 * float(np.quantile(off, 0.9)), 1e-300)
+    weight: FloatArray = np.minimum(1.0, HUBER * usual / np.maximum(off, 1e-300))
+    return np.where(weight < 0.75, weight, 1.0)
+
+
+def autocorrelation_time(standard: FloatArray, groups: IntArray) -> float:
+    """1 + 2 sum of the autocorrelation (m,) up to where it vanishes; no pair across groups."""
+    count = len(standard)
+    if count < 8:
+        return 1.0
+    x = standard - standard.mean()
+    total, power = 1.0, float(x @ x) + 1e-300
+    for lag in range(1, count // 3):
+        near = groups[lag:] == groups[:-lag]
+        if not near.any():
+            break
+        paired = float((x[lag:] * x[:-lag])[near].sum()) / power
+        if paired * count / int(near.sum()) < UNCORRELATED:
+            break
+        total += 2.0 * paired
+    return max(total, 1.0)

@@ -1,0 +1,131 @@
+"""What the engine needs of a machine whose mismatch is a sum of known shapes of unknown size.
+
+A lone axis, a range sensor or a joint of a servo robot says what it observed, which regressors may
+explain it, and how sizes that are not linear (a lag, a width of play, a period) change its
+prediction. The engine (`evidence.laplace`, `selection.model_posterior`) is written on this alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+
+from diagnosis.observations.readings import FloatArray, IntArray
+
+Sizes = Mapping[str, float]
+"""Nonlinear sizes by `regressor.size`, in SI units."""
+Prior = Literal["half", "flat"]
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """A size in which the prediction is not linear.
+
+    half: half-normal prior of this spread from zero on. flat: any value from low to high alike.
+    step: for numerical derivatives. smooth False: a place in time; its derivative says nothing,
+    and `choices` is how many there were to choose from.
+    """
+
+    name: str
+    prior: Prior
+    spread: float
+    low: float
+    high: float
+    step: float
+    smooth: bool = True
+    choices: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Twin:
+    """Another effect that is the same operator in this recording, with its odds against this."""
+
+    effect: str
+    log_odds: float
+    only_if_zero: str = ""
+    """The twin stands in only while this size of the regressor is (nearly) zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class Regressor:
+    """One way in which a machine may differ from its robot file.
+
+    log_odds: natural logarithm of the prior odds that a machine has it (source at the plant).
+    beside: regressors of which one must be in the set as well. knows: what an unknown follows.
+    """
+
+    key: str
+    effect: str
+    log_odds: float
+    component: str = "axis"
+    sizes: tuple[Size, ...] = ()
+    twins: tuple[Twin, ...] = ()
+    beside: tuple[str, ...] = ()
+    instead_of: tuple[str, ...] = ()
+    """Regressors that cannot stand beside it: two words for one thing."""
+    follows: tuple[str, ...] = ()
+    alone: bool = True
+    """Whether it is tried with any other as a pair from the start."""
+    saturated: bool = True
+    """Whether it is part of the saturated set that shows the noise."""
+    left_over: bool = False
+    """A free shape that is only looked for in what the named effects leave."""
+
+    @property
+    def unknown(self) -> bool:
+        """Whether it is a shape that no effect of the vocabulary has."""
+        return self.effect == "unknown"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Columns:
+    """Shapes (n, k) of one regressor, prior spread (k,) of each, and the names of their sizes."""
+
+    values: FloatArray
+    spread: FloatArray
+    names: tuple[str, ...] = ()
+
+
+NO_COLUMNS = Columns(np.zeros((0, 0)), np.zeros(0))
+
+
+class RegressionPlant(Protocol):
+    """A machine with its recording, for the evidence of sets of regressors."""
+
+    regressors: tuple[Regressor, ...]
+    observed: FloatArray
+    """(n,) what is to be explained, in `unit`."""
+    unit: str
+    t_s: FloatArray
+    rows: IntArray
+    """Rows that count: valid, and thinned to what can tell anything."""
+    groups: IntArray
+    """(n,) number of the stretch, place or joint a row belongs to: noise is of one kind within."""
+    kinds: IntArray
+    """(n,) small numbers: rows of one kind share one noise (at rest, in motion, a joint)."""
+
+    def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """Prediction (n,) with the nonlinear sizes of these regressors."""
+        ...
+
+    def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
+        """Shapes that a regressor adds to the prediction, around `base`."""
+        ...
+
+    def free(self) -> Columns:
+        """Shapes that are always fitted and never a finding."""
+        ...
+
+    def impossible(
+        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
+    ) -> bool:
+        """Whether no machine has these sizes: a spring that pushes, a play of the whole travel."""
+        ...
+
+    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
+        """Where to start the nonlinear sizes of a regressor, given what is left without it (n,)."""
+        ...
+

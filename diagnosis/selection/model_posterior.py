@@ -1,0 +1,102 @@
+"""Which sets of regressors explain a recording, and how probable each is.
+
+Greedy moves with memory (add, drop, swap, pairs from the start), every set by its evidence; the
+sets within Occam's window (Madigan and Raftery 1994, J. Am. Stat. Assoc. 89, 1535-1546) make the
+posterior: of each effect, of unknown physics, of nothing missing.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnosis.evidence.laplace import Explanation, Laplace
+from diagnosis.plants.regression import Regressor
+
+WINDOW = 12.0
+"""Sets whose log evidence is further below the best's than this are not counted (e^-12)."""
+PAIRS_UP_TO = 1
+MOST_REGRESSORS = 7
+BETTER = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Posterior:
+    """The sets that count, best first, with their probabilities."""
+
+    explanations: list[Explanation]
+    weights: list[float]
+
+    @property
+    def best(self) -> Explanation:
+        """The most probable set."""
+        return self.explanations[0]
+
+    def probability(self, key: str) -> float:
+        """That a regressor is at work."""
+        pairs = zip(self.explanations, self.weights, strict=True)
+        return float(sum(w for e, w in pairs if key in e.keys))
+
+    @property
+    def nothing(self) -> float:
+        """That no regressor is."""
+        pairs = zip(self.explanations, self.weights, strict=True)
+        return float(sum(w for e, w in pairs if not e.keys))
+
+
+def posterior(explanations: Iterable[Explanation]) -> Posterior:
+    """Weights of evaluated sets."""
+    ordered = sorted(explanations, key=lambda e: (-e.log_evidence, len(e.keys), sorted(e.keys)))
+    top = ordered[0].log_evidence
+    counted = [e for e in ordered if top - e.log_evidence < WINDOW]
+    weights = np.exp([e.log_evidence - top for e in counted])
+    return Posterior(counted, (weights / weights.sum()).tolist())
+
+
+class Search:
+    """Climbs the evidence over sets of regressors."""
+
+    def __init__(self, evidence: Laplace, kept: frozenset[str] = frozenset(), left_over: bool = False):
+        self.evidence, self.kept = evidence, kept
+        self._all = {
+            r.key: r for r in evidence.plant.regressors if r.left_over == left_over or r.key in kept
+        }
+
+    def run(self) -> Posterior:
+        """From the empty set, and from everything that is named, to where no move is better."""
+        here = self.evidence(self.kept)
+        while True:
+            best = max(self._moves(here), key=lambda e: e.log_evidence, default=here)
+            if best.log_evidence <= here.log_evidence + BETTER:
+                break
+            here = best
+        return posterior(self.evidence.evaluated)
+
+    def allowed(self, keys: frozenset[str]) -> bool:
+        """Whether a set makes sense: what stands beside others has one of them."""
+        for key in keys:
+            one = self._all[key]
+            if one.beside and not keys & set(one.beside):
+                return False
+            if keys & set(one.instead_of):
+                return False
+        return len(keys) <= MOST_REGRESSORS
+
+    def _moves(self, here: Explanation) -> list[Explanation]:
+        """All sets one move away, evaluated."""
+        keys = here.keys
+        others = [r for r in self._all.values() if r.key not in keys]
+        sets = [keys | {r.key} for r in others]
+        sets += [keys - {key} for key in keys - self.kept]
+        sets += [
+            (keys - {out}) | {r.key} for out in keys - self.kept for r in others
+        ]
+        if len(keys) <= PAIRS_UP_TO:
+            named = [r.key for r in others if r.alone and not r.unknown]
+            sets += [keys | set(pair) for pair in itertools.combinations(named, 2)]
+        start = [here, self.evidence(self.kept)]
+        return [self.evidence(s, start) for s in sets if self.allowed(s)]
+
