@@ -16,8 +16,8 @@ from pathlib import Path
 
 from diagnosis.answer.records import Diagnosis
 from diagnosis.api import diagnose
-from diagnosis.lone_axes.axis_diagnose import diagnose_axis
 from diagnosis.observations.column_mapping import Mapping, load_mapping, read_mapped
+from diagnosis.regression_pipeline import diagnose_axis
 from models.robot import RangeSensor
 
 DEFAULT = Path(__file__).resolve().parents[1] / "../shared/recordings"

@@ -21,6 +21,9 @@ UNCORRELATED = 0.05
 HUBER = 4.0
 NEIGHBOURS = 7
 FEWEST_EFFECTIVE = 6.0
+LEAST_OF_LARGEST = 0.2
+"""Noise of one kind of row as a share of the largest: what a model gets wrong in motion leaves
+traces where the motion ends."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,6 +71,7 @@ def tempered(
         own = kinds[rows] == kind
         power = np.sum((weight[own] * left[own]) ** 2) / max(float(np.sum(weight[own] ** 2)), 1.0)
         sigma[own] = max(float(np.sqrt(power)), least)
+    sigma = np.maximum(sigma, LEAST_OF_LARGEST * float(sigma.max()))
     standard = left / sigma
     tau = autocorrelation_time(np.clip(weight * standard, -4.0, 4.0), groups[rows])
     tau = min(tau, max(len(rows) / FEWEST_EFFECTIVE, 1.0))

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import BSpline
 
-from diagnosis.observations.readings import FloatArray
+from diagnosis.observations.readings import FloatArray, IntArray
 
 DEGREE = 3
-FEWEST_ROWS_A_PIECE = 8
 
 
 def spline_basis(covariate: FloatArray, pieces: int, low: float, high: float) -> FloatArray:
@@ -22,19 +21,36 @@ def spline_basis(covariate: FloatArray, pieces: int, low: float, high: float) ->
     return basis
 
 
-def orthogonal_to(basis: FloatArray, spanned: FloatArray, rows: FloatArray) -> FloatArray:
-    """The basis (n, k) less its projection on `spanned` (n, j) over some rows, unit variance.
+def free_shapes(
+    covariate: FloatArray, pieces: int, spanned: FloatArray, rows: IntArray
+) -> FloatArray:
+    """Splines of a covariate (n,) less their projection on `spanned` (n, j) over some rows.
 
     So a free shape cannot take the place of a named one (Plumlee 2017, J. Am. Stat. Assoc. 112,
-    1274-1285). Directions that vanish are left out.
+    1274-1285). Directions that vanish are left out; the others (n, k) have unit variance.
     """
+    low, high = (float(x) for x in np.quantile(covariate[rows], [0.002, 0.998]))
+    basis = spline_basis(covariate, pieces, low, high)
     if not basis.shape[1]:
         return basis
     share, *_ = np.linalg.lstsq(spanned[rows], basis[rows], rcond=1e-10)
     left = basis - spanned @ share
     _, size, across = np.linalg.svd(left[rows], full_matrices=False)
-    kept = size > 1e-6 * max(float(size[0]), 1e-300)
-    turned = left @ across[kept].T
-    spread = np.std(turned[rows], axis=0)
-    shapes: FloatArray = turned / np.maximum(spread, 1e-300)
+    turned = left @ across[size > 1e-6 * max(float(size[0]), 1e-300)].T
+    shapes: FloatArray = turned / np.maximum(np.std(turned[rows], axis=0), 1e-300)
     return shapes
+
+
+def carried_over(
+    shape: FloatArray, known: FloatArray, pieces: int, elsewhere: FloatArray
+) -> FloatArray:
+    """A free shape (n,) as a function of its covariate alone, at other values of that (m,).
+
+    Nothing is said beyond the values that were seen.
+    """
+    low, high = (float(x) for x in np.quantile(known, [0.002, 0.998]))
+    if not high > low:
+        return np.zeros_like(elsewhere)
+    size, *_ = np.linalg.lstsq(spline_basis(known, pieces, low, high), shape, rcond=1e-6)
+    found: FloatArray = spline_basis(elsewhere, pieces, low, high) @ size
+    return found * ((elsewhere >= low) & (elsewhere <= high))

@@ -19,6 +19,7 @@ from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size
 
 Point = dict[str, float]
+Named = tuple[str, float]
 MOST_STEPS = 14
 ENOUGH = 0.02
 """A step that gains less in chi-square ends a fit: far below what decides anything."""
@@ -53,9 +54,7 @@ class Explanation:
 class Laplace:
     """Evaluates sets of regressors of one plant under one noise; remembers what it evaluated."""
 
-    def __init__(
-        self, plant: RegressionPlant, noise: TemperedNoise, before: Laplace | None = None
-    ):
+    def __init__(self, plant: RegressionPlant, noise: TemperedNoise, before: Laplace | None = None):
         """before: the same under an earlier noise, whose sizes are where the fits begin."""
         self.plant, self.noise, self._before = plant, noise, before
         self.by_key: dict[str, Regressor] = {r.key: r for r in plant.regressors}
@@ -70,9 +69,7 @@ class Laplace:
     def __contains__(self, keys: frozenset[str]) -> bool:
         return keys in self._known
 
-    def __call__(
-        self, keys: Iterable[str], start_from: Sequence[Explanation] = ()
-    ) -> Explanation:
+    def __call__(self, keys: Iterable[str], start_from: Sequence[Explanation] = ()) -> Explanation:
         """The best fit of a set; starts: from explanations of parts of it."""
         wanted = frozenset(keys)
         if wanted not in self._known:
@@ -83,13 +80,16 @@ class Laplace:
         points = self._starts(keys, start_from)
         moved = self._moved(keys)
         if self._before is not None and keys in self._before:
-            points = [self._before(keys).sizes]
+            points = [[self._before(keys).sizes]]
         if not moved:
-            return self._explanation(keys, points[0])
-        costs = [self._solve(keys, point)[0] for point in points]
-        order = np.argsort(costs)[:2]
-        fits = [self._descend(keys, points[int(i)], moved) for i in order]
+            return self._explanation(keys, points[0][0])
+        chosen = {self._cheapest(keys, some) for some in points if some}
+        fits = [self._descend(keys, dict(point), moved) for point in sorted(chosen)]
         return self._explanation(keys, min(fits, key=lambda fit: fit[0])[1])
+
+    def _cheapest(self, keys: frozenset[str], points: Sequence[Point]) -> tuple[Named, ...]:
+        costs = [self._solve(keys, point)[0] for point in points]
+        return tuple(sorted(points[int(np.argmin(costs))].items()))
 
     def _moved(self, keys: frozenset[str]) -> list[tuple[str, Size]]:
         return [
@@ -99,10 +99,11 @@ class Laplace:
             if size.smooth
         ]
 
-    def _starts(self, keys: frozenset[str], start_from: Sequence[Explanation]) -> list[Point]:
-        """Sizes known from a part of the set, and every start of what is new."""
-        parts = [part for part in start_from if part.keys <= keys] or [None]
-        found: list[Point] = []
+    def _starts(self, keys: frozenset[str], start_from: Sequence[Explanation]) -> list[list[Point]]:
+        """For each part of the set that is known: its sizes, and every start of what is new."""
+        parts: list[Explanation | None] = [part for part in start_from if part.keys <= keys]
+        parts = parts or [None]
+        found: list[list[Point]] = []
         for part in parts:
             known = {} if part is None else dict(part.sizes)
             left = self.plant.observed - self.plant.base(frozenset(), {})
@@ -113,7 +114,7 @@ class Laplace:
                     continue
                 starts = self.plant.starts(key, left)
                 points = [{**point, **start} for point in points for start in starts]
-            found += points
+            found.append(points)
         return found
 
     def _descend(
@@ -197,9 +198,7 @@ class Laplace:
         left = white - shapes @ theta
         moved = self._moved(keys)
         _, whole = self._solve(keys, point)
-        slopes = [
-            (self._slope(keys, point, whole, m))[: len(white)] for m in moved
-        ]
+        slopes = [(self._slope(keys, point, whole, m))[: len(white)] for m in moved]
         tangent = np.concatenate([shapes, *(s[:, None] for s in slopes)], axis=1)
         spreads = np.concatenate([c.spread for c in columns] + [[m[1].spread for m in moved]])
         predicted, linear, names, first = base.copy(), {}, [], 0

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.estimation.spline_basis import orthogonal_to, spline_basis
+from diagnosis.estimation.spline_basis import free_shapes
 from diagnosis.observations.needed_columns import (
     filled,
     first_of,
@@ -21,7 +21,7 @@ from diagnosis.observations.needed_columns import (
     refuse_still,
 )
 from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather
-from diagnosis.plants.regression import Columns, Regressor, Size, Sizes, Twin
+from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes, Twin
 from models.chain.axis import AxisChain
 from models.chain.commands import Commands
 from models.effects.axis_play import loose
@@ -32,25 +32,27 @@ from recording.flat import FlatRecording
 OBSERVED = ("theta_1", "position")
 COMMANDED = ("command_1", "command")
 FEWEST = 40
-MOST_ROWS = 3000
+MOST_ROWS = 2000
 """Rows beyond which an axis tells no more: readings are correlated over many samples."""
-MOST_SAMPLES = 6000
+MOST_SAMPLES = 4000
 MOVING = 0.05
 """Share of the top speed above which a row counts as in motion."""
 PIECES = 6
 LAGS_S = (
     (0.0, 0.02), (0.0, 0.08), (0.03, 0.0), (0.1, 0.0), (0.06, 0.06), (0.25, 0.05), (0.06, 0.25),
 )  # fmt: skip
-"""Time constants and dead times to start from.""" 
+"""Time constants and dead times to start from."""
 WIDTHS = (0.05, 0.15, 0.4, 1.0)
 """Widths of play to start from, as shares of how far reading and prediction are apart."""
 MOST_WAVES = 60.0
 FEWEST_WAVES = 2.0
 PERIODS = 3
+SAME = 0.999
+"""Correlation of two covariates above which they are one: an axis that turns steadily."""
 FREE_SPREAD = 1e3
 RATIO_SPREAD = {"stepper_axis": 0.02, "servo_axis": 0.01}
 """A servo closes its loop over what is read: only another encoder sees another ratio."""
-WIDEST_PLAY = 0.25
+WIDEST_PLAY = 0.6
 LAG_SPREAD_S = 0.1
 """A drive's lag is tens of milliseconds; a hobby servo's a tenth of a second (SO-101, STS3250)."""
 
@@ -88,9 +90,11 @@ class CommandedAxis:
                 for c, p in zip(self._commands, self._parts, strict=True)
             ]
         )
+        self.drawn_on = np.zeros(len(self.t_s))
         self.rows = self._rows()
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = self._moving()
+        self.beside: FloatArray = np.zeros((len(self.t_s), 0))
         self.regressors = tuple(self._regressors())
 
     # ---- the recording -------------------------------------------------------------------------
@@ -194,14 +198,14 @@ class CommandedAxis:
             found.append(
                 Regressor("play", "gear_backlash", -1.0, sizes=(width, start), twins=(friction,))
             )
-        found += [self._gear(), self._jump(), self._ringing()]
+        places = (self._gear(), self._jump(), self._ringing())
+        found += [one for one in places if one is not None]
         found.append(Regressor("drift", "unknown", -4.0, follows=("time",), alone=False))
-        covariates = ["position", "time", "velocity"] + (["load"] if known_pull else [])
         found += [
             Regressor(f"unknown {name}", "unknown", -5.0, follows=(name,), left_over=True)
-            for name in covariates
+            for name in self.covariates
         ]
-        return [r for r in found if r is not None]
+        return found
 
     def _gear(self) -> Regressor | None:
         waves = Size("waves", "flat", MOST_WAVES, FEWEST_WAVES, self._most_waves, 0.01)
@@ -281,7 +285,8 @@ class CommandedAxis:
         moved[step <= 0.0] = 0.0
         gain = np.where(step > 0.0, decay, 0.0)
         state = linear(gain, -(share * kept)[:, None] * moved, np.zeros(1, complex))
-        return part + state.real
+        rung: FloatArray = part + state.real
+        return rung
 
     # ---- shapes --------------------------------------------------------------------------------
 
@@ -309,7 +314,7 @@ class CommandedAxis:
             after = (self.t_s >= sizes["jump.moment"]).astype(float)[:, None]
             return Columns(after, np.array([self.mismatch]), ("shift",))
         if key.startswith("unknown "):
-            return self._free_shapes[key[len("unknown ") :]]
+            return self._unknown[key[len("unknown ") :]]
         return Columns(np.zeros((len(base), 0)), np.zeros(0))
 
     @cached_property
@@ -317,8 +322,10 @@ class CommandedAxis:
         """A drift that bends slowly: second and third power of time, less a constant and a line."""
         scaled = (self.t_s - self.t_s.mean()) / max(float(np.ptp(self.t_s)), 1e-300)
         line = np.stack([np.ones_like(scaled), scaled], axis=1)
-        shapes = orthogonal_to(np.stack([scaled**2, scaled**3], axis=1), line, self.rows)
-        return Columns(shapes, np.full(shapes.shape[1], self.mismatch))
+        bent = np.stack([scaled**2, scaled**3], axis=1)
+        share, *_ = np.linalg.lstsq(line[self.rows], bent[self.rows], rcond=None)
+        shapes = bent - line @ share
+        return Columns(shapes / np.std(shapes, axis=0), np.full(2, self.mismatch))
 
     @cached_property
     def _yielding(self) -> float:
@@ -339,29 +346,80 @@ class CommandedAxis:
         """What a mismatch may follow, name -> (n,)."""
         velocity = np.gradient(self.commanded, self.t_s)
         found = {"position": self.commanded, "time": self.t_s, "velocity": velocity}
+        chosen = self.commanded[self.rows], self.t_s[self.rows]
+        if abs(float(np.corrcoef(*chosen)[0, 1])) > SAME:
+            del found["time"]
         if np.ptp(self.pull[self.rows]) > 0.0:
             found["load"] = self.pull
         return found
 
     @cached_property
-    def _free_shapes(self) -> dict[str, Columns]:
+    def _spanned(self) -> FloatArray:
+        """Named shapes that no free shape may take the place of, (n, j)."""
         named = [np.ones_like(self.t_s), self.commanded, self._lateness]
         if np.ptp(self.pull[self.rows]) > 0.0:
             named.append(self.pull)
-        spanned = np.stack(named, axis=1)
+        return np.stack(named, axis=1)
+
+    @cached_property
+    def _unknown(self) -> dict[str, Columns]:
         found = {}
         for name, values in self.covariates.items():
-            low, high = np.quantile(values[self.rows], [0.002, 0.998])
-            basis = spline_basis(values, PIECES if name != "time" else 2 * PIECES, low, high)
-            keep = spanned[:, :2] if name == "time" else spanned
-            shapes = orthogonal_to(basis, keep, self.rows)
+            pieces = PIECES if name != "time" else 2 * PIECES
+            shapes = free_shapes(values, pieces, self._beside(name), self.rows)
             found[name] = Columns(shapes, np.full(shapes.shape[1], 0.5 * self.mismatch))
         return found
+
+    def _beside(self, name: str) -> FloatArray:
+        named = self._spanned[:, :2] if name == "time" else self._spanned
+        return np.concatenate([named, self.beside], axis=1)
+
+    def keep_beside(self, shapes: FloatArray) -> None:
+        """Free shapes must not take the place of these shapes (n, j) either."""
+        self.beside = shapes
+        self.__dict__.pop("_unknown", None)
+
+    def followed(self, key: str) -> FloatArray:
+        """Covariate (n,) of an unknown."""
+        return self.covariates[key[len("unknown ") :]]
+
+    def adopt(self, trained: CommandedAxis) -> None:
+        """Travel and spread of the recording that sizes were found on."""
+        self.span, self.mismatch = trained.span, trained.mismatch
 
     @cached_property
     def _lateness(self) -> FloatArray:
         """What a small lag looks like: the command's own speed."""
-        return -np.gradient(self.commanded, self.t_s)
+        lateness: FloatArray = -np.gradient(self.commanded, self.t_s)
+        return lateness
+
+    def shown(self, key: str) -> Sequence[Shown]:
+        """Parameters of the contract's effects, in the axis' own unit."""
+        unit = self.unit
+        stiffness = "N/m" if unit == "m" else "N m/rad"
+        lost = max(self.rad_per_step, 1e-300)
+        table = {
+            "offset": [Shown("angle", unit, lambda v: v["angle"])],
+            "ratio": [Shown("scale", "1", lambda v: 1.0 + v["scale"], nothing=1.0)],
+            "lag": [
+                Shown("time", "s", lambda v: v["time"]),
+                Shown("dead_time", "s", lambda v: v["dead_time"]),
+            ],
+            "droop": [Shown("stiffness", stiffness, lambda v: 1.0 / v["1/stiffness"])],
+            "gear": [
+                Shown("amplitude", unit, lambda v: np.hypot(v["sine"], v["cosine"])),
+                Shown("period", unit, lambda v: self.span / v["waves"]),
+                Shown("phase", "rad", lambda v: np.arctan2(v["cosine"], v["sine"])),
+            ],
+            "jump": [Shown("steps", "microsteps", lambda v: -v["shift"] / lost),
+                     Shown("time", "s", lambda v: v["moment"])],
+            "ringing": [
+                Shown("frequency", "Hz", lambda v: v["frequency"]),
+                Shown("damping", "1", lambda v: v["damping"]),
+            ],
+        }  # fmt: skip
+        width = [Shown("width", unit, lambda v: v["width"])]
+        return {**table, "play": width, "friction": width}.get(key, [])
 
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
@@ -390,7 +448,7 @@ class CommandedAxis:
         if key in ("play", "friction"):
             apart = float(np.ptp(np.quantile(residual[self.rows], [0.02, 0.98])))
             return [
-                {f"{key}.width": min(share * apart, 0.2 * self.span), f"{key}.start": 0.0}
+                {f"{key}.width": min(share * apart, 0.5 * self.span), f"{key}.start": 0.0}
                 for share in WIDTHS
             ]
         if key == "gear":

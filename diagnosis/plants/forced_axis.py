@@ -13,14 +13,14 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.estimation.spline_basis import orthogonal_to, spline_basis
+from diagnosis.estimation.spline_basis import free_shapes
 from diagnosis.observations.inverse_dynamics import Motion, motion_of
 from diagnosis.observations.needed_columns import filled, first_of, needed, refuse_still
 from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather
-from diagnosis.plants.regression import Columns, Regressor, Size, Sizes, Twin
+from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes, Twin
 from foundation.errors import RecordingError
-from models.chain.effort_axis import Driven, EffortChain
 from models.chain.axis import gravity_pull
+from models.chain.effort_axis import Driven, EffortChain
 from models.robot import ServoAxis
 from recording.flat import FlatRecording
 
@@ -65,6 +65,7 @@ class ForcedAxis:
         self.force = force
         self.filtered_force = self.motion.low_passed(force)
         self.observed = self._not_explained(recordings)
+        self.drawn_on = self.filtered_force - self.observed
         self.rows = self._rows()
         if len(self.rows) < FEWEST // 2:
             raise RecordingError(
@@ -73,6 +74,7 @@ class ForcedAxis:
             )
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
+        self.beside: FloatArray = np.zeros((len(self.t_s), 0))
         self.regressors = tuple(self._regressors())
 
     def _motion(self, recordings: Sequence[FlatRecording], name: str) -> Motion:
@@ -118,9 +120,7 @@ class ForcedAxis:
     def size(self) -> float:
         """How large forces are here: the spread of whatever may be missing."""
         moved = self.motion.acceleration * self.inertia - self.pulled
-        spread = max(
-            float(np.std(self.filtered_force[self.rows])), float(np.std(moved[self.rows]))
-        )
+        spread = max(float(np.std(self.filtered_force[self.rows])), float(np.std(moved[self.rows])))
         return max(spread, 1e-300)
 
     @cached_property
@@ -171,7 +171,7 @@ class ForcedAxis:
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Forces (n, k) of one regressor, low-passed like the effort."""
         if key.startswith("unknown "):
-            return self._free_shapes[key[len("unknown ") :]]
+            return self._unknown[key[len("unknown ") :]]
         if key == "stribeck":
             share = np.exp(-((self.motion.velocity / sizes["stribeck.speed"]) ** 2))
             shape = self.motion.low_passed(self._direction * share)
@@ -181,7 +181,8 @@ class ForcedAxis:
     @cached_property
     def _direction(self) -> FloatArray:
         width = max(self.motion.velocity_noise, 1e-3 * self.motion.top_speed)
-        return np.tanh(self.motion.velocity / width)
+        direction: FloatArray = np.tanh(self.motion.velocity / width)
+        return direction
 
     @cached_property
     def _shapes(self) -> dict[str, Columns]:
@@ -205,20 +206,55 @@ class ForcedAxis:
         found = {"position": self.motion.position, "velocity": self.motion.velocity}
         return found if self.let_go else {**found, "time": self.t_s}
 
+    @property
+    def _spanned(self) -> FloatArray:
+        """Named shapes that no free shape may take the place of, (n, j)."""
+        left_out = {"lag"} | ({"gain"} if not self._pulls else set())
+        left_out |= {"offset"} if self.let_go else set()
+        named = [c.values[:, 0] for key, c in self._shapes.items() if key not in left_out]
+        return np.concatenate([np.stack(named, axis=1), self.beside], axis=1)
+
     @cached_property
-    def _free_shapes(self) -> dict[str, Columns]:
-        named = [c.values[:, 0] for key, c in self._shapes.items() if not (
-            key == "lag" or (key == "gain" and not self._pulls) or (self.let_go and key == "offset")
-        )]  # fmt: skip
-        spanned = np.stack(named, axis=1)
+    def _unknown(self) -> dict[str, Columns]:
         found = {}
         for name, values in self.covariates.items():
-            low, high = np.quantile(values[self.rows], [0.002, 0.998])
-            basis = spline_basis(values, PIECES, low, high)
-            smooth = np.stack([self.motion.low_passed(b) for b in basis.T], axis=1)
-            shapes = orthogonal_to(smooth, spanned, self.rows)
+            shapes = free_shapes(values, PIECES, self._spanned, self.rows)
             found[name] = Columns(shapes, np.full(shapes.shape[1], 0.3 * self.size))
         return found
+
+    def keep_beside(self, shapes: FloatArray) -> None:
+        """Free shapes must not take the place of these shapes (n, j) either."""
+        self.beside = shapes
+        self.__dict__.pop("_unknown", None)
+
+    def followed(self, key: str) -> FloatArray:
+        """Covariate (n,) of an unknown."""
+        return self.covariates[key[len("unknown ") :]]
+
+    def adopt(self, trained: ForcedAxis) -> None:
+        """Spread of the recording that sizes were found on."""
+        self.size = trained.size
+
+    def shown(self, key: str) -> Sequence[Shown]:
+        """Parameters of the contract's effects, in N or N m."""
+        linear = self.unit == "N"
+        viscous = "N s/m" if linear else "N m s/rad"
+        kept = self.inertia
+        table = {
+            "friction": [Shown("torque", self.unit, lambda v: v["torque"])],
+            "viscous": [Shown("coefficient", viscous, lambda v: v["coefficient"])],
+            "inertia": [
+                Shown("inertia", "kg" if linear else "kg m2", lambda v: kept + v["inertia"], kept)
+            ],
+            "offset": [Shown("offset", self.unit, lambda v: v["offset"])],
+            "gain": [Shown("scale", "1", lambda v: 1.0 / (1.0 + v["scale"]), 1.0)],
+            "lag": [Shown("dead_time", "s", lambda v: v["dead_time"])],
+            "stribeck": [
+                Shown("torque", self.unit, lambda v: v["torque"]),
+                Shown("speed", "m/s" if linear else "rad/s", lambda v: v["speed"]),
+            ],
+        }
+        return table.get(key, [])
 
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.estimation.spline_basis import orthogonal_to, spline_basis
+from diagnosis.estimation.spline_basis import free_shapes
 from diagnosis.observations.needed_columns import (
     filled,
     needed,
@@ -22,7 +22,7 @@ from diagnosis.observations.readings import (
     Readings,
     gather,
 )
-from diagnosis.plants.regression import Columns, Regressor, Size, Sizes
+from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes
 from models.chain.range_sensor import SensorChain
 from models.robot import RangeSensor
 from recording.flat import FlatRecording
@@ -57,6 +57,7 @@ class RangeSensorPlant:
         source = recordings[0].source
         self.observed = np.nan_to_num(self.readings.values[:, 0])
         self.nominal = self._nominal(recordings)
+        self.drawn_on = np.zeros(len(self.t_s))
         self.valid = self.readings.valid[:, 0] & ~_gross(
             self.observed - self.nominal, self.readings.valid[:, 0]
         )
@@ -67,6 +68,7 @@ class RangeSensorPlant:
         self.rows: IntArray = np.flatnonzero(self.valid)
         self.groups = self._places()
         self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
+        self.beside: FloatArray = np.zeros((len(self.t_s), 0))
         self.regressors = tuple(self._regressors())
 
     def _nominal(self, recordings: Sequence[FlatRecording]) -> FloatArray:
@@ -140,7 +142,7 @@ class RangeSensorPlant:
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Errors (n, k) of one regressor."""
         if key.startswith("unknown "):
-            return self._free_shapes[key[len("unknown ") :]]
+            return self._unknown[key[len("unknown ") :]]
         if key == "drift":
             return self._drift(sizes["drift.time_constant"])
         shape, spread, name = self._shapes[key]
@@ -158,7 +160,7 @@ class RangeSensorPlant:
 
     @cached_property
     def _speed(self) -> FloatArray:
-        speed = np.gradient(self.distance, self.t_s)
+        speed: FloatArray = np.gradient(self.distance, self.t_s)
         speed[self.readings.fresh] = 0.0
         return speed
 
@@ -174,15 +176,45 @@ class RangeSensorPlant:
         found = {"distance": self.distance} if self.moves else {}
         return {**found, "time": self.t_s} if self.in_time else found
 
+    @property
+    def _spanned(self) -> FloatArray:
+        named = np.stack([np.ones(len(self.t_s)), self.distance], axis=1)
+        return np.concatenate([named, self.beside], axis=1)
+
     @cached_property
-    def _free_shapes(self) -> dict[str, Columns]:
-        spanned = np.stack([np.ones(len(self.t_s)), self.distance], axis=1)
+    def _unknown(self) -> dict[str, Columns]:
         found = {}
         for name, values in self.covariates.items():
-            low, high = np.quantile(values[self.rows], [0.002, 0.998])
-            shapes = orthogonal_to(spline_basis(values, PIECES, low, high), spanned, self.rows)
+            shapes = free_shapes(values, PIECES, self._spanned, self.rows)
             found[name] = Columns(shapes, np.full(shapes.shape[1], 0.5 * self.mismatch))
         return found
+
+    def keep_beside(self, shapes: FloatArray) -> None:
+        """Free shapes must not take the place of these shapes (n, j) either."""
+        self.beside = shapes
+        self.__dict__.pop("_unknown", None)
+
+    def followed(self, key: str) -> FloatArray:
+        """Covariate (n,) of an unknown."""
+        return self.covariates[key[len("unknown ") :]]
+
+    def adopt(self, trained: RangeSensorPlant) -> None:
+        """Spread of the recording that sizes were found on."""
+        self.mismatch = trained.mismatch
+
+    def shown(self, key: str) -> Sequence[Shown]:
+        """Parameters of the contract's effects."""
+        table = {
+            "offset": [Shown("offset", "m", lambda v: v["offset"])],
+            "scale": [Shown("scale", "1", lambda v: 1.0 + v["scale"], nothing=1.0)],
+            "crosstalk": [Shown("curvature", "1/m", lambda v: v["curvature"])],
+            "late": [Shown("time", "s", lambda v: v["time"])],
+            "drift": [
+                Shown("offset", "m", lambda v: v["offset"]),
+                Shown("time_constant", "s", lambda v: v["time_constant"]),
+            ],
+        }
+        return table.get(key, [])
 
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]

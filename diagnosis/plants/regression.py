@@ -7,9 +7,9 @@ prediction. The engine (`evidence.laplace`, `selection.model_posterior`) is writ
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
@@ -89,6 +89,21 @@ class Columns:
     names: tuple[str, ...] = ()
 
 
+Draws = Mapping[str, FloatArray]
+"""Sizes of one regressor by their own names: one value, or many draws, of each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """One parameter of the answer, from the sizes of a regressor."""
+
+    name: str
+    unit: str
+    of: Callable[[Draws], FloatArray]
+    nothing: float = 0.0
+    """Value with which the effect vanishes."""
+
+
 NO_COLUMNS = Columns(np.zeros((0, 0)), np.zeros(0))
 
 
@@ -106,6 +121,8 @@ class RegressionPlant(Protocol):
     """(n,) number of the stretch, place or joint a row belongs to: noise is of one kind within."""
     kinds: IntArray
     """(n,) small numbers: rows of one kind share one noise (at rest, in motion, a joint)."""
+    drawn_on: FloatArray
+    """(n,) what drawings add to `observed` and to every prediction of it."""
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Prediction (n,) with the nonlinear sizes of these regressors."""
@@ -119,6 +136,27 @@ class RegressionPlant(Protocol):
         """Shapes that are always fitted and never a finding."""
         ...
 
+    @property
+    def covariates(self) -> dict[str, FloatArray]:
+        """What a mismatch may follow, name -> (n,)."""
+        ...
+
+    def shown(self, key: str) -> Sequence[Shown]:
+        """What the answer says of the sizes of a regressor, the main parameter first."""
+        ...
+
+    def keep_beside(self, shapes: FloatArray) -> None:
+        """Free shapes must not take the place of these shapes (n, j) either."""
+        ...
+
+    def followed(self, key: str) -> FloatArray:
+        """Covariate (n,) that an unknown follows; NaN where it does not act."""
+        ...
+
+    def adopt(self, trained: Any) -> None:
+        """Take over what shapes were made with, so that sizes of another recording hold here."""
+        ...
+
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
     ) -> bool:
@@ -128,4 +166,3 @@ class RegressionPlant(Protocol):
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
         """Where to start the nonlinear sizes of a regressor, given what is left without it (n,)."""
         ...
-

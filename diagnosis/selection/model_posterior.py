@@ -8,13 +8,12 @@ posterior: of each effect, of unknown physics, of nothing missing.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from diagnosis.evidence.laplace import Explanation, Laplace
-from diagnosis.plants.regression import Regressor
 
 WINDOW = 12.0
 """Sets whose log evidence is further below the best's than this are not counted (e^-12)."""
@@ -46,6 +45,11 @@ class Posterior:
         pairs = zip(self.explanations, self.weights, strict=True)
         return float(sum(w for e, w in pairs if not e.keys))
 
+    def without(self, keys: Iterable[str]) -> float:
+        """That none of these is at work."""
+        none, pairs = set(keys), zip(self.explanations, self.weights, strict=True)
+        return float(sum(w for e, w in pairs if not e.keys & none))
+
 
 def posterior(explanations: Iterable[Explanation]) -> Posterior:
     """Weights of evaluated sets."""
@@ -59,21 +63,33 @@ def posterior(explanations: Iterable[Explanation]) -> Posterior:
 class Search:
     """Climbs the evidence over sets of regressors."""
 
-    def __init__(self, evidence: Laplace, kept: frozenset[str] = frozenset(), left_over: bool = False):
+    def __init__(
+        self,
+        evidence: Laplace,
+        kept: frozenset[str] = frozenset(),
+        left_over: bool = False,
+        among: Sequence[str] | None = None,
+    ):
+        """kept: always in the set. left_over: free shapes instead of named regressors. among: only
+        these may come and go.
+        """
         self.evidence, self.kept = evidence, kept
-        self._all = {
-            r.key: r for r in evidence.plant.regressors if r.left_over == left_over or r.key in kept
-        }
+        chosen = [r for r in evidence.plant.regressors if r.left_over == left_over]
+        if among is not None:
+            chosen = [r for r in evidence.plant.regressors if r.key in among]
+        kept_too = [r for r in evidence.plant.regressors if r.key in kept]
+        self._all = {r.key: r for r in (*chosen, *kept_too)}
 
     def run(self) -> Posterior:
-        """From the empty set, and from everything that is named, to where no move is better."""
+        """From what is kept to where no move is better."""
         here = self.evidence(self.kept)
         while True:
             best = max(self._moves(here), key=lambda e: e.log_evidence, default=here)
             if best.log_evidence <= here.log_evidence + BETTER:
                 break
             here = best
-        return posterior(self.evidence.evaluated)
+        mine = [e for e in self.evidence.evaluated if self.kept <= e.keys <= self._all.keys()]
+        return posterior(mine)
 
     def allowed(self, keys: frozenset[str]) -> bool:
         """Whether a set makes sense: what stands beside others has one of them."""
@@ -91,12 +107,9 @@ class Search:
         others = [r for r in self._all.values() if r.key not in keys]
         sets = [keys | {r.key} for r in others]
         sets += [keys - {key} for key in keys - self.kept]
-        sets += [
-            (keys - {out}) | {r.key} for out in keys - self.kept for r in others
-        ]
-        if len(keys) <= PAIRS_UP_TO:
+        sets += [(keys - {out}) | {r.key} for out in keys - self.kept for r in others]
+        if len(keys - self.kept) <= PAIRS_UP_TO:
             named = [r.key for r in others if r.alone and not r.unknown]
             sets += [keys | set(pair) for pair in itertools.combinations(named, 2)]
         start = [here, self.evidence(self.kept)]
         return [self.evidence(s, start) for s in sets if self.allowed(s)]
-

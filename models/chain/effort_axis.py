@@ -8,7 +8,6 @@ known (IDIM: Gautier 1997; Janot, Gautier and Vandanjon 2013, IEEE Trans. Contro
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np

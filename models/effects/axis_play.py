@@ -12,13 +12,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from models.effects.effort_flow import BoolArray
 from models.effects.flow import Flow
 from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
-from models.effects.effort_flow import BoolArray
 from models.effects.recursion import clipped
 from models.robot import FloatArray
-
 
 LEAST_PULL = 0.1
 """Share of the largest load below which bearings hold the axis where it is within the play."""
@@ -56,9 +55,7 @@ def _between_turns(
         if first in begins:
             at = float(part[0] + half * start)
         falling = part[-1] < (driven[first - 1] if first and first not in begins else part[0])
-        axis[first:end] = (
-            np.minimum(at, part + half) if falling else np.maximum(at, part - half)
-        )
+        axis[first:end] = np.minimum(at, part + half) if falling else np.maximum(at, part - half)
         at = float(axis[end - 1])
     return axis
 

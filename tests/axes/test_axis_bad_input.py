@@ -8,8 +8,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from diagnosis.lone_axes.axis_diagnose import diagnose_axis
 from diagnosis.observations.column_mapping import load_mapping, read_mapped
+from diagnosis.regression_pipeline import diagnose_axis
 from foundation.errors import ConfigError, RecordingError
 from models.robot import ServoAxis
 from recording.flat import from_columns

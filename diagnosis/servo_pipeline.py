@@ -13,12 +13,12 @@ import numpy as np
 from diagnosis.admission.robot_match import check_belongs
 from diagnosis.answer.records import Diagnosis, NotTestable, Verdict
 from diagnosis.experiment import MotionLimits
-from diagnosis.lone_axes.servo_diagnose import diagnose_servo
 from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.observations.servo_preprocessing import JOINTS, reads_disturbance
 from diagnosis.pipeline import diagnose_model
 from diagnosis.plants.delta import DeltaModel
 from diagnosis.report.telling import told
+from diagnosis.regression_pipeline import diagnose_servo
 from foundation.errors import RecordingError
 from models.effects.servo_joints import SERVO_EFFECTS
 from models.robot import DeltaRobot

@@ -1,0 +1,114 @@
+"""Named effects first, unknown physics is what they leave, then what was open is asked again.
+
+An unknown that follows position could take the place of a ratio, an offset, a scale. So named
+regressors are chosen under a noise in which smooth discrepancy counts as noise; free shapes, made
+orthogonal to the named ones, are looked for in what is left; and where one is found, the named
+regressors that were neither sure nor out of the question are chosen once more beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnosis.estimation.effective_size import TemperedNoise
+from diagnosis.evidence.laplace import Explanation, Laplace
+from diagnosis.evidence.tempering import noise_beyond, saturated_noise
+from diagnosis.observations.readings import FloatArray
+from diagnosis.plants.regression import RegressionPlant, Sizes
+from diagnosis.selection.model_posterior import Posterior, Search
+
+Progress = Callable[[str], None]
+ROUNDS = 3
+SURE, OPEN, LIKELY = 0.95, 0.05, 0.5
+"""Posterior above which a regressor is settled, below which it is out of the question, and above
+which it is believed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Selected:
+    """The chosen explanation, the evidence it was chosen by, and how probable its parts are."""
+
+    plant: RegressionPlant
+    evidence: Laplace
+    posterior: Posterior
+    probability: dict[str, float]
+    """Of every regressor that was tried."""
+    nothing: float
+    """Probability that nothing is missing."""
+    empty: Explanation
+    """Of the robot file as it stands, under the same noise."""
+    named: Explanation
+    """The named regressors alone: what free shapes are orthogonal to."""
+    left_over: Laplace
+    """The evidence of free shapes in what the explanation leaves."""
+
+    @property
+    def best(self) -> Explanation:
+        """The chosen explanation."""
+        return self.posterior.best
+
+    @property
+    def noise(self) -> TemperedNoise:
+        """The noise under which it was chosen."""
+        return self.evidence.noise
+
+
+def select(plant: RegressionPlant, progress: Progress) -> Selected:
+    """Named regressors, what they leave, and both together where that is unknown physics."""
+    progress("noise of the readings")
+    noise = saturated_noise(plant)
+    progress("searching for what is missing")
+    evidence = Laplace(plant, noise)
+    named = Search(evidence).run()
+    for _ in range(ROUNDS - 1):
+        evidence = Laplace(plant, noise_beyond(plant, named.best), evidence)
+        again = Search(evidence).run()
+        settled, named = again.best.keys == named.best.keys, again
+        if settled:
+            break
+    progress("what the named effects leave")
+    plant.keep_beside(shapes_of(plant, named.best.keys, named.best.sizes))
+    free = Laplace(plant, noise_beyond(plant, named.best, left_over=True))
+    left = Search(free, named.best.keys, left_over=True).run()
+    unknown = {key for key in left.best.keys - named.best.keys if left.probability(key) > LIKELY}
+    chances = {r.key: (left if r.left_over else named).probability(r.key)
+               for r in plant.regressors}  # fmt: skip
+    nothing = named.nothing * left.without([r.key for r in plant.regressors if r.left_over])
+    if not unknown:
+        return Selected(plant, evidence, named, chances, nothing, evidence(()), named.best, free)
+    return _beside(plant, free, frozenset(unknown), named, chances, nothing)
+
+
+def _beside(
+    plant: RegressionPlant,
+    free: Laplace,
+    unknown: frozenset[str],
+    named: Posterior,
+    chances: dict[str, float],
+    nothing: float,
+) -> Selected:
+    """Choose among what was open, beside what is sure and unknown."""
+    sure = frozenset(key for key in named.best.keys if chances[key] > SURE)
+    opened = [key for key, p in chances.items() if OPEN < p <= SURE and key not in unknown]
+    if sure == named.best.keys:
+        opened = []
+    both = Search(free, sure | unknown, among=opened).run()
+    found = {**chances, **{key: both.probability(key) for key in opened}}
+    return Selected(plant, free, both, found, nothing, free(()), named.best, free)
+
+
+def shapes_of(plant: RegressionPlant, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+    """What small changes of all sizes of a set look like in the prediction, (n, j)."""
+    by_key = {r.key: r for r in plant.regressors}
+    base = plant.base(keys, sizes)
+    shapes = [plant.columns(key, base, sizes).values for key in sorted(keys)]
+    for key in sorted(keys):
+        for size in by_key[key].sizes:
+            name = f"{key}.{size.name}"
+            if size.smooth and name in sizes:
+                moved = plant.base(keys, {**sizes, name: sizes[name] + size.step})
+                shapes.append(((moved - base) / size.step)[:, None])
+    return np.concatenate([np.zeros((len(base), 0)), *shapes], axis=1)

@@ -1,0 +1,32 @@
+"""Frequentist guards beside the posterior: the alarm keeps its own level."""
+
+from __future__ import annotations
+
+from scipy.stats import f
+
+from diagnosis.evidence.laplace import Explanation
+from diagnosis.selection.named_first import Selected
+
+STARTS = 3.0
+"""Independent places that one regressor with a place in time or a period may be found at."""
+
+
+def chance(selected: Selected, better: Explanation, worse: Explanation) -> float:
+    """p of what one explanation gains over a smaller one, all that was tried counted.
+
+    The noise is estimated from as many effective readings as there are (F test), and every
+    regressor could have been the one (Sidak's correction, to first order).
+    """
+    gain = worse.chi2 - better.chi2
+    more = max(better.tangent.shape[1] - worse.tangent.shape[1], 1)
+    left = max(selected.noise.effective - better.tangent.shape[1], 3.0)
+    if gain <= 0.0:
+        return 1.0
+    scale = max(better.chi2 / left, 1.0)
+    single = float(f.sf(gain / more / scale, more, left))
+    return min(1.0, single * tests(selected))
+
+
+def tests(selected: Selected) -> float:
+    """Effective number of tests of a selection."""
+    return STARTS * len(selected.plant.regressors)
