@@ -23,7 +23,7 @@ from diagnosis.answer.records import (
     SmallestDetectable,
 )
 from diagnosis.answer.regressor_findings import findings, scaled_covariance
-from diagnosis.answer.verdict import ALARM, Rest
+from diagnosis.answer.verdict import ALARM, Rest, seen
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import IntArray
 from diagnosis.plants.commanded_axis import CommandedAxis
@@ -117,12 +117,13 @@ def diagnose_plant(
     if first_p > ALARM:
         selected = _nothing(selected)
     progress("what else it could be")
+    rest = _rest(selected)
     return assembled(
         findings(selected, plant.readings, list(plant.readings.names)),
-        _fit(selected, others),
+        _fit(selected, others, rest),
         first_p,
-        _rest(selected),
-        probability_nothing_missing=_nothing_missing(selected, first_p),
+        rest,
+        probability_nothing_missing=float(np.clip(selected.nothing, 0.0, 1.0)),
         not_testable=_not_testable(plant),
         smallest_detectable=_detection_limits(selected),
         picture=_picture(selected, plant),
@@ -161,11 +162,6 @@ def _nothing(selected: Selected) -> Selected:
     )  # fmt: skip
 
 
-def _nothing_missing(selected: Selected, first_p: float) -> float:
-    """Posterior of the empty set, never above what a certain finding leaves."""
-    return float(np.clip(selected.nothing, 0.0, 1.0))
-
-
 def _rest(selected: Selected) -> Rest:
     """What the tests of free shapes say of the residual."""
     free, best = selected.left_over, selected.best
@@ -180,13 +176,15 @@ def _rest(selected: Selected) -> Rest:
     return Rest(p, regressor.follows, "", share)
 
 
-def _fit(selected: Selected, others: Sequence[Plant]) -> Fit:
-    rows = selected.noise.rows
+def _fit(selected: Selected, others: Sequence[Plant], rest: Rest) -> Fit:
+    """Figures of the fit; what no test can tell from noise is the noise floor."""
+    rows, after_m = selected.noise.rows, _rms(selected.best, selected.noise.rows)
+    free_m = float(np.sqrt(np.mean(selected.left_over.noise.sigma**2)))
     before, after = on_other_runs(selected, others) if others else on_blocks(selected)
     return Fit(
         rms_before_m=_rms(selected.empty, rows),
-        rms_after_m=_rms(selected.best, rows),
-        noise_floor_m=float(np.sqrt(np.mean(selected.left_over.noise.sigma**2))),
+        rms_after_m=after_m,
+        noise_floor_m=min(free_m, after_m) if seen(rest.p) else after_m,
         holdout_rms_before_m=before,
         holdout_rms_after_m=after,
         unit=selected.plant.unit,

@@ -10,7 +10,7 @@ from diagnosis.plants.commanded_axis import CommandedAxis
 from diagnosis.plants.forced_axis import ForcedAxis
 from foundation.errors import RecordingError
 
-SHORTEST_S, LONGEST_S = 2e-5, 600.0
+SHORTEST_S, LONGEST_S = 2e-5, 15.0
 HOPELESS = 0.5
 """Left over, as a share of how much the reading moves, with the best explanation."""
 AGAINST = -0.5

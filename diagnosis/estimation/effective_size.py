@@ -57,12 +57,13 @@ class TemperedNoise:
 
 def tempered(
     residual: FloatArray, rows: IntArray, groups: IntArray, kinds: IntArray,
-    least: float, fitted: int,
+    least: float, fitted: int, distinct: float = np.inf,
 ) -> TemperedNoise:  # fmt: skip
     """Noise of a saturated residual (n,).
 
     least: standard deviation of rounding, below which no noise is believed. fitted: numbers the
-    saturated model took.
+    saturated model took. distinct: readings that differ from the one before: a value that is
+    read again while the axis stands tells nothing new.
     """
     left = residual[rows]
     weight = spike_weights(left)
@@ -74,6 +75,7 @@ def tempered(
     sigma = np.maximum(sigma, LEAST_OF_LARGEST * float(sigma.max()))
     standard = left / sigma
     tau = autocorrelation_time(np.clip(weight * standard, -4.0, 4.0), groups[rows])
+    tau = max(tau, len(rows) / max(distinct, 1.0))
     tau = min(tau, max(len(rows) / FEWEST_EFFECTIVE, 1.0))
     effective = len(rows) / tau
     taken = effective / max(effective - min(fitted, 0.6 * effective), 1.0)

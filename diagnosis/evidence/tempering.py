@@ -43,5 +43,6 @@ def noise_beyond(
 
 def _of(plant: RegressionPlant, residual: FloatArray, fitted: int) -> TemperedNoise:
     mismatch = (plant.observed - plant.base(frozenset(), {}))[plant.rows]
-    least = max(LEAST_SHARE * float(np.std(mismatch)), 1e-15)
-    return tempered(residual, plant.rows, plant.groups, plant.kinds, least, fitted)
+    least = max(LEAST_SHARE * float(np.std(mismatch)), plant.rounding, 1e-15)
+    changes = np.count_nonzero(np.diff(plant.observed[plant.rows])) + 1.0
+    return tempered(residual, plant.rows, plant.groups, plant.kinds, least, fitted, changes)

@@ -44,6 +44,11 @@ LAGS_S = (
 """Time constants and dead times to start from."""
 WIDTHS = (0.05, 0.15, 0.4, 1.0)
 """Widths of play to start from, as shares of how far reading and prediction are apart."""
+SIDES = (-0.7, 0.0, 0.7)
+MOST_BEGINS = 4
+"""Stretches whose side of the play at the start is fitted; later ones begin in its middle."""
+COARSEST_STEPS = 4.0
+"""Steps of the reading in the shortest wave: rounding itself repeats with every step."""
 MOST_WAVES = 60.0
 FEWEST_WAVES = 2.0
 PERIODS = 3
@@ -91,6 +96,7 @@ class CommandedAxis:
             ]
         )
         self.drawn_on = np.zeros(len(self.t_s))
+        self.rounding = self.readings.rounding[0]
         self.rows = self._rows()
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = self._moving()
@@ -177,7 +183,7 @@ class CommandedAxis:
         )
         width = Size("width", "half", max(2.0 * self.mismatch, 0.02 * self.span),
                      0.0, WIDEST_PLAY * self.span, 0.01 * self.mismatch)  # fmt: skip
-        start = Size("start", "flat", 1.0, -1.0, 1.0, 0.05)
+        starts = tuple(Size(name, "flat", 1.0, -1.0, 1.0, 0.05) for name in self._begins)
         late = Twin("sensor_latency", -1.0, only_if_zero="time")
         known_pull = bool(np.ptp(self.pull[self.rows]) > 0.0)
         stepper = isinstance(self.robot, StepperAxis)
@@ -190,13 +196,13 @@ class CommandedAxis:
         if known_pull:
             found += [
                 Regressor("droop", "joint_compliance", -1.0),
-                Regressor("play", "gear_backlash", -1.0, sizes=(width, start)),
-                Regressor("friction", "joint_friction", -1.0, sizes=(width, start)),
+                Regressor("play", "gear_backlash", -1.0, sizes=(width, *starts)),
+                Regressor("friction", "joint_friction", -1.0, sizes=(width, *starts)),
             ]
         else:
             friction = Twin("joint_friction", -1.4 if stepper else -0.2)
             found.append(
-                Regressor("play", "gear_backlash", -1.0, sizes=(width, start), twins=(friction,))
+                Regressor("play", "gear_backlash", -1.0, sizes=(width, *starts), twins=(friction,))
             )
         places = (self._gear(), self._jump(), self._ringing())
         found += [one for one in places if one is not None]
@@ -220,7 +226,8 @@ class CommandedAxis:
     def _most_waves(self) -> float:
         """Waves over the travel that samples can follow: four a wave where it moves fast."""
         pace = float(np.quantile(np.abs(np.diff(self.commanded[self.rows])), 0.9))
-        return min(MOST_WAVES, self.span / max(4.0 * pace, 1e-300))
+        finest = max(4.0 * pace, COARSEST_STEPS * self.resolution, 1e-300)
+        return min(MOST_WAVES, self.span / finest)
 
     def _jump(self) -> Regressor | None:
         if not self.rad_per_step:
@@ -269,9 +276,18 @@ class CommandedAxis:
             driven = self._played(driven, sizes, "play", self.pull)
         return driven
 
+    @cached_property
+    def _begins(self) -> list[str]:
+        """Sizes that say where in the play the first stretches begin."""
+        count = min(int(np.count_nonzero(self.readings.fresh)), MOST_BEGINS)
+        return ["start", *(f"start_{n}" for n in range(2, count + 1))]
+
     def _played(self, driven: FloatArray, sizes: Sizes, key: str, pull: FloatArray) -> FloatArray:
-        width, start = sizes[f"{key}.width"], sizes[f"{key}.start"]
-        return loose(driven, self.readings.fresh, width, start, pull, float(driven[0]))
+        starts = np.zeros(int(np.count_nonzero(self.readings.fresh)))
+        known = [sizes[f"{key}.{name}"] for name in self._begins if f"{key}.{name}" in sizes]
+        starts[: len(known)] = known[: len(starts)]
+        width = sizes[f"{key}.width"]
+        return loose(driven, self.readings.fresh, width, starts, pull, float(driven[0]))
 
     def _rung(self, part: FloatArray, frequency_hz: float, damping: float) -> FloatArray:
         """A mass on a damped spring whose damper moves along: see models.effects.resonance."""
@@ -448,8 +464,12 @@ class CommandedAxis:
         if key in ("play", "friction"):
             apart = float(np.ptp(np.quantile(residual[self.rows], [0.02, 0.98])))
             return [
-                {f"{key}.width": min(share * apart, 0.5 * self.span), f"{key}.start": 0.0}
+                {
+                    f"{key}.width": min(share * apart, 0.5 * self.span),
+                    **{f"{key}.{name}": side for name in self._begins},
+                }
                 for share in WIDTHS
+                for side in SIDES
             ]
         if key == "gear":
             return [{"gear.waves": w} for w in self._likely_waves(residual)]

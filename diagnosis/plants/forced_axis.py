@@ -65,6 +65,7 @@ class ForcedAxis:
         self.force = force
         self.filtered_force = self.motion.low_passed(force)
         self.observed = self._not_explained(recordings)
+        self.rounding = 0.0
         self.drawn_on = self.filtered_force - self.observed
         self.rows = self._rows()
         if len(self.rows) < FEWEST // 2:

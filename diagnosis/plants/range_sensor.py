@@ -58,6 +58,7 @@ class RangeSensorPlant:
         self.observed = np.nan_to_num(self.readings.values[:, 0])
         self.nominal = self._nominal(recordings)
         self.drawn_on = np.zeros(len(self.t_s))
+        self.rounding = self.readings.rounding[0]
         self.valid = self.readings.valid[:, 0] & ~_gross(
             self.observed - self.nominal, self.readings.valid[:, 0]
         )

@@ -121,6 +121,8 @@ class RegressionPlant(Protocol):
     """(n,) number of the stretch, place or joint a row belongs to: noise is of one kind within."""
     kinds: IntArray
     """(n,) small numbers: rows of one kind share one noise (at rest, in motion, a joint)."""
+    rounding: float
+    """Standard deviation of the rounding of a reading, in `unit`."""
     drawn_on: FloatArray
     """(n,) what drawings add to `observed` and to every prediction of it."""
 

@@ -65,6 +65,7 @@ class ServoDelta:
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = (self.readings.part // len(self._signals)).astype(np.intp)
         self.nominal = self._torque(())
+        self.rounding = 0.0
         self.drawn_on = np.zeros(len(self.t_s))
         self.beside: FloatArray = np.zeros((len(self.t_s), 0))
         self.regressors = tuple(self._regressors())

@@ -24,36 +24,38 @@ LEAST_PULL = 0.1
 
 
 def loose(
-    driven: FloatArray, fresh: BoolArray, width: float, start: float, pull: FloatArray,
+    driven: FloatArray, fresh: BoolArray, width: float, starts: FloatArray, pull: FloatArray,
     before: float,
 ) -> FloatArray:  # fmt: skip
-    """The axis behind play of a width, all (n,); `before` is where it stood before the first."""
+    """The axis behind play of a width, all (n,); `before` is where it stood before the first.
+
+    starts: where in the play each stretch begins, -1..1; (number of stretches,).
+    """
     half = 0.5 * width
     low, high = driven - half, driven + half
     most = float(np.abs(pull).max(initial=0.0))
     if most == 0.0:
-        return _between_turns(driven, fresh, half, start, before)
+        return _between_turns(driven, fresh, half, starts, before)
     side = np.where(np.abs(pull) > LEAST_PULL * most, np.sign(pull), 0.0)
-    begin = np.where(side != 0.0, side, start)
-    low[fresh] = high[fresh] = (driven + half * begin)[fresh]
+    begin = np.where(side[fresh] != 0.0, side[fresh], starts)
+    low[fresh] = high[fresh] = driven[fresh] + half * begin
     return clipped(2.0 * half * side, low, high, before)
 
 
 def _between_turns(
-    driven: FloatArray, fresh: BoolArray, half: float, start: float, before: float
+    driven: FloatArray, fresh: BoolArray, half: float, starts: FloatArray, before: float
 ) -> FloatArray:
     """The same with no load: from one turning point of the drive to the next in one go."""
     steps = np.sign(np.diff(driven))
     moving = np.flatnonzero(steps)
     turns = moving[1:][np.diff(steps[moving]) != 0.0] + 1
-    starts = np.flatnonzero(fresh)
-    edges = np.unique(np.concatenate([[0], turns, starts, [len(driven)]])).tolist()
+    begins = dict(zip(np.flatnonzero(fresh).tolist(), starts.tolist(), strict=True))
+    edges = np.unique(np.concatenate([[0], turns, [*begins], [len(driven)]]))
     axis, at = np.empty_like(driven), before
-    begins = set(starts.tolist())
-    for first, end in pairwise(edges):
+    for first, end in pairwise(edges.astype(int).tolist()):
         part = driven[first:end]
         if first in begins:
-            at = float(part[0] + half * start)
+            at = float(part[0] + half * begins[first])
         falling = part[-1] < (driven[first - 1] if first and first not in begins else part[0])
         axis[first:end] = np.minimum(at, part + half) if falling else np.maximum(at, part - half)
         at = float(axis[end - 1])
@@ -64,7 +66,8 @@ def _play(flow: Flow, values: Values, memory: Memory, pull: FloatArray) -> None:
     driven = flow.angles_rad[:, 0]
     before = float(memory.get("arm", driven[0]))
     width, start = scalar(values, "width"), scalar(values, "start")
-    arm = loose(driven, flow.fresh, width, start, pull, before)
+    starts = np.full(int(np.count_nonzero(flow.fresh)), start)
+    arm = loose(driven, flow.fresh, width, starts, pull, before)
     memory["arm"] = arm[-1]
     flow.angles_rad[:, 0] = arm
 
