@@ -12,8 +12,8 @@ from diagnosis.estimation.side_by_side import only_here
 from diagnosis.experiment import MotionLimits
 from diagnosis.pipeline import diagnose_model
 from diagnosis.plants.delta import DeltaModel
-from diagnosis.report.telling import told
 from diagnosis.regression_pipeline import diagnose_axis
+from diagnosis.report.telling import told
 from diagnosis.servo_pipeline import diagnose_servo_robot, is_servo_run
 from foundation.errors import RecordingError
 from foundation.one_thread import one_thread

@@ -158,7 +158,7 @@ def _nothing(selected: Selected) -> Selected:
     return Selected(
         selected.plant, selected.evidence, Posterior([selected.empty], [1.0]),
         selected.probability, selected.nothing, selected.empty, selected.named,
-        selected.left_over,
+        {}, selected.left_over,
     )  # fmt: skip
 
 

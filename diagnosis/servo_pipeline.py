@@ -17,8 +17,8 @@ from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.observations.servo_preprocessing import JOINTS, reads_disturbance
 from diagnosis.pipeline import diagnose_model
 from diagnosis.plants.delta import DeltaModel
-from diagnosis.report.telling import told
 from diagnosis.regression_pipeline import diagnose_servo
+from diagnosis.report.telling import told
 from foundation.errors import RecordingError
 from models.effects.servo_joints import SERVO_EFFECTS
 from models.robot import DeltaRobot

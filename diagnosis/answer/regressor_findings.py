@@ -18,6 +18,8 @@ DRAWS = 2000
 """Draws of the sizes: the ends of a 95 % interval are then known to a few per cent of its width."""
 LEAST_PROBABILITY = 0.02
 """Alternatives less probable than this are not worth a line."""
+SHIFTS = 1.0
+"""Standard deviations that a change of preparation stands for."""
 NORMAL_95 = 1.959964
 
 
@@ -182,6 +184,9 @@ def _drawn(
     moved = noise @ across.T
     values = _own(explanation, key)
     found = {name: values[name] + moved[:, j] for j, (_, name) in enumerate(own)}
+    for j, (_, name) in enumerate(own):
+        shift = selected.shift.get(f"{key}.{j}", 0.0)
+        found[name] = found[name] + SHIFTS * shift * rng.standard_normal(count)
     regressor = next(r for r in selected.plant.regressors if r.key == key)
     for size in regressor.sizes:
         if size.name not in found:

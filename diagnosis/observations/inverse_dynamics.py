@@ -11,8 +11,9 @@ import numpy as np
 from diagnosis.observations.readings import MAD_TO_SIGMA, BoolArray, FloatArray
 
 ORDER = 4
-ABOVE_NOISE = 4.0
-"""Times its noise floor that a spectrum stands above where it still tells of motion."""
+ABOVE_NOISE = 10.0
+"""Times its noise floor that a spectrum stands above where it still tells of motion. Noise with
+memory (0.7 from sample to sample) has slow parts 6 times its fast ones."""
 LOWEST_HZ, HIGHEST_HZ = 0.5, 15.0
 SHARE_OF_RATE = 0.2
 FEWEST = 40
@@ -37,16 +38,23 @@ class Motion:
 
 
 def motion_of(
-    t_s: FloatArray, fresh: BoolArray, position: FloatArray, velocity: FloatArray | None
+    t_s: FloatArray,
+    fresh: BoolArray,
+    position: FloatArray,
+    velocity: FloatArray | None,
+    narrower: float = 1.0,
 ) -> Motion:
-    """Motion of a position (n,), stretch by stretch; velocity: as measured, where there is one."""
+    """Motion of a position (n,), stretch by stretch; velocity: as measured, where there is one.
+
+    narrower: share of the frequency where the position meets its noise at which the low-pass ends.
+    """
     from scipy.signal import butter, sosfiltfilt  # takes 0.3 s to import
 
     step_s = float(np.median(np.diff(t_s)))
     starts = [*np.flatnonzero(fresh).tolist(), len(t_s)]
     stretches = [slice(a, b) for a, b in pairwise(starts)]
     longest = max(stretches, key=lambda s: s.stop - s.start)
-    cut_off_hz = cut_off(position[longest], step_s)
+    cut_off_hz = narrower * cut_off(position[longest], step_s)
     sections = butter(ORDER, min(2.0 * cut_off_hz * step_s, 0.9), output="sos")
 
     def low_passed(values: FloatArray) -> FloatArray:

@@ -184,15 +184,19 @@ class CommandedAxis:
         width = Size("width", "half", max(2.0 * self.mismatch, 0.02 * self.span),
                      0.0, WIDEST_PLAY * self.span, 0.01 * self.mismatch)  # fmt: skip
         starts = tuple(Size(name, "flat", 1.0, -1.0, 1.0, 0.05) for name in self._begins)
-        late = Twin("sensor_latency", -1.0, only_if_zero="time")
+        late = (
+            Twin("sensor_latency", -1.0, only_if_zero="time"),
+            Twin("viscous_friction", -1.5, only_if_zero="dead_time"),
+        )
         known_pull = bool(np.ptp(self.pull[self.rows]) > 0.0)
         stepper = isinstance(self.robot, StepperAxis)
         found = [
             Regressor("ratio", "gear_ratio", -2.0 if stepper else -3.0),
-            Regressor("lag", "following_lag", -1.0, sizes=lag, twins=(late,)),
+            Regressor("lag", "following_lag", -1.0, sizes=lag, twins=late),
         ]
         if self.robot.zero == "absolute":
-            found.append(Regressor("offset", "home_offset", -1.0))
+            yields = () if known_pull else (Twin("joint_compliance", -1.5),)
+            found.append(Regressor("offset", "home_offset", -1.0, twins=yields))
         if known_pull:
             found += [
                 Regressor("droop", "joint_compliance", -1.0),
@@ -200,10 +204,11 @@ class CommandedAxis:
                 Regressor("friction", "joint_friction", -1.0, sizes=(width, *starts)),
             ]
         else:
-            friction = Twin("joint_friction", -1.4 if stepper else -0.2)
-            found.append(
-                Regressor("play", "gear_backlash", -1.0, sizes=(width, *starts), twins=(friction,))
-            )
+            # Tooth play is what a geared stepper has, stiction what a servo's loop leaves.
+            names = ("gear_backlash", "joint_friction")
+            first, second = names if stepper else names[::-1]
+            twin = Twin(second, -1.4 if stepper else -0.2)
+            found.append(Regressor("play", first, -1.0, sizes=(width, *starts), twins=(twin,)))
         places = (self._gear(), self._jump(), self._ringing())
         found += [one for one in places if one is not None]
         found.append(Regressor("drift", "unknown", -4.0, follows=("time",), alone=False))
@@ -224,9 +229,9 @@ class CommandedAxis:
 
     @cached_property
     def _most_waves(self) -> float:
-        """Waves over the travel that samples can follow: four a wave where it moves fast."""
-        pace = float(np.quantile(np.abs(np.diff(self.commanded[self.rows])), 0.9))
-        finest = max(4.0 * pace, COARSEST_STEPS * self.resolution, 1e-300)
+        """Waves over the travel that samples can follow: two a wave at the usual speed."""
+        pace = float(np.median(np.abs(np.diff(self.commanded[self.rows]))))
+        finest = max(2.0 * pace, COARSEST_STEPS * self.resolution, 1e-300)
         return min(MOST_WAVES, self.span / finest)
 
     def _jump(self) -> Regressor | None:
@@ -235,8 +240,7 @@ class CommandedAxis:
         choices = max(float(self.readings.span_s), 4.0)
         moment = Size("moment", "flat", self.readings.span_s, float(self.t_s[0]),
                       float(self.t_s[-1]), 1.0, smooth=False, choices=choices)  # fmt: skip
-        return Regressor("jump", "lost_steps", -4.0, sizes=(moment,), alone=False,
-                         saturated=False)  # fmt: skip
+        return Regressor("jump", "lost_steps", -4.0, sizes=(moment,), alone=False)  # fmt: skip
 
     def _ringing(self) -> Regressor | None:
         fastest = 0.2 / self.readings.period_s
@@ -398,6 +402,9 @@ class CommandedAxis:
     def followed(self, key: str) -> FloatArray:
         """Covariate (n,) of an unknown."""
         return self.covariates[key[len("unknown ") :]]
+
+    def variant(self) -> None:
+        """There is one way to prepare it."""
 
     def adopt(self, trained: CommandedAxis) -> None:
         """Travel and spread of the recording that sizes were found on."""

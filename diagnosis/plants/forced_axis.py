@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 
 from diagnosis.estimation.spline_basis import free_shapes
 from diagnosis.observations.inverse_dynamics import Motion, motion_of
@@ -31,6 +32,9 @@ GAIN_SPREAD = 0.1
 """Share by which a stated torque constant is off (drive makers give 10 %)."""
 RESOLVED = 2.0
 """Times the noise of the velocity below which an axis may stand: friction is then anything."""
+NARROWER = 0.6
+SMEARED = 0.3
+"""Periods of the low-pass by which what happens at a rest is smeared into the motion."""
 SLOWEST = 0.01
 """The same as a share of the top speed."""
 CLOCKS_S = 0.02
@@ -43,8 +47,12 @@ PIECES = 10
 class ForcedAxis:
     """A lone axis by its effort; `observed` is effort that the robot file does not explain."""
 
-    def __init__(self, robot: ServoAxis, recordings: Sequence[FlatRecording]):
+    def __init__(
+        self, robot: ServoAxis, recordings: Sequence[FlatRecording], narrower: float = 1.0
+    ):
+        """narrower: the low-pass ends at this share of where the position meets its noise."""
         self.robot, self.source = robot, recordings[0].source
+        self._recordings, self._narrower = tuple(recordings), narrower
         if robot.inertia is None:
             raise RecordingError(f"{self.source}: effort in needs `inertia` in the robot file")
         self.inertia = robot.inertia
@@ -83,7 +91,7 @@ class ForcedAxis:
         velocity = None
         if all(first_of(r, ["velocity"]) for r in recordings):
             velocity = np.concatenate([filled(r, "velocity") for r in recordings])
-        return motion_of(self.t_s, self.readings.fresh, position, velocity)
+        return motion_of(self.t_s, self.readings.fresh, position, velocity, self._narrower)
 
     def _not_explained(self, recordings: Sequence[FlatRecording]) -> FloatArray:
         """Effort less what inertia, gravity, load and believed effects need, low-passed, (n,)."""
@@ -110,7 +118,9 @@ class ForcedAxis:
     def _rows(self) -> IntArray:
         """Samples in clear motion away from the ends of a stretch, one a filter's memory apart."""
         motion = self.motion
-        moving = np.abs(motion.velocity) > self._slow
+        reach = max(1, int(SMEARED / (motion.cut_off_hz * self.readings.period_s)))
+        slow = np.abs(motion.velocity) <= self._slow
+        moving = ~binary_dilation(slow, np.ones(2 * reach + 1, dtype=bool))
         good = np.flatnonzero(motion.settled & moving & self.readings.valid[:, 0])
         stride = max(1, int(0.25 / (motion.cut_off_hz * self.readings.period_s)))
         return good[::stride]
@@ -231,6 +241,10 @@ class ForcedAxis:
     def followed(self, key: str) -> FloatArray:
         """Covariate (n,) of an unknown."""
         return self.covariates[key[len("unknown ") :]]
+
+    def variant(self) -> ForcedAxis:
+        """The same under a narrower low-pass: what differs between the two is no knowledge."""
+        return ForcedAxis(self.robot, self._recordings, NARROWER)
 
     def adopt(self, trained: ForcedAxis) -> None:
         """Spread of the recording that sizes were found on."""

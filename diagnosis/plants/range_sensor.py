@@ -199,6 +199,9 @@ class RangeSensorPlant:
         """Covariate (n,) of an unknown."""
         return self.covariates[key[len("unknown ") :]]
 
+    def variant(self) -> None:
+        """There is one way to prepare it."""
+
     def adopt(self, trained: RangeSensorPlant) -> None:
         """Spread of the recording that sizes were found on."""
         self.mismatch = trained.mismatch

@@ -155,6 +155,10 @@ class RegressionPlant(Protocol):
         """Covariate (n,) that an unknown follows; NaN where it does not act."""
         ...
 
+    def variant(self) -> RegressionPlant | None:
+        """The same recording prepared another way that is as good; None where there is one way."""
+        ...
+
     def adopt(self, trained: Any) -> None:
         """Take over what shapes were made with, so that sizes of another recording hold here."""
         ...

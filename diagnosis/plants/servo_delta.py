@@ -218,6 +218,9 @@ class ServoDelta:
         _, motor, name = key.split(" ")
         return np.where(self._joint(motor) > 0.0, self.covariates[name], np.nan)
 
+    def variant(self) -> None:
+        """There is one way to prepare it."""
+
     def adopt(self, trained: ServoDelta) -> None:
         """All shapes are the robot's own."""
 

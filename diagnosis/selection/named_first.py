@@ -42,6 +42,8 @@ class Selected:
     """Of the robot file as it stands, under the same noise."""
     named: Explanation
     """The named regressors alone: what free shapes are orthogonal to."""
+    shift: dict[str, float]
+    """How far each size of the best set moves under another preparation, in SI units."""
     left_over: Laplace
     """The evidence of free shapes in what the explanation leaves."""
 
@@ -78,7 +80,17 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
                for r in plant.regressors}  # fmt: skip
     nothing = named.nothing * left.without([r.key for r in plant.regressors if r.left_over])
     if not unknown:
-        return Selected(plant, evidence, named, chances, nothing, evidence(()), named.best, free)
+        return Selected(
+            plant,
+            evidence,
+            named,
+            chances,
+            nothing,
+            evidence(()),
+            named.best,
+            _shift(plant, named.best),
+            free,
+        )
     return _beside(plant, free, frozenset(unknown), named, chances, nothing)
 
 
@@ -97,7 +109,9 @@ def _beside(
         opened = []
     both = Search(free, sure | unknown, among=opened).run()
     found = {**chances, **{key: both.probability(key) for key in opened}}
-    return Selected(plant, free, both, found, nothing, free(()), named.best, free)
+    return Selected(
+        plant, free, both, found, nothing, free(()), named.best, _shift(plant, both.best), free
+    )
 
 
 def shapes_of(plant: RegressionPlant, keys: frozenset[str], sizes: Sizes) -> FloatArray:
@@ -112,3 +126,18 @@ def shapes_of(plant: RegressionPlant, keys: frozenset[str], sizes: Sizes) -> Flo
                 moved = plant.base(keys, {**sizes, name: sizes[name] + size.step})
                 shapes.append(((moved - base) / size.step)[:, None])
     return np.concatenate([np.zeros((len(base), 0)), *shapes], axis=1)
+
+
+def _shift(plant: RegressionPlant, best: Explanation) -> dict[str, float]:
+    """Model discrepancy of the sizes: their change under another preparation of the recording."""
+    other = plant.variant()
+    if other is None or not best.keys:
+        return {}
+    keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
+    again = Laplace(other, saturated_noise(other))(keys, [best])
+    found: dict[str, float] = {}
+    for key in keys:
+        for number, size in enumerate(best.linear[key]):
+            moved = abs(float(again.linear[key][number] - size))
+            found[f"{key}.{number}"] = moved
+    return found

@@ -25,7 +25,7 @@ def corrected(text: str, recording: FlatRecording, folder: Path) -> tuple[RobotM
     assert not isinstance(belief, DeltaRobot)
     answer = diagnose_axis(belief, [recording])
     assert answer.findings
-    save_corrected(path, answer, out)
+    save_corrected(path, answer, out, all_of_them=True)
     return load_robot_model(out), answer.fit.rms_before_m
 
 
