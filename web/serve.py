@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import logging
 import os
+import signal
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -76,6 +78,9 @@ def serve(where: Where) -> None:
             limit_concurrency=400, ws_max_size=MAX_BODY, ssl_certfile=where.certificate,
             ssl_keyfile=where.key,
         )  # fmt: skip
+        # Uvicorn ends in good order and then raises the signal again: what stands around this
+        # call (a simulated daemon) has to be ended too.
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
         uvicorn.Server(config).run()
 
 
