@@ -236,13 +236,13 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
 
 
 @pytest.fixture
-def wait_until() -> Callable[[Callable[[], bool]], None]:
+def wait_until() -> Callable[..., None]:
     """Wait for something that happens in another thread; fail when it does not."""
 
-    def wait(condition: Callable[[], bool]) -> None:
-        give_up_s = time.monotonic() + 5.0
+    def wait(condition: Callable[[], bool], limit_s: float = 5.0) -> None:
+        give_up_s = time.monotonic() + limit_s
         while not condition():
-            assert time.monotonic() < give_up_s, "did not happen within 5 s"
+            assert time.monotonic() < give_up_s, f"did not happen within {limit_s:g} s"
             time.sleep(0.005)
 
     return wait

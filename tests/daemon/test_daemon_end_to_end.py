@@ -28,6 +28,7 @@ from firmware_py.install.unit import PROGRAM
 from foundation.errors import NotReady, ServiceError
 from recording.reader import read_run
 from recording.run import Run
+from tests.rigs.faults.daemon_stand import pulse_process_of
 
 ROBOT_FILE = PROGRAM / "config/zhao-2023.yaml"
 HEARTBEAT_S = StepSettings().heartbeat_s
@@ -38,6 +39,8 @@ NO_EXECUTABLE_MEMORY = (
 )
 """PR_SET_MDWE, which is what MemoryDenyWriteExecute= of the unit does (kernels from 6.3 on)."""
 
+START_S = 60.0
+"""TimeoutStartSec of the unit."""
 T_PWM_NS = 500_000
 HEART = """
 name: heart
@@ -97,11 +100,10 @@ class Process:
 
     def pulse_process(self) -> int:
         children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")
-        (child,) = children.read_text().split()
-        return int(child)
+        return pulse_process_of([int(child) for child in children.read_text().split()])
 
 
-WaitUntil = Callable[[Callable[[], bool]], None]
+WaitUntil = Callable[..., None]
 
 
 @pytest.fixture
@@ -124,7 +126,7 @@ def daemon(tmp_path: Path, wait_until: WaitUntil) -> Iterator[Process]:
             stderr=log,
         )
     try:
-        wait_until(lambda: "READY=1" in manager.heard or process.poll() is not None)
+        wait_until(lambda: "READY=1" in manager.heard or process.poll() is not None, START_S)
         assert process.poll() is None, (tmp_path / "log").read_text()
         yield Process(process, manager, tmp_path)
     finally:

@@ -77,7 +77,7 @@ class DaemonStand:
 
     def pulse_pid(self) -> int:
         """Number of the pulse process."""
-        return self._children()[0]
+        return pulse_process_of(self._children())
 
     def waited_s(self) -> dict[str, float]:
         """How long each thread, of the pulse process too, has waited for a core so far."""
@@ -110,6 +110,13 @@ class DaemonStand:
         with suppress(DeltactlError):
             return daemon_answers(self.socket)
         return False
+
+
+def pulse_process_of(processes: list[int]) -> int:
+    """Which of a daemon's children plays the pulses; another plans."""
+    named = {one: Path(f"/proc/{one}/cmdline").read_bytes() for one in processes}
+    (found,) = [one for one, words in named.items() if b"pulse_main" in words]
+    return found
 
 
 def bench_of(pid: int) -> BenchMemory:
