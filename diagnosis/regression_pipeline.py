@@ -22,7 +22,6 @@ from diagnosis.answer.records import (
     Picture,
     SmallestDetectable,
 )
-from diagnosis.answer.regressor_findings import findings, scaled_covariance
 from diagnosis.answer.verdict import ALARM, Rest, seen
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import IntArray
@@ -30,6 +29,7 @@ from diagnosis.plants.commanded_axis import CommandedAxis
 from diagnosis.plants.forced_axis import ForcedAxis
 from diagnosis.plants.range_sensor import RangeSensorPlant
 from diagnosis.plants.servo_delta import CHANNEL, ServoDelta
+from diagnosis.regressor_findings import findings, scaled_covariance
 from diagnosis.report.lone_sentences import kinds_of, spoken
 from diagnosis.selection.model_posterior import Posterior
 from diagnosis.selection.named_first import Progress, Selected, select
