@@ -8,7 +8,9 @@ from diagnosis.plants.contract import Model
 from foundation.errors import RecordingError
 
 FACTOR = 20.0
-FEWEST_VALID = 100
+FEWEST_VALID = 30
+FEWEST_IN_ALL = 90
+"""Valid readings of one channel, and of all together, below which nothing is told."""
 STANDS_STILL = 1e-4
 
 
@@ -20,10 +22,10 @@ def check_input(model: Model) -> None:
             f"samples are {readings.period_s:g} s apart; t must be in seconds (is it in ms?)"
         )
     counts = readings.valid.sum(axis=0)
-    if counts.max() < FEWEST_VALID:
+    if counts.max() < FEWEST_VALID or counts.sum() < FEWEST_IN_ALL:
         raise RecordingError(
             f"only {int(counts.max())} valid readings in any of {', '.join(readings.names)}; "
-            f"nothing can be told from fewer than {FEWEST_VALID}"
+            f"nothing can be told from fewer than {FEWEST_VALID} of one and {FEWEST_IN_ALL} of all"
         )
     predicted = model.predict([n.term for n in model.nuisances])
     moved = np.ptp(predicted, axis=0)

@@ -12,7 +12,6 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.estimation.spline_basis import free_shapes
 from diagnosis.observations.needed_columns import (
     filled,
     first_of,
@@ -20,7 +19,8 @@ from diagnosis.observations.needed_columns import (
     refuse_other_units,
     refuse_still,
 )
-from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather
+from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather, step_of
+from diagnosis.plants.free_shapes import free_shapes
 from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes, Twin
 from models.chain.axis import AxisChain
 from models.chain.commands import Commands
@@ -96,7 +96,9 @@ class CommandedAxis:
             ]
         )
         self.drawn_on = np.zeros(len(self.t_s))
-        self.rounding = self.readings.rounding[0]
+        self.resolution = step_of(self.readings.values[:, 0])
+        """Smallest step of the reading: no play below it can be told from rounding."""
+        self.rounding = self.resolution / float(np.sqrt(12.0))
         self.rows = self._rows()
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = self._moving()
@@ -170,11 +172,6 @@ class CommandedAxis:
         left = left - np.median(left) if self.robot.zero == "arbitrary" else left
         return max(float(np.sqrt(np.mean(np.clip(left**2, 0.0, np.quantile(left**2, 0.99))))),
                    1e-12 * max(self.span, 1e-12))  # fmt: skip
-
-    @cached_property
-    def resolution(self) -> float:
-        """Smallest step of the reading: no play below it can be told from rounding."""
-        return self.readings.rounding[0] * float(np.sqrt(12.0))
 
     def _regressors(self) -> list[Regressor]:
         lag = (

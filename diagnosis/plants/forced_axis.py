@@ -14,10 +14,10 @@ from functools import cached_property
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from diagnosis.estimation.spline_basis import free_shapes
 from diagnosis.observations.inverse_dynamics import Motion, motion_of
 from diagnosis.observations.needed_columns import filled, first_of, needed, refuse_still
 from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather
+from diagnosis.plants.free_shapes import free_shapes
 from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes, Twin
 from foundation.errors import RecordingError
 from models.chain.axis import gravity_pull

@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.estimation.spline_basis import free_shapes
 from diagnosis.observations.needed_columns import (
     filled,
     needed,
@@ -21,7 +20,9 @@ from diagnosis.observations.readings import (
     IntArray,
     Readings,
     gather,
+    step_of,
 )
+from diagnosis.plants.free_shapes import free_shapes
 from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes
 from models.chain.range_sensor import SensorChain
 from models.robot import RangeSensor
@@ -58,7 +59,7 @@ class RangeSensorPlant:
         self.observed = np.nan_to_num(self.readings.values[:, 0])
         self.nominal = self._nominal(recordings)
         self.drawn_on = np.zeros(len(self.t_s))
-        self.rounding = self.readings.rounding[0]
+        self.rounding = step_of(self.readings.values[:, 0]) / float(np.sqrt(12.0))
         self.valid = self.readings.valid[:, 0] & ~_gross(
             self.observed - self.nominal, self.readings.valid[:, 0]
         )

@@ -11,9 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.estimation.spline_basis import free_shapes
 from diagnosis.observations.readings import FEWEST_SAMPLES, FloatArray, IntArray, Readings
 from diagnosis.observations.servo_preprocessing import Signals, signals_of
+from diagnosis.plants.free_shapes import free_shapes
 from diagnosis.plants.regression import Columns, Regressor, Shown, Sizes
 from foundation.errors import RecordingError
 from models.chain.active import Active, activate

@@ -11,9 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.estimation.spline_basis import carried_over
 from diagnosis.evidence.laplace import Laplace
 from diagnosis.observations.readings import FloatArray, IntArray
+from diagnosis.plants.free_shapes import carried_over
 from diagnosis.plants.regression import RegressionPlant
 from diagnosis.selection.named_first import Selected
 
