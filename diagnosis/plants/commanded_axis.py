@@ -237,7 +237,7 @@ class CommandedAxis:
         choices = max(float(self.readings.span_s), 4.0)
         moment = Size("moment", "flat", self.readings.span_s, float(self.t_s[0]),
                       float(self.t_s[-1]), 1.0, smooth=False, choices=choices)  # fmt: skip
-        return Regressor("jump", "lost_steps", -4.0, sizes=(moment,), alone=False)  # fmt: skip
+        return Regressor("jump", "lost_steps", -6.0, sizes=(moment,), alone=False)  # fmt: skip
 
     def _ringing(self) -> Regressor | None:
         fastest = 0.2 / self.readings.period_s
