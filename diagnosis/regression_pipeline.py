@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,10 +30,10 @@ from diagnosis.plants.commanded_axis import CommandedAxis
 from diagnosis.plants.forced_axis import ForcedAxis
 from diagnosis.plants.range_sensor import RangeSensorPlant
 from diagnosis.plants.servo_delta import CHANNEL, ServoDelta
-from diagnosis.regressor_findings import findings, scaled_covariance
+from diagnosis.regressor_findings import findings, scaled_covariance, sizes
 from diagnosis.report.lone_sentences import kinds_of, spoken
 from diagnosis.selection.model_posterior import Posterior
-from diagnosis.selection.named_first import Progress, Selected, select
+from diagnosis.selection.named_first import OPEN, Progress, Selected, select
 from diagnosis.selection.regression_holdout import on_blocks, on_other_runs
 from diagnosis.selection.significance import chance
 from foundation.errors import RecordingError
@@ -44,6 +45,7 @@ from recording.flat import FlatRecording
 LoneRobot = StepperAxis | ServoAxis | RangeSensor
 LonePlant = CommandedAxis | ForcedAxis | RangeSensorPlant
 Plant = LonePlant | ServoDelta
+EVEN = 0.5
 POWER = 4.2
 """Standard deviations of a size at which it is found in four recordings of five: 3.3 to overcome
 its Occam factor and its odds, 0.84 for the power."""
@@ -114,11 +116,10 @@ def diagnose_plant(
     """The method: noise, selection, alarm, sizes, held-out, what is left, the answer."""
     selected = select(plant, progress)
     first_p = _first_p(selected)
-    if first_p > ALARM:
-        selected = _nothing(selected)
+    selected = _nothing(selected) if first_p > ALARM else _without_doubtful(selected)
     progress("what else it could be")
     rest = _rest(selected)
-    return assembled(
+    answer = assembled(
         findings(selected, plant.readings, list(plant.readings.names)),
         _fit(selected, others, rest),
         first_p,
@@ -128,6 +129,10 @@ def diagnose_plant(
         smallest_detectable=_detection_limits(selected),
         picture=_picture(selected, plant),
     )
+    if answer.verdict == "nothing_missing" and selected.nothing < EVEN:
+        # The alarm is silent, the posterior is not convinced: neither claim would be sound.
+        answer = answer.model_copy(update={"verdict": "unexplained"})
+    return answer
 
 
 def _held_out(
@@ -162,11 +167,40 @@ def _nothing(selected: Selected) -> Selected:
     )  # fmt: skip
 
 
+SIGNED = frozenset(
+    {
+        "inertia", "effort_gain", "effort_offset", "gear_ratio", "home_offset", "sensor_offset",
+        "sensor_scale", "sensor_crosstalk",
+    }
+)  # fmt: skip
+"""Effects that correct a figure of the robot file, up or down."""
+
+
+def _without_doubtful(selected: Selected) -> Selected:
+    """The same less corrections of the file whose interval holds what the file says."""
+    by_key = {r.key: r for r in selected.plant.regressors}
+    doubtful = set()
+    for key in selected.best.keys:
+        shown = selected.plant.shown(key)
+        if by_key[key].effect in SIGNED and shown:
+            ((_, low, high),) = sizes(selected, key)[shown[0].name].components
+            if low <= shown[0].nothing <= high:
+                doubtful.add(key)
+    if not doubtful:
+        return selected
+    rest = selected.evidence(selected.best.keys - doubtful, [selected.best])
+    return replace(selected, posterior=Posterior([rest], [1.0]))
+
+
 def _rest(selected: Selected) -> Rest:
-    """What the tests of free shapes say of the residual."""
+    """What the tests say of the residual, of free shapes that are not out of the question."""
     free, best = selected.left_over, selected.best
     known = free(best.keys, [best])
-    unknown = [r for r in selected.plant.regressors if r.left_over and r.key not in best.keys]
+    unknown = [
+        r
+        for r in selected.plant.regressors
+        if r.left_over and r.key not in best.keys and selected.probability[r.key] > OPEN
+    ]
     if not unknown:
         return Rest(1.0)
     asked = [(r, free(best.keys | {r.key}, [known])) for r in unknown]

@@ -44,7 +44,7 @@ def _finding(
     twins = [t for t in regressor.twins if _applies(t.only_if_zero, regressor, best)]
     odds = np.exp([0.0, *(t.log_odds for t in twins)])
     share = odds / odds.sum()
-    probability = selected.probability[regressor.key]
+    probability = min(selected.probability[regressor.key], 1.0)
     alternatives = [
         Alternative(
             effect=t.effect, component=regressor.component, delta_chi2=0.0,

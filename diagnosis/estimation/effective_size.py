@@ -9,7 +9,7 @@ section 3), for each kind of row by itself (at rest and in motion, each joint).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -21,7 +21,7 @@ UNCORRELATED = 0.05
 HUBER = 4.0
 NEIGHBOURS = 7
 FEWEST_EFFECTIVE = 6.0
-LEAST_OF_LARGEST = 0.2
+LEAST_OF_LARGEST = 0.05
 """Noise of one kind of row as a share of the largest: what a model gets wrong in motion leaves
 traces where the motion ends."""
 
@@ -37,6 +37,8 @@ class TemperedNoise:
     """(m,) standard deviation of one reading."""
     tau: float
     """Readings that tell as much as one independent one."""
+    count: float
+    """Readings, those that repeat a rounded value counted once."""
 
     def whiten(self, values: FloatArray) -> FloatArray:
         """Rows that count, in standard deviations."""
@@ -47,26 +49,28 @@ class TemperedNoise:
     @property
     def untempered(self) -> TemperedNoise:
         """The same as if all readings were independent: for the best fit, not for its evidence."""
-        return TemperedNoise(self.rows, self.scale * np.sqrt(self.tau), self.sigma, 1.0)
+        return replace(self, scale=self.scale * np.sqrt(self.tau), tau=1.0)
 
     @property
     def effective(self) -> float:
         """Effective number of readings."""
-        return len(self.rows) / self.tau
+        return self.count / self.tau
 
 
 def tempered(
     residual: FloatArray, rows: IntArray, groups: IntArray, kinds: IntArray,
-    least: float, fitted: int, distinct: float = np.inf,
+    least: float, fitted: int, once: IntArray | None = None,
 ) -> TemperedNoise:  # fmt: skip
     """Noise of a saturated residual (n,).
 
     least: standard deviation of rounding, below which no noise is believed. fitted: numbers the
-    saturated model took. distinct: readings that differ from the one before: a value that is
-    read again while the axis stands tells nothing new.
+    saturated model took. once: (m,) number of the run of equal values each row lies in.
     """
     left = residual[rows]
-    weight = spike_weights(left)
+    if once is None:
+        once = np.arange(len(rows))
+    single = 1.0 / np.sqrt(np.bincount(once)[once])
+    weight = spike_weights(left) * single
     sigma = np.empty(len(rows))
     for kind in np.unique(kinds[rows]):
         own = kinds[rows] == kind
@@ -74,13 +78,25 @@ def tempered(
         sigma[own] = max(float(np.sqrt(power)), least)
     sigma = np.maximum(sigma, LEAST_OF_LARGEST * float(sigma.max()))
     standard = left / sigma
-    tau = autocorrelation_time(np.clip(weight * standard, -4.0, 4.0), groups[rows])
-    tau = max(tau, len(rows) / max(distinct, 1.0))
-    tau = min(tau, max(len(rows) / FEWEST_EFFECTIVE, 1.0))
-    effective = len(rows) / tau
+    count = float(once[-1]) + 1.0
+    new = np.concatenate([[True], np.diff(once) > 0])
+    tau = autocorrelation_time(np.clip(standard[new], -4.0, 4.0), groups[rows][new])
+    tau = min(tau, max(count / FEWEST_EFFECTIVE, 1.0))
+    effective = count / tau
     taken = effective / max(effective - min(fitted, 0.6 * effective), 1.0)
     sigma = sigma * np.sqrt(taken)
-    return TemperedNoise(rows, weight / (sigma * np.sqrt(tau)), sigma, tau)
+    return TemperedNoise(rows, weight / (sigma * np.sqrt(tau)), sigma, tau, count)
+
+
+def runs_of_one_value(values: FloatArray, groups: IntArray, rows: IntArray) -> IntArray:
+    """Number (m,) of the run of equal rounded values that each row lies in; a run tells once.
+
+    While a machine stands, rounding is off by the same amount each time: nothing new is told.
+    """
+    chosen, group = values[rows], groups[rows]
+    new = (np.diff(chosen) != 0.0) | (np.diff(group) != 0)
+    number: IntArray = np.concatenate([[0], np.cumsum(new)]).astype(np.intp)
+    return number
 
 
 def spike_weights(left: FloatArray) -> FloatArray:

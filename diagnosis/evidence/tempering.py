@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.estimation.effective_size import TemperedNoise, tempered
+from diagnosis.estimation.effective_size import TemperedNoise, runs_of_one_value, tempered
 from diagnosis.evidence.laplace import Explanation, Laplace
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.regression import RegressionPlant
@@ -44,5 +44,6 @@ def noise_beyond(
 def _of(plant: RegressionPlant, residual: FloatArray, fitted: int) -> TemperedNoise:
     mismatch = (plant.observed - plant.base(frozenset(), {}))[plant.rows]
     least = max(LEAST_SHARE * float(np.std(mismatch)), plant.rounding, 1e-15)
-    changes = np.count_nonzero(np.diff(plant.observed[plant.rows])) + 1.0
-    return tempered(residual, plant.rows, plant.groups, plant.kinds, least, fitted, changes)
+    rounded = plant.rounding > 0.0
+    once = runs_of_one_value(plant.observed, plant.groups, plant.rows) if rounded else None
+    return tempered(residual, plant.rows, plant.groups, plant.kinds, least, fitted, once)

@@ -49,6 +49,8 @@ MOST_BEGINS = 4
 """Stretches whose side of the play at the start is fitted; later ones begin in its middle."""
 COARSEST_STEPS = 4.0
 """Steps of the reading in the shortest wave: rounding itself repeats with every step."""
+FULL_STEPS = 200.0
+"""Of a turn of the usual stepper motor (1.8 degrees each)."""
 MOST_WAVES = 60.0
 FEWEST_WAVES = 2.0
 PERIODS = 3
@@ -441,6 +443,13 @@ class CommandedAxis:
         width = [Shown("width", unit, lambda v: v["width"])]
         return {**table, "play": width, "friction": width}.get(key, [])
 
+    @property
+    def _full_step(self) -> float:
+        """Least that a motor loses at the axis [rad]: one of its 200 full steps a turn."""
+        if not isinstance(self.robot, StepperAxis):
+            return 0.0
+        return self.rad_per_step * self.robot.drive.microsteps_per_rev / FULL_STEPS
+
     def impossible(
         self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
     ) -> bool:
@@ -457,7 +466,7 @@ class CommandedAxis:
                 return True
         if "lag" in keys and sizes["lag.time"] + sizes["lag.dead_time"] > 1.9:
             return True
-        if "jump" in keys and abs(float(linear["jump"][0])) < self.rad_per_step:
+        if "jump" in keys and abs(float(linear["jump"][0])) < self._full_step:
             return True
         return "ringing" in keys and not 0.011 < sizes["ringing.damping"] < 0.89
 

@@ -87,11 +87,11 @@ class ForcedAxis:
         self.regressors = tuple(self._regressors())
 
     def _motion(self, recordings: Sequence[FlatRecording], name: str) -> Motion:
-        position = np.concatenate([filled(r, name) for r in recordings])
+        self.position = np.concatenate([filled(r, name) for r in recordings])
         velocity = None
         if all(first_of(r, ["velocity"]) for r in recordings):
             velocity = np.concatenate([filled(r, "velocity") for r in recordings])
-        return motion_of(self.t_s, self.readings.fresh, position, velocity, self._narrower)
+        return motion_of(self.t_s, self.readings.fresh, self.position, velocity, self._narrower)
 
     def _not_explained(self, recordings: Sequence[FlatRecording]) -> FloatArray:
         """Effort less what inertia, gravity, load and believed effects need, low-passed, (n,)."""
@@ -103,11 +103,11 @@ class ForcedAxis:
         effort = self.force / robot.effort_gain
         left = EffortChain(robot).force(
             Driven(
-                self.t_s, self.readings.fresh, effort, motion.position, motion.velocity, at_rest,
+                self.t_s, self.readings.fresh, effort, self.position, motion.velocity, at_rest,
                 load,
             )
         )  # fmt: skip
-        self.pulled = motion.low_passed(load + gravity_pull(robot.gravity, motion.position))
+        self.pulled = motion.low_passed(load + gravity_pull(robot.gravity, self.position))
         return motion.low_passed(left.force) - left.inertia * motion.acceleration
 
     @property
@@ -200,7 +200,7 @@ class ForcedAxis:
         motion, size = self.motion, self.size
         table = {
             "friction": (motion.low_passed(self._direction), size, "torque"),
-            "viscous": (motion.low_passed(motion.velocity), size / motion.top_speed, "coefficient"),
+            "viscous": (motion.velocity, size / motion.top_speed, "coefficient"),
             "inertia": (motion.acceleration, INERTIA_SPREAD * self.inertia, "inertia"),
             "offset": (np.ones(len(self.t_s)), 0.3 * size, "offset"),
             "gain": (motion.acceleration * self.inertia - self.pulled, GAIN_SPREAD, "scale"),

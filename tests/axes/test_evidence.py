@@ -1,0 +1,199 @@
+"""The evidence of regressors: against closed forms, and on rigs of other code."""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from diagnosis.answer.consistency import contradictions
+from diagnosis.estimation.effective_size import autocorrelation_time, runs_of_one_value, tempered
+from diagnosis.evidence.laplace import Laplace
+from diagnosis.plants.free_shapes import free_shapes
+from diagnosis.plants.regression import Columns, Regressor
+from diagnosis.regression_pipeline import diagnose_axis
+from foundation.errors import RecordingError
+from models.robot import AxisGravity, RangeSensor, ServoAxis
+from recording.flat import FlatRecording, from_columns
+
+FOLLOWS = ServoAxis(kind="servo_axis", name="follows", motion="rotary")
+FORCED = ServoAxis(kind="servo_axis", name="forced", motion="rotary", inertia=2.0)
+
+
+class Line:
+    """A plant of two linear regressors and nothing else."""
+
+    unit = "m"
+    rounding = 0.0
+
+    def __init__(self, rng: np.random.Generator, count: int, spread: float):
+        self.t_s = np.arange(count) / 50.0
+        self.shapes = rng.standard_normal((count, 2))
+        self.observed = self.shapes @ rng.normal(0.0, spread, 2) + rng.standard_normal(count)
+        self.rows = np.arange(count)
+        self.groups = self.kinds = np.zeros(count, dtype=np.intp)
+        self.regressors = (Regressor("a", "gear_ratio", -1.0), Regressor("b", "home_offset", -2.0))
+        self.spread = spread
+
+    def base(self, keys: frozenset[str], sizes: dict[str, float]) -> np.ndarray:
+        return np.zeros(len(self.t_s))
+
+    def columns(self, key: str, base: np.ndarray, sizes: dict[str, float]) -> Columns:
+        one = self.shapes[:, ["ab".index(key)]]
+        return Columns(one, np.array([self.spread]), (key,))
+
+    def free(self) -> Columns:
+        return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
+
+    def starts(self, key: str, residual: np.ndarray) -> list[dict[str, float]]:
+        return [{}]
+
+    def impossible(self, *_: object) -> bool:
+        return False
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000), st.integers(20, 60), st.floats(0.01, 3.0))
+def test_laplace_is_exact_where_all_is_linear(seed: int, count: int, spread: float) -> None:
+    """log p(y | a, b) - log p(y | nothing) of Gaussians, by their covariances."""
+    plant = Line(np.random.default_rng(seed), count, spread)
+    noise = tempered(
+        np.random.default_rng(seed + 1).standard_normal(count),
+        plant.rows, plant.groups, plant.kinds, 1e-9, 0,
+    )  # fmt: skip
+    evidence = Laplace(plant, noise)  # type: ignore[arg-type]
+    gained = evidence("ab").log_evidence - evidence("").log_evidence
+    white, shapes = noise.whiten(plant.observed), noise.whiten(plant.shapes)
+    wide = np.eye(count) + spread**2 * shapes @ shapes.T
+    exact = -0.5 * (white @ np.linalg.solve(wide, white) + np.linalg.slogdet(wide)[1])
+    exact += 0.5 * white @ white - 3.0
+    assert gained == pytest.approx(exact, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5, 0.8])
+def test_memory_is_counted_as_the_textbook_says(rigs: ModuleType, rho: float) -> None:
+    noise = rigs.correlated(np.random.default_rng(3), 40_000, 1.0, rho)
+    found = autocorrelation_time(noise, np.zeros(len(noise), dtype=np.intp))
+    assert found == pytest.approx((1.0 + rho) / (1.0 - rho), rel=0.15)
+
+
+def test_a_value_that_stands_is_one_run() -> None:
+    values = np.array([1.0, 1.0, 2.0, 2.0, 2.0, 2.0])
+    groups = np.array([0, 0, 0, 0, 1, 1])
+    assert runs_of_one_value(values, groups, np.arange(6)).tolist() == [0, 0, 1, 1, 2, 2]
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10_000))
+def test_free_shapes_cannot_take_the_place_of_named_ones(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    covariate = rng.uniform(-1.0, 1.0, 300)
+    named = np.stack([np.ones(300), covariate, np.sin(9.0 * covariate)], axis=1)
+    rows = np.arange(0, 300, 2)
+    shapes = free_shapes(covariate, 8, named, rows)
+    assert np.abs(named[rows].T @ shapes[rows]).max() < 1e-6
+
+
+def pendulum(seed: int, span_s: float = 25.0) -> FlatRecording:
+    """Let go at 1.2 rad: 0.05 kg m2, 2 N m at the horizontal, damping and dry friction."""
+    rng = np.random.default_rng(seed)
+    step_s, angle, speed, kept = 5e-4, 1.2, 0.0, []
+    for k in range(int(span_s / step_s)):
+        if k % 20 == 0:
+            kept.append((k * step_s, angle))
+        push = -2.0 * np.sin(angle) - 0.01 * speed
+        free = speed + push / 0.05 * step_s
+        speed = float(np.sign(free) * max(abs(free) - 0.02 / 0.05 * step_s, 0.0))
+        angle += speed * step_s
+    t_s, position = (np.array(column) for column in zip(*kept, strict=True))
+    position = position + 1e-4 * rng.standard_normal(len(position))
+    return from_columns({"t": t_s, "position": position, "effort": 0.0 * t_s}, "let go")
+
+
+def test_a_mass_that_swings_free_is_a_recording_like_any_other() -> None:
+    robot = ServoAxis(
+        kind="servo_axis", name="swings", motion="rotary", inertia=0.05,
+        gravity=AxisGravity(torque_nm=2.0),
+    )  # fmt: skip
+    answer = diagnose_axis(robot, [pendulum(1)])
+    sizes = {f.effect: next(iter(f.parameters.values())) for f in answer.findings}
+    for effect, truth in (("viscous_friction", 0.01), ("joint_friction", 0.02)):
+        ((_, low, high),) = sizes[effect].components
+        assert low < truth < high
+    assert "inertia" not in sizes
+    assert contradictions(answer) == []
+
+
+def test_a_joint_ruled_by_friction_is_not_refused(rigs: ModuleType) -> None:
+    """Friction of 40 N m on 2 kg m2: of the effort hardly anything is acceleration."""
+    answer = diagnose_axis(FORCED, [rigs.ForcedRig(coulomb=40.0, viscous=20.0).record(2)])
+    found = {f.effect for f in answer.findings}
+    assert {"joint_friction", "viscous_friction"} <= found
+    assert "inertia" not in found
+
+
+def test_degrees_in_place_of_radians_are_named_as_that(rigs: ModuleType) -> None:
+    recording = rigs.ForcedRig().record(3, span_s=20.0)
+    recording.columns["position"] *= 180.0 / np.pi
+    with pytest.raises(RecordingError, match=r"57\.3.*units") as caught:
+        diagnose_axis(FORCED, [recording])
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("seed", [21, 22, 23])
+def test_rounding_alone_is_no_effect(rigs: ModuleType, seed: int) -> None:
+    rig = rigs.FollowingRig(noise=1e-4, encoder_step=1.5e-3, rho=0.0)
+    answer = diagnose_axis(FOLLOWS, [rig.record(seed, span_s=15.0)])
+    assert answer.findings == []
+    assert answer.probability_nothing_missing is not None
+    assert answer.probability_nothing_missing > 0.5
+
+
+def test_a_servo_that_droops_under_gravity_is_said_to_yield() -> None:
+    rng = np.random.default_rng(5)
+    t_s = np.arange(1200) / 50.0
+    command = 1.1 * np.sin(0.7 * t_s) + 0.4 * np.sin(1.9 * t_s)
+    seen, at = np.empty_like(command), command[0]
+    for k, asked in enumerate(command):
+        goal = asked - 1.5 * np.sin(at) / 14.0
+        at += (goal - at) * 0.02 / 0.08
+        seen[k] = at
+    seen += 2e-3 * rng.standard_normal(len(seen))
+    robot = FOLLOWS.model_copy(update={"gravity": AxisGravity(torque_nm=1.5)})
+    columns = {"t": t_s, "command": command, "position": seen}
+    answer = diagnose_axis(robot, [from_columns(columns, "droop")])
+    sizes = {f.effect: f.parameters for f in answer.findings}
+    assert sizes["joint_compliance"]["stiffness"].value == pytest.approx(14.0, rel=0.1)
+    assert sizes["following_lag"]["time"].value == pytest.approx(0.08, rel=0.35)
+    assert "gear_ratio" not in sizes
+    assert contradictions(answer) == []
+
+
+def test_readings_at_one_place_share_their_error() -> None:
+    """36 places with 30 readings each: the interval is that of 36, not of 1080."""
+    rng = np.random.default_rng(6)
+    places = np.repeat(rng.uniform(1.0, 12.0, 36), 30)
+    shared = np.repeat(0.06 * rng.standard_normal(36), 30)
+    reading = 0.99 * places - 0.15 + shared + 0.02 * rng.standard_normal(1080)
+    reading[[5, 400]] = 338e3
+    t_s = np.arange(1080) / 10.0
+    segment = np.repeat(np.arange(36.0), 30)
+    columns = {"t": t_s, "distance": places, "range": reading, "segment": segment}
+    robot = RangeSensor(kind="range_sensor", name="rooms")
+    answer = diagnose_axis(robot, [from_columns(columns, "rooms")])
+    (offset,) = [f for f in answer.findings if f.effect == "sensor_offset"]
+    ((value, low, high),) = offset.parameters["offset"].components
+    assert low < -0.15 < high
+    assert 0.5 * (high - low) > 0.02
+    assert value == pytest.approx(-0.15, abs=0.06)
+
+
+def test_a_held_out_run_that_is_too_short_is_left_out_with_a_word(rigs: ModuleType) -> None:
+    run = rigs.FollowingRig(scale=1.01).record(31)
+    short = FlatRecording(run.t_s[:12], {n: x[:12] for n, x in run.columns.items()}, {}, "short")
+    answer = diagnose_axis(FOLLOWS, [run], [short])
+    assert answer.fit.holdout == "blocks"
+    assert any("short" in line and "left out" in line for line in answer.says)
