@@ -82,7 +82,7 @@ class RangeSensorPlant:
 
     def _places(self) -> IntArray:
         """Number of the place each row was read at; readings at one place share their error."""
-        if self.moves_all_the_time:
+        if self.moves_all_the_time and self.in_time:
             return np.cumsum(self.readings.fresh).astype(np.intp)
         return np.cumsum(self.readings.fresh | self._new_distance).astype(np.intp)
 
@@ -120,7 +120,7 @@ class RangeSensorPlant:
                 Regressor("scale", "sensor_scale", -1.0),
                 Regressor("crosstalk", "sensor_crosstalk", -2.5),
             ]
-        if self.moves_all_the_time:
+        if self.moves_all_the_time and self.in_time:
             found.append(Regressor("late", "sensor_latency", -1.5))
         if self.in_time:
             span = self.readings.span_s
