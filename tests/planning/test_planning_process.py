@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -187,7 +188,7 @@ def test_a_file_opened_for_somebody_shows_nothing_and_follows_no_link(tmp_path: 
     try:
         with pytest.raises(ConfigError) as refused:
             planning.prepare(secret, ROBOT)
-        assert "secret.yaml:2: is not as such a file should be" in str(refused.value)
+        assert re.search(r"secret.yaml:\d: is not as such a file should be", str(refused.value))
         assert "password" not in str(refused.value)
         assert "hunter2" not in str(refused.value)
         with pytest.raises(MissingFile, match="is reached through a link"):
