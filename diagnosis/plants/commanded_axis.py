@@ -20,7 +20,7 @@ from diagnosis.observations.needed_columns import (
     refuse_still,
 )
 from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather, step_of
-from diagnosis.plants.free_shapes import free_shapes
+from diagnosis.plants.free_shapes import KeepsBeside, free_shapes
 from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes, Twin
 from models.chain.axis import AxisChain
 from models.chain.commands import Commands
@@ -64,7 +64,7 @@ LAG_SPREAD_S = 0.1
 """A drive's lag is tens of milliseconds; a hobby servo's a tenth of a second (SO-101, STS3250)."""
 
 
-class CommandedAxis:
+class CommandedAxis(KeepsBeside):
     """A lone axis by its commands."""
 
     def __init__(self, robot: StepperAxis | ServoAxis, recordings: Sequence[FlatRecording]):
@@ -104,7 +104,7 @@ class CommandedAxis:
         self.rows = self._rows()
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = self._moving()
-        self.beside: FloatArray = np.zeros((len(self.t_s), 0))
+        self.beside = np.zeros((len(self.t_s), 0))
         self.regressors = tuple(self._regressors())
 
     # ---- the recording -------------------------------------------------------------------------
@@ -392,11 +392,6 @@ class CommandedAxis:
     def _beside(self, name: str) -> FloatArray:
         named = self._spanned[:, :2] if name == "time" else self._spanned
         return np.concatenate([named, self.beside], axis=1)
-
-    def keep_beside(self, shapes: FloatArray) -> None:
-        """Free shapes must not take the place of these shapes (n, j) either."""
-        self.beside = shapes
-        self.__dict__.pop("_unknown", None)
 
     def followed(self, key: str) -> FloatArray:
         """Covariate (n,) of an unknown."""

@@ -17,7 +17,7 @@ from scipy.ndimage import binary_dilation
 from diagnosis.observations.inverse_dynamics import Motion, motion_of
 from diagnosis.observations.needed_columns import filled, first_of, needed, refuse_still
 from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather
-from diagnosis.plants.free_shapes import free_shapes
+from diagnosis.plants.free_shapes import KeepsBeside, free_shapes
 from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes, Twin
 from foundation.errors import RecordingError
 from models.chain.axis import gravity_pull
@@ -44,7 +44,7 @@ SPEEDS = (0.02, 0.06, 0.2)
 PIECES = 10
 
 
-class ForcedAxis:
+class ForcedAxis(KeepsBeside):
     """A lone axis by its effort; `observed` is effort that the robot file does not explain."""
 
     def __init__(
@@ -83,7 +83,7 @@ class ForcedAxis:
             )
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
-        self.beside: FloatArray = np.zeros((len(self.t_s), 0))
+        self.beside = np.zeros((len(self.t_s), 0))
         self.regressors = tuple(self._regressors())
 
     def _motion(self, recordings: Sequence[FlatRecording], name: str) -> Motion:
@@ -232,11 +232,6 @@ class ForcedAxis:
             shapes = free_shapes(values, PIECES, self._spanned, self.rows)
             found[name] = Columns(shapes, np.full(shapes.shape[1], 0.3 * self.size))
         return found
-
-    def keep_beside(self, shapes: FloatArray) -> None:
-        """Free shapes must not take the place of these shapes (n, j) either."""
-        self.beside = shapes
-        self.__dict__.pop("_unknown", None)
 
     def followed(self, key: str) -> FloatArray:
         """Covariate (n,) of an unknown."""

@@ -54,3 +54,14 @@ def carried_over(
     size, *_ = np.linalg.lstsq(spline_basis(known, pieces, low, high), shape, rcond=1e-6)
     found: FloatArray = spline_basis(elsewhere, pieces, low, high) @ size
     return found * ((elsewhere >= low) & (elsewhere <= high))
+
+
+class KeepsBeside:
+    """A plant whose free shapes, kept in `_unknown`, give way to the shapes of a chosen set."""
+
+    beside: FloatArray
+
+    def keep_beside(self, shapes: FloatArray) -> None:
+        """Free shapes must not take the place of these shapes (n, j) either."""
+        self.beside = shapes
+        self.__dict__.pop("_unknown", None)

@@ -22,7 +22,7 @@ from diagnosis.observations.readings import (
     gather,
     step_of,
 )
-from diagnosis.plants.free_shapes import free_shapes
+from diagnosis.plants.free_shapes import KeepsBeside, free_shapes
 from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes
 from models.chain.range_sensor import SensorChain
 from models.robot import RangeSensor
@@ -41,7 +41,7 @@ WARM_UP_S = (20.0, 100.0, 500.0, 2500.0)
 PIECES = 8
 
 
-class RangeSensorPlant:
+class RangeSensorPlant(KeepsBeside):
     """A sensor and the distances it should have read."""
 
     unit = "m"
@@ -70,7 +70,7 @@ class RangeSensorPlant:
         self.rows: IntArray = np.flatnonzero(self.valid)
         self.groups = self._places()
         self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
-        self.beside: FloatArray = np.zeros((len(self.t_s), 0))
+        self.beside = np.zeros((len(self.t_s), 0))
         self.regressors = tuple(self._regressors())
 
     def _nominal(self, recordings: Sequence[FlatRecording]) -> FloatArray:
@@ -190,11 +190,6 @@ class RangeSensorPlant:
             shapes = free_shapes(values, PIECES, self._spanned, self.rows)
             found[name] = Columns(shapes, np.full(shapes.shape[1], 0.5 * self.mismatch))
         return found
-
-    def keep_beside(self, shapes: FloatArray) -> None:
-        """Free shapes must not take the place of these shapes (n, j) either."""
-        self.beside = shapes
-        self.__dict__.pop("_unknown", None)
 
     def followed(self, key: str) -> FloatArray:
         """Covariate (n,) of an unknown."""

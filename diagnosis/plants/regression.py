@@ -64,8 +64,6 @@ class Regressor:
     sizes: tuple[Size, ...] = ()
     twins: tuple[Twin, ...] = ()
     beside: tuple[str, ...] = ()
-    instead_of: tuple[str, ...] = ()
-    """Regressors that cannot stand beside it: two words for one thing."""
     follows: tuple[str, ...] = ()
     alone: bool = True
     """Whether it is tried with any other as a pair from the start."""

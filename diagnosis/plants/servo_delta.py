@@ -13,7 +13,7 @@ import numpy as np
 
 from diagnosis.observations.readings import FEWEST_SAMPLES, FloatArray, IntArray, Readings
 from diagnosis.observations.servo_preprocessing import Signals, signals_of
-from diagnosis.plants.free_shapes import free_shapes
+from diagnosis.plants.free_shapes import KeepsBeside, free_shapes
 from diagnosis.plants.regression import Columns, Regressor, Shown, Sizes
 from foundation.errors import RecordingError
 from models.chain.active import Active, activate
@@ -42,7 +42,7 @@ MAIN = {
 UNKNOWNS = ("position", "velocity", "acceleration", "time")
 
 
-class ServoDelta:
+class ServoDelta(KeepsBeside):
     """Three joints with what their observers estimated."""
 
     unit = "N m"
@@ -67,7 +67,7 @@ class ServoDelta:
         self.nominal = self._torque(())
         self.rounding = 0.0
         self.drawn_on = np.zeros(len(self.t_s))
-        self.beside: FloatArray = np.zeros((len(self.t_s), 0))
+        self.beside = np.zeros((len(self.t_s), 0))
         self.regressors = tuple(self._regressors())
 
     def _laid_end_to_end(self) -> Readings:
@@ -207,11 +207,6 @@ class ServoDelta:
                 shapes = shapes * self._joint(motor)[:, None]
                 found[motor, name] = Columns(shapes, np.full(shapes.shape[1], 0.5 * self._mismatch))
         return found
-
-    def keep_beside(self, shapes: FloatArray) -> None:
-        """Free shapes must not take the place of these shapes (n, j) either."""
-        self.beside = shapes
-        self.__dict__.pop("_unknown", None)
 
     def followed(self, key: str) -> FloatArray:
         """Covariate (n,) of an unknown; NaN where it does not act."""

@@ -97,8 +97,6 @@ class Search:
             one = self._all[key]
             if one.beside and not keys & set(one.beside):
                 return False
-            if keys & set(one.instead_of):
-                return False
         return len(keys) <= MOST_REGRESSORS
 
     def _moves(self, here: Explanation) -> list[Explanation]:
