@@ -17,7 +17,7 @@ from diagnosis.selection.significance import chance
 DRAWS = 2000
 """Draws of the sizes: the ends of a 95 % interval are then known to a few per cent of its width."""
 LEAST_PROBABILITY = 0.02
-"""Alternatives less probable than this are not worth a line."""
+"""Alternatives less probable than this get no line."""
 SHIFTS = 1.0
 """Standard deviations that a change of preparation stands for."""
 NORMAL_95 = 1.959964
