@@ -1,8 +1,9 @@
-"""How many independent readings a recording holds: noise of a saturated residual, counted by its memory.
+"""How many independent readings a recording holds: a saturated residual, counted by its memory.
 
-558 filtered readings of one joint told as much as 20. What a rich model leaves is correlated, some of
-it is model discrepancy that no effect explains; a likelihood that takes it for independent noise
-is sure of everything. So the likelihood is tempered: the variance is multiplied by the integrated
+558 filtered readings of one joint told as much as 20. What a rich model leaves is correlated,
+some of it is model discrepancy that no effect explains; a likelihood that takes it for
+independent noise is sure of everything. So the likelihood is tempered: the variance is
+multiplied by the integrated
 autocorrelation time of that residual (Sokal 1997, Monte Carlo Methods in Statistical Mechanics,
 section 3), for each kind of row by itself (at rest and in motion, each joint).
 """
