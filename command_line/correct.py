@@ -6,12 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.box import SIMPLE_HEAD
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
 from command_line.jobs import JsonOption
-from command_line.output import console, errors, print_json, say
+from command_line.output import console, print_json, say, waiting
 from foundation.extras import needs
 
 if TYPE_CHECKING:
@@ -52,14 +49,7 @@ def correct(
     from firmware_py.planner.check import check_job
     from firmware_py.robot_file import find
 
-    hidden = json_out or not errors.is_terminal
-    shown = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*shown, console=errors, transient=True, disable=hidden) as progress:
-        bar = progress.add_task("reading")
-
-        def show(text: str) -> None:
-            progress.update(bar, description=text)
-
+    with waiting("reading", json_out) as show:
         found = run(recordings, find(robot), out, all_of_them, train, show)
     if job is not None:
         check_job(find(job), robot_file=out)
@@ -72,6 +62,9 @@ def correct(
 
 
 def _say(found: Corrected) -> None:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
     table = Table(box=SIMPLE_HEAD, title="What is done about it", title_justify="left")
     table.add_column("known effect")
     table.add_column("compensated")

@@ -6,12 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.box import SIMPLE_HEAD
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
 from command_line.jobs import JsonOption
-from command_line.output import console, errors, millimetres, print_json, say
+from command_line.output import console, millimetres, print_json, say, waiting
 from foundation.extras import needs
 
 if TYPE_CHECKING:
@@ -62,14 +59,7 @@ def demo(
     robot_file = find(load_job(path).robot, beside=path)
     effects = [name.strip() for name in conceal.split(",") if name.strip()]
     out.mkdir(parents=True, exist_ok=True)
-    hidden = json_out or not errors.is_terminal
-    shown = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*shown, console=errors, transient=True, disable=hidden) as progress:
-        bar = progress.add_task("building the robot")
-
-        def show(text: str) -> None:
-            progress.update(bar, description=text)
-
+    with waiting("building the robot", json_out) as show:
         story = tell(path, robot_file, out, effects, seed, unknown, 60.0 * minutes, show)
     page = out / "demo.html"
     write_page(story, page)
@@ -89,6 +79,9 @@ def _say(story: Story) -> None:
         say(f"found:      {finding.says}")
     if not story.diagnosis.findings:
         say("found:      nothing")
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
     table = Table(box=SIMPLE_HEAD, title="Distance from the target", title_justify="left")
     for heading in ("", "RMS", "largest"):
         table.add_column(heading, justify="right" if heading else "left")

@@ -7,9 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-from command_line.output import console, errors, print_json, say
+from command_line.output import console, print_json, say, waiting
 from firmware_py.robot_file import CONFIG_FOLDER, find
 from foundation.errors import ConfigError
 from foundation.extras import needs
@@ -43,14 +41,7 @@ def diagnose_recordings(
     robot_file = find(robot)
     quiet = json_file is not None and str(json_file) == "-"
     read = read_with(columns)
-    hidden = quiet or not errors.is_terminal  # elsewhere it would leave an empty line
-    shown = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*shown, console=errors, transient=True, disable=hidden) as progress:
-        bar = progress.add_task("reading")
-
-        def show(text: str) -> None:
-            progress.update(bar, description=text)
-
+    with waiting("reading", quiet) as show:
         written = None if quiet else json_file
         answer = diagnose(recordings, robot_file, holdout, written, show, read, thorough)
     if next_job is not None and answer.next_experiment is not None:

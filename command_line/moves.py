@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 from typing import Annotated
 
@@ -156,7 +155,9 @@ def _go(
         f"timing: {{mode: accelerated, speed_mps: {speed_mmps / 1e3:.9g}}}\n"
         "inverse_kinematics: {kind: geometry}\n"
     )
-    with tempfile.TemporaryDirectory() as folder:
+    from tempfile import TemporaryDirectory
+
+    with TemporaryDirectory() as folder:
         job = Path(folder) / "goto.yaml"
         job.write_text(text, encoding="utf-8")
         run_job(job, None, simulate, False, None, None, json_out, socket)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
@@ -41,6 +42,25 @@ def say(text: str) -> None:
 def warn(text: str) -> None:
     """One line beside the answer, on standard error."""
     errors.print(text, soft_wrap=True)
+
+
+@contextmanager
+def waiting(first: str, hidden: bool) -> Iterator[Callable[[str], None]]:
+    """A spinner on standard error: what is being done, for how long; call it with the next step.
+
+    `hidden`: nothing is shown, as anywhere but in a terminal, where it would leave an empty line.
+    """
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    shown = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    disable = hidden or not errors.is_terminal
+    with Progress(*shown, console=errors, transient=True, disable=disable) as progress:
+        bar = progress.add_task(first)
+
+        def show(text: str) -> None:
+            progress.update(bar, description=text)
+
+        yield show
 
 
 def print_json(value: object) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib import metadata, util
 from pathlib import Path
 
 from foundation.errors import MissingExtra
@@ -38,6 +37,8 @@ def how_to_install(extras: str) -> str:
     packages = " ".join(f"'{name}'" for name in _packages(extras.split(",")))
     if "pipx" in Path(sys.prefix).parts:
         return f"pipx inject deltactl {packages}"
+    from importlib import util
+
     if util.find_spec("pip") is not None:
         return f"{sys.executable} -m pip install {packages}"
     return f"python3 -m pip --python {sys.executable} install {packages}"
@@ -45,6 +46,8 @@ def how_to_install(extras: str) -> str:
 
 def _packages(extras: list[str]) -> list[str]:
     """What the extras of the installed program ask for on this machine."""
+    from importlib import metadata
+
     from packaging.requirements import Requirement
 
     found: list[str] = []

@@ -10,26 +10,32 @@ from pathlib import Path
 
 import pytest
 
+from command_line.main import app
+
 TIMES = 5
-OVER_BARE = 1.5
-"""0.3 s where the help of a program with nothing in it takes 0.2."""
+OVER_BARE = 1.4
+"""Of a program with as many commands that do nothing: what is ours, not the library's."""
 BARE = """
+from typing import Annotated
 import typer
 app = typer.Typer(rich_markup_mode="markdown")
-@app.command()
-def one() -> None:
+def nothing(
+    first: Annotated[str, typer.Argument(help="one")],
+    second: Annotated[str, typer.Option(help="two")] = "",
+    third: Annotated[bool, typer.Option("--third", help="three")] = False,
+    fourth: Annotated[float, typer.Option(help="four")] = 0.0,
+) -> None:
     "Nothing."
-@app.command()
-def two() -> None:
-    "Nothing."
+for number in range({commands}):
+    app.command(f"nothing-{{number}}")(nothing)
 app()
 """
 
 
 @pytest.mark.realtime
-def test_help_costs_little_more_than_that_of_an_empty_program(tmp_path: Path) -> None:
+def test_help_costs_little_more_than_that_of_a_program_that_does_nothing(tmp_path: Path) -> None:
     bare = tmp_path / "bare.py"
-    bare.write_text(BARE)
+    bare.write_text(BARE.format(commands=len(app.registered_commands)))
     _used_s("-m", "command_line.main")  # warm the file cache and the byte code
     pairs = [(_used_s(str(bare)), _used_s("-m", "command_line.main")) for _ in range(TIMES)]
     bare_s, ours_s = (min(times) for times in zip(*pairs, strict=True))
