@@ -98,6 +98,9 @@ def convert(
     corner: Annotated[
         float, typer.Option(min=0.0, max=100.0, help="May cut corners by so many mm; 0 stops.")
     ] = 0.0,
+    spline: Annotated[
+        bool, typer.Option("--spline", help="A smooth curve through the points of a table.")
+    ] = False,
     origin: Annotated[
         str, typer.Option(help="Where the file's 0 0 0 is in the robot's frame, mm.")
     ] = "0 0 0",
@@ -110,6 +113,7 @@ def convert(
     ```
     deltactl convert part.gcode part.yaml --robot zhao-2023.yaml --origin "0 0 -450"
     deltactl convert points.csv path.yaml --robot zhao-2023.yaml --corner 1
+    deltactl convert points.csv path.yaml --robot zhao-2023.yaml --spline
     ```
     """
     from command_line.check import check_job
@@ -127,7 +131,9 @@ def convert(
     x_mm, y_mm, z_mm = numbers({"origin": origin}, "origin", 3)
     zero = (x_mm / 1e3, y_mm / 1e3, z_mm / 1e3)
     table = source.suffix.lower() in (".csv", ".txt", ".tsv")
-    drawn = read_points(source, zero) if table else read_gcode(source, zero)
+    if spline and not table:
+        raise ConfigError(f"--spline is for tables of points; the curves of {source} are its own")
+    drawn = read_points(source, zero, spline) if table else read_gcode(source, zero)
     text = job_text(drawn, job.stem, robot, speed / 1e3, corner / 1e3)
     job.write_text(text, encoding="utf-8")
     for note in drawn.notes:

@@ -108,7 +108,8 @@ class Points(StrictModel):
 
 
 class WayLeg(StrictModel):
-    """One leg: to `to_m`, straight; or with `centre_m` on an arc about a vertical axis there."""
+    """One leg: to `to_m`, straight; with `centre_m` on an arc about a vertical axis there; or
+    with `spline` on a smooth curve through the ends of all such legs that follow each other."""
 
     to_m: Point
     speed_mps: (
@@ -121,10 +122,12 @@ class WayLeg(StrictModel):
     """x and y of an arc's axis; a change of z makes a helix of it."""
     clockwise: bool = False
     """Of an arc, seen from above. From a point to itself it is a whole turn."""
+    spline: bool = False
+    """Legs with it that follow each other make one spline, which passes each of their ends."""
 
 
 class Way(StrictModel):
-    """Straight legs and arcs, passed without a stop where corners may be cut."""
+    """Straight legs, arcs and splines, passed without a stop where corners may be cut."""
 
     shape: Literal["way"]
     start_m: Point
@@ -135,16 +138,16 @@ class Way(StrictModel):
     corner_m: Annotated[
         float, Field(ge=0.0, le=0.1, description="metres; more is another path")
     ] = 0.0
-    """How far from a corner between straight legs the way may stay; 0 stops at each."""
+    """How far from a corner between two legs the way may stay; 0 stops at each."""
     spacing_m: Spacing = 0.0005
 
     @model_validator(mode="after")
     def _bounded(self) -> Way:
-        legs = legs_of(self)
         begin = self.start_m
         for number, leg in enumerate(self.legs):
-            _check_arc(number, begin, leg)
+            _check_leg(number, begin, leg)
             begin = leg.to_m
+        legs = legs_of(self)
         _not_too_many(way.target_count(np.array(self.start_m), legs, self.spacing_m))
         return self
 
@@ -153,7 +156,11 @@ ROUND_M = 1e-3
 """An arc's ends may differ so much in radius: coordinates are rounded in files."""
 
 
-def _check_arc(number: int, begin: Point, leg: WayLeg) -> None:
+def _check_leg(number: int, begin: Point, leg: WayLeg) -> None:
+    if leg.spline and leg.centre_m is not None:
+        raise ValueError(f"legs.{number}: is either an arc (centre_m) or on a spline, not both")
+    if leg.spline and math.dist(begin, leg.to_m) < 1e-7:
+        raise ValueError(f"legs.{number}: a leg on a spline must end elsewhere than it begins")
     if leg.centre_m is None:
         return
     inner, outer = (math.dist(point[:2], leg.centre_m) for point in (begin, leg.to_m))
@@ -171,7 +178,7 @@ def legs_of(spec: Way) -> list[way.Leg]:
         speed = math.inf if leg.speed_mps is None else leg.speed_mps
         turns = None if leg.centre_m is None else _turns(begin, leg, leg.centre_m)
         centre = None if leg.centre_m is None else np.array([*leg.centre_m, 0.0])
-        legs.append(way.Leg(np.array(leg.to_m), speed, leg.dwell_s, centre, turns))
+        legs.append(way.Leg(np.array(leg.to_m), speed, leg.dwell_s, centre, turns, leg.spline))
         begin = leg.to_m
     return legs
 

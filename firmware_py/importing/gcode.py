@@ -1,4 +1,4 @@
-"""G-code: G0 to G3 with F, G4, G17, G20, G21, G90, G91; anything else that moves is refused.
+"""G-code: G0 to G3 (arcs by I and J, or R) with F, G4, G17, G20, G21, G90, G91; anything else that moves is refused.
 
 Words are read by the package gcodeparser. Coordinates are taken from an origin in the robot's
 frame. G0 runs at the job's speed, G1 to G3 at F. M and S words are passed over and said so.
@@ -21,6 +21,9 @@ UNITS = {20: INCH_M, 21: MM_M}
 MOVES = (0, 1, 2, 3)
 SILENT = frozenset({17, 40, 49, 54, 64, 80, 94})
 """Settings of a milling machine that change nothing here: plane XY, no tool, mm a minute, ..."""
+ROUND = 1e-3
+"""Coordinates are rounded in files: R may be so much too short for a half turn."""
+Place = tuple[float, float]
 _COMMENT = re.compile(r"\([^)]*\)|;.*")
 _NUMBERED = re.compile(r"^\s*[Nn]\d+\s*")
 _BARE = re.compile(r"^\s*[XYZIJFxyzijf]")
@@ -90,8 +93,6 @@ class _Reader:
         if "F" in words:
             self._feed_mps = words["F"] * self._unit_m / 60.0
         if not {"X", "Y", "Z", "I", "J"} & set(words):
-            if "R" in words:
-                raise self._fail(number, "arcs by R are not taken; give I and J")
             return
         begin, relative = list(self._at), not self._absolute
         for axis, letter in enumerate("XYZ"):
@@ -113,22 +114,51 @@ class _Reader:
         if code != 0 and self._feed_mps is not None:
             leg["speed_mps"] = float(f"{self._feed_mps:.6g}")
         if code in (2, 3):
-            leg |= self._arc(number, begin, words)
+            leg |= self._arc(number, begin, words, clockwise=code == 2)
             leg["clockwise"] = code == 2
         if math.dist(here, self._last()) > 1e-9 or code in (2, 3):
             self._legs.append(leg)
 
     def _arc(
-        self, number: int, begin: list[float | None], words: dict[str, float]
+        self, number: int, begin: list[float | None], words: dict[str, float], *, clockwise: bool
     ) -> dict[str, Any]:
-        if not {"I", "J"} & set(words):
-            raise self._fail(number, "an arc needs I and J, from its beginning to its centre")
         x_m, y_m = (place or 0.0 for place in begin[:2])
-        centre = (
-            x_m + words.get("I", 0.0) * self._unit_m + self._origin[0],
-            y_m + words.get("J", 0.0) * self._unit_m + self._origin[1],
-        )
+        if "R" in words:
+            from_m, to_m = (x_m, y_m), (self._at[0] or 0.0, self._at[1] or 0.0)
+            east_m, north_m = self._centre(number, from_m, to_m, words["R"], clockwise)
+        elif {"I", "J"} & set(words):
+            east_m = words.get("I", 0.0) * self._unit_m
+            north_m = words.get("J", 0.0) * self._unit_m
+        else:
+            raise self._fail(
+                number, "an arc needs I and J, from its beginning to its centre, or its radius R"
+            )
+        centre = (x_m + east_m + self._origin[0], y_m + north_m + self._origin[1])
         return {"centre_m": (round(centre[0], 9), round(centre[1], 9))}
+
+    def _centre(
+        self, number: int, begin: Place, end: Place, radius: float, clockwise: bool
+    ) -> Place:
+        """From the beginning of an arc to its centre [m]; R below 0 is the longer way round."""
+        chord_m, radius_m = math.dist(begin, end), abs(radius) * self._unit_m
+        if chord_m < 1e-9:
+            raise self._fail(
+                number, "an arc by R needs another place to end at; whole turns by I, J"
+            )
+        if chord_m > 2.0 * radius_m * (1.0 + ROUND) + 1e-9:
+            raise self._fail(
+                number,
+                f"R {radius:g} cannot reach: half the distance is"
+                f" {chord_m / 2.0 / self._unit_m:.6g}",
+            )
+        # Left of the chord lies the centre of a short counter-clockwise arc.
+        height_m = math.sqrt(max(0.0, radius_m**2 - chord_m**2 / 4.0))
+        side = -height_m if clockwise != (radius < 0.0) else height_m
+        east, north = ((b - a) / chord_m for a, b in zip(begin, end, strict=True))
+        return (
+            east * chord_m / 2.0 - north * side,
+            north * chord_m / 2.0 + east * side,
+        )
 
     def _place(self, number: int) -> Point:
         x_m, y_m, z_m = (

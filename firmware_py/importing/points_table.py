@@ -17,9 +17,13 @@ NAMES = {
     "speed": ("speed", "speed_mmps", "feed"), "dwell": ("dwell", "dwell_s", "wait"),
 }  # fmt: skip
 
+SAME_M = 1e-6
 
-def read_points(path: Path, origin_m: Point) -> Drawn:
+
+def read_points(path: Path, origin_m: Point, spline: bool = False) -> Drawn:
     """A CSV of points as legs; without a heading its columns are x, y, z (mm), speed, dwell.
+
+    spline: on a smooth curve through them; points that repeat the one before are left out then.
 
     Raises RecordingError, or ConfigError naming what is missing.
     """
@@ -44,6 +48,9 @@ def read_points(path: Path, origin_m: Point) -> Drawn:
     if len(places) < 2:
         raise ConfigError(f"{path}: holds {len(places)} point(s); a path needs two")
     legs = [_leg(places[row], columns, row) for row in range(1, len(places))]
+    if spline:
+        moved = np.linalg.norm(np.diff(places, axis=0), axis=1) > SAME_M
+        legs = [leg | {"spline": True} for leg, far in zip(legs, moved, strict=True) if far]
     start = places[0].tolist()
     return Drawn((start[0], start[1], start[2]), tuple(legs))
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from firmware_py.importing.gcode import read_gcode
 from firmware_py.importing.points_table import read_points
@@ -56,11 +59,31 @@ def test_gcode_is_read(tmp_path: Path) -> None:
     assert drawn.notes == ("M5 passed over (1 times)",)
 
 
+@given(st.sampled_from([2, 3]), st.floats(5.0, 40.0), st.floats(-3.1, 3.1), st.floats(0.1, 6.1))
+@settings(max_examples=60, deadline=None)
+def test_an_arc_by_r_is_the_arc_by_its_centre(
+    tmp_path_factory: pytest.TempPathFactory, code: int, radius: float, first: float, swing: float
+) -> None:
+    if abs(swing - math.pi) < 0.02:  # half a turn: which side is a matter of rounding
+        return
+    angles = (first, first + (swing if code == 3 else -swing))
+    (x0, y0), (x1, y1) = ((radius * math.cos(a), radius * math.sin(a)) for a in angles)
+    folder = tmp_path_factory.mktemp("arc")
+    head = f"G21 G90\nG0 X{x0:.9f} Y{y0:.9f} Z0\nG{code} X{x1:.9f} Y{y1:.9f} "
+    signed = radius if swing < math.pi else -radius
+    by_r = gcode(folder, f"{head}R{signed:.9f}\n").legs[0]
+    by_centre = gcode(folder, f"{head}I{-x0:.9f} J{-y0:.9f}\n").legs[0]
+    assert by_r["centre_m"] == pytest.approx(by_centre["centre_m"], abs=1e-6)
+    assert by_r["clockwise"] is by_centre["clockwise"] is (code == 2)
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
         ("G0 X0 Y0 Z0\nG5 X1\n", ":2: G5 is not taken"),
-        ("G0 X0 Y0 Z0\nG2 X1 Y1 R5\n", ":2: an arc needs I and J"),
+        ("G0 X0 Y0 Z0\nG2 X1 Y1\n", ":2: an arc needs I and J"),
+        ("G0 X0 Y0 Z0\nG2 X20 Y0 R9\n", ":2: R 9 cannot reach: half the distance is 10"),
+        ("G0 X0 Y0 Z0\nG2 X0 Y0 R9\n", ":2: an arc by R needs another place"),
         ("G91\nG1 X1\n", ":2: G91 stands before any absolute place"),
         ("G4 P1\n", ":1: G4 stands before any move"),
         ("G0 X0 Y0 Z0\nhello\n", ":2: 'hello' is not understood"),

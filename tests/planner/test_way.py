@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_py.job_file import JobFile
-from firmware_py.paths.way import Leg, way
+from firmware_py.paths.corner import from_polyline
+from firmware_py.paths.way import Leg, courses_of, way
 from firmware_py.planner.check import make_plan
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from models.inverse_kinematics import GeometricInverse
@@ -21,19 +22,6 @@ ROBOT = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
 SPACING_M = 0.0005
 coordinate = st.floats(-0.1, 0.1).map(lambda value: round(value, 4))
 points = st.lists(st.tuples(coordinate, coordinate, coordinate), min_size=3, max_size=7)
-
-
-def from_polyline(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Distance of each place from the nearest of the straight legs."""
-    nearest = np.full(len(places), np.inf)
-    for begin, end in itertools.pairwise(corners):
-        along = end - begin
-        length2 = max(float(along @ along), 1e-30)
-        part = np.clip((places - begin) @ along / length2, 0.0, 1.0)
-        nearest = np.minimum(
-            nearest, np.linalg.norm(places - begin - part[:, None] * along, axis=1)
-        )
-    return nearest
 
 
 @given(points, st.floats(0.0, 0.02))
@@ -84,6 +72,61 @@ def test_an_arc_keeps_its_radius(turns: float) -> None:
     assert (np.diff(path.targets[:, 2]) >= 0).all()
 
 
+angle = st.floats(-math.pi, math.pi)
+
+
+@given(angle, angle, st.floats(0.02, 0.1), st.floats(0.001, 0.02), st.booleans())
+@settings(max_examples=80, deadline=None)
+def test_corners_of_arcs_are_cut_by_no_more_than_is_allowed(
+    first: float, swing: float, radius_m: float, corner_m: float, on_to_an_arc: bool
+) -> None:
+    if abs(swing) < 0.3:
+        return
+    at = [radius_m * np.array([math.cos(a), math.sin(a), 0.0]) for a in (first, first + swing)]
+    arc = Leg(to_m=at[1], centre_m=np.zeros(3), turns=swing / (2 * math.pi))
+    start = np.array([0.15, -0.02, 0.03])
+    legs = [Leg(to_m=at[0]), arc, Leg(to_m=np.array([-0.15, 0.1, -0.01]))]
+    if on_to_an_arc:  # the other way round about another axis: arc meets arc
+        legs.insert(2, Leg(to_m=at[1], centre_m=np.array([0.2, 0.0, 0.0]), turns=-1.0))
+    path = way(start, legs, corner_m, SPACING_M)
+    drawn = np.concatenate(
+        [one.at(np.linspace(0.0, one.length_m, 800)) for one in courses_of(start, legs)]
+    )
+    assert from_polyline(path.targets, drawn).max() <= corner_m + 2e-5  # of the samples
+    assert np.linalg.norm(np.diff(path.targets, axis=0), axis=1).max() <= SPACING_M * 1.02
+    for leg in legs[:-1]:
+        assert np.linalg.norm(path.targets - leg.to_m, axis=1).min() <= corner_m + SPACING_M
+    assert path.rest.sum() == 2
+
+
+@given(points)
+@settings(max_examples=60, deadline=None)
+def test_a_spline_passes_every_point_and_never_turns_sharply(drawn) -> None:
+    corners = np.array(drawn)
+    hops = np.diff(corners, axis=0)
+    sizes = np.linalg.norm(hops, axis=1)
+    if (sizes < 1e-3).any():
+        return
+    if (np.cross(hops[:-1], hops[1:]) ** 2).sum(axis=1).min() < 1e-8 * sizes.min() ** 4:
+        return  # straight back: the arms stand there
+    legs = [Leg(to_m=point, smooth=True) for point in corners[1:]]
+    path = way(corners[0], legs, 0.0, SPACING_M)
+    for corner in corners:
+        assert (np.linalg.norm(path.targets - corner, axis=1) == 0.0).any()
+    assert path.rest.sum() == 2
+    courses = list(courses_of(corners[0], legs))
+    for one, other in itertools.pairwise(courses):
+        assert one.heading(one.length_m) @ other.heading(0.0) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_spline_through_points_of_a_circle_is_nearly_one() -> None:
+    angles = np.linspace(0.0, 2 * math.pi, 25)
+    ring = 0.05 * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
+    path = way(ring[0], [Leg(to_m=p, smooth=True) for p in ring[1:]], 0.0, SPACING_M)
+    inside = path.targets[len(path.targets) // 4 : -len(path.targets) // 4]  # its ends are free
+    assert np.linalg.norm(inside, axis=1) == pytest.approx(0.05, abs=2e-6)
+
+
 def job(**path) -> JobFile:
     return JobFile.model_validate_json(json.dumps({
         "name": "way", "robot": "zhao-2023.yaml",
@@ -118,6 +161,8 @@ def test_cutting_corners_saves_time() -> None:
         ([{"to_m": [0, 0, -0.45], "centre_m": [0.03, 0.0]}], "equally far from both ends"),
         ([{"to_m": [0, 0, -0.45], "speed_mps": 0}], "greater than or equal"),
         ([], "at least 1 item"),
+        ([{"to_m": [0, 0, -0.45], "centre_m": [0.0, 0.0], "spline": True}], "not both"),
+        ([{"to_m": [0.05, 0.05, -0.45], "spline": True}], "end elsewhere"),
     ],
 )
 def test_a_wrong_leg_is_refused(legs, says: str) -> None:
