@@ -1,4 +1,4 @@
-"""G-code: G0 to G3 (arcs by I and J, or R) with F, G4, G17, G20, G21, G90, G91; anything else that moves is refused.
+"""G-code: G0 to G3 (arcs by I, J or R), F, G4, G17, G20, G21, G90, G91; other moves are refused.
 
 Words are read by the package gcodeparser. Coordinates are taken from an origin in the robot's
 frame. G0 runs at the job's speed, G1 to G3 at F. M and S words are passed over and said so.
