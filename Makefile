@@ -38,8 +38,10 @@ check: $(VENV)/.test
 hil-aarch64:
 	tests/hil/aarch64/run $(PYTHON) build/aarch64
 
+# What docs/figures.md quotes, some minutes.
+FIGURES = kinematics network chain servo ranging micro pulse training
 benchmarks: $(VENV)/.test
-	for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done
+	for name in $(FIGURES); do echo "== $$name"; $(BIN)/python benchmarks/costs/$$name.py || exit 1; done
 
 # The virtual environment is made without ensurepip, which Debian ships separately:
 # the system's pip installs into it from outside.

@@ -9,23 +9,10 @@ from typing import Annotated
 
 import typer
 
-from command_line import (
-    check_runs,
-    collect,
-    correct,
-    demo,
-    evaluate,
-    foxglove,
-    init,
-    jobs,
-    moves,
-    prove,
-    reproduce,
-    robotless,
-    service,
-    train,
-    web,
-)
+from command_line.networks import collect, evaluate, reproduce, train
+from command_line.recordings import correct, demo, init, prove, robotless
+from command_line.robot import jobs, moves, service
+from command_line.services import check_runs, foxglove, web
 
 
 def _show_version(asked: bool) -> None:

@@ -10,11 +10,11 @@ from diagnosis.admission.robot_match import check_belongs
 from diagnosis.answer.records import Diagnosis
 from diagnosis.estimation.side_by_side import only_here
 from diagnosis.experiment import MotionLimits
-from diagnosis.pipeline import diagnose_model
-from diagnosis.plants.delta import DeltaModel
-from diagnosis.regression_pipeline import diagnose_axis
-from diagnosis.report.telling import told
-from diagnosis.servo_pipeline import diagnose_servo_robot, is_servo_run
+from diagnosis.pipelines.nonlinear import diagnose_model
+from diagnosis.pipelines.regression import diagnose_axis
+from diagnosis.pipelines.servo_robot import diagnose_servo_robot, is_servo_run
+from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.report.sentences.telling import told
 from foundation.errors import RecordingError
 from foundation.one_thread import one_thread
 from foundation.rarely_collected import rarely_collected

@@ -71,7 +71,7 @@ def page_html(story: Story) -> str:
 
 def _style() -> str:
     # The drawing of the robot is the diagnosis report's.
-    return (files("diagnosis.report") / "report.css").read_text(encoding="utf-8") + STYLE
+    return (files("diagnosis.report.page") / "report.css").read_text(encoding="utf-8") + STYLE
 
 
 def _headline(story: Story) -> str:

@@ -47,8 +47,8 @@ def diagnose(recording: Path, folder: Path) -> dict[str, Any]:
     from diagnosis.answer.corrected_robot import save_corrected
     from diagnosis.api import diagnose as answer_of
     from diagnosis.experiment import write_job
-    from diagnosis.report.html import write_report
-    from diagnosis.report.summary import plain_lines
+    from diagnosis.report.page.html import write_report
+    from diagnosis.report.sentences.summary import plain_lines
     from firmware_py.robot_file import CONFIG_FOLDER
     from models.robot import load_robot_model
     from recording.reader import read_run

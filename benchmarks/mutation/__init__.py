@@ -1,1 +1,5 @@
-"""Mutation run: what is changed (operators, named), against which tests (table), and by whom."""
+"""Do the tests notice mistakes?
+
+In: small mistakes (`named`, or made by rule: `operators`) and the tests of each folder (`table`).
+Out: the mistakes that no test noticed (`mutants` prints them).
+"""

@@ -6,8 +6,8 @@ import numpy as np
 
 from diagnosis.answer.records import Finding, Fit
 from diagnosis.observations.readings import Readings
-from diagnosis.plants.commanded_axis import CommandedAxis
-from diagnosis.plants.forced_axis import ForcedAxis
+from diagnosis.plants.lone.commanded_axis import CommandedAxis
+from diagnosis.plants.lone.forced_axis import ForcedAxis
 from foundation.errors import RecordingError
 
 SHORTEST_S, LONGEST_S = 2e-5, 15.0

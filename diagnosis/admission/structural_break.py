@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.observations.readings import FloatArray, IntArray
-from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta.model import DeltaModel
 from foundation.errors import RecordingError
 
 SPLITS = 100

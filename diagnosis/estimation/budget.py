@@ -18,7 +18,7 @@ from diagnosis.estimation.side_by_side import side_by_side
 
 PREDICTIONS = 1000.0
 """So many, of a recording of ROWS, and what else they need take a core about nine seconds
-(benchmarks/diagnosis_cost.py).
+(benchmarks/costs/diagnosis_cost.py).
 """
 ROWS = 12_000
 """240 s at 50 Hz. A shorter recording allows more predictions in the same time."""

@@ -1,4 +1,5 @@
-"""What speaks for each candidate: the library of regressors, score tests, change points, detection.
+"""Is anything missing, and how much speaks for one set of effects?
 
-In: estimates. Out: gains in chi-square with their p.
+In: readings and a library of candidates. Out: a noise model from a saturated fit, the p of
+"nothing is missing", and the log evidence of sets of regressors.
 """

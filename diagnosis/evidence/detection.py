@@ -14,16 +14,16 @@ from diagnosis.answer.verdict import ALARM
 from diagnosis.estimation.budget import Budget
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
-from diagnosis.estimation.penalties import Trial, penalty
 from diagnosis.estimation.splines import Score
-from diagnosis.evidence.change_points import Jump, jumps
-from diagnosis.evidence.chi2_tail import log_sf
-from diagnosis.evidence.fine_scores import scores_of
-from diagnosis.evidence.library import Entry
 from diagnosis.evidence.noise_estimation import Prepared
-from diagnosis.evidence.pair_scores import start_of
-from diagnosis.evidence.score_test import Calibration, Scores, calibrate
 from diagnosis.plants.candidate import Candidate, Term
+from diagnosis.priors.penalties import Trial, penalty
+from diagnosis.score_tests.change_points import Jump, jumps
+from diagnosis.score_tests.chi2_tail import log_sf
+from diagnosis.score_tests.fine_scores import scores_of
+from diagnosis.score_tests.library import Entry
+from diagnosis.score_tests.pair_scores import start_of
+from diagnosis.score_tests.score_test import Calibration, Scores, calibrate
 
 Progress = Callable[[str], None]
 

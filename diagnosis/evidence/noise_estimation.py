@@ -13,15 +13,15 @@ import numpy as np
 
 from diagnosis.estimation.blocks import blocks_of
 from diagnosis.estimation.budget import NOISE, Budget
-from diagnosis.estimation.file_tolerances import small_errors
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import estimate
 from diagnosis.estimation.splines import FINE_PIECES, FreeShape, free_shapes, way_shapes
-from diagnosis.evidence.library import Library, build
 from diagnosis.evidence.saturated_model import Saturated, given_back
-from diagnosis.evidence.score_test import Scorer, tolerance_factor
 from diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
 from diagnosis.plants.contract import Model
+from diagnosis.priors.file_tolerances import small_errors
+from diagnosis.score_tests.library import Library, build
+from diagnosis.score_tests.score_test import Scorer, tolerance_factor
 
 ROUNDS = 2
 """The first is whitened by a noise that still has the whole mismatch in it."""

@@ -16,8 +16,8 @@ from scipy.linalg import lu_factor, lu_solve
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import ChannelNoise, Whitener, estimate, stationary
 from diagnosis.estimation.side_by_side import side_by_side
-from diagnosis.evidence.library import Library
 from diagnosis.observations.readings import BoolArray, FloatArray
+from diagnosis.score_tests.library import Library
 
 RIDGE = 1e-5
 NOISE_DRAWS = 8

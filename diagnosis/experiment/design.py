@@ -19,7 +19,7 @@ from diagnosis.experiment.ties import Explanation, Key, Tie
 from diagnosis.experiment.timeline import as_recording, duration_s
 from diagnosis.observations.readings import FloatArray, Readings
 from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta.model import DeltaModel
 from models.robot import ARMS
 
 CONTAINED = {"gear_backlash": "joint_friction"}

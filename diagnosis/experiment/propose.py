@@ -20,7 +20,7 @@ from diagnosis.experiment.safe import MotionLimits
 from diagnosis.experiment.ties import Tie
 from diagnosis.observations.readings import BoolArray, FloatArray
 from diagnosis.plants.contract import Model
-from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.selection.ambiguity import Standing
 from models.linkage import Linkage
 

@@ -1,4 +1,5 @@
-"""One file per kind of machine on one contract: predictions, candidates, nuisances.
+"""Kinds of machine on two contracts, so that the engine names no machine itself.
 
-In: readings and a robot file. Out: a `Model` for the engine, which names no machine itself.
+In: readings and a robot file. Out: a `Model` (`contract`; effects are fitted together: `delta`) or
+a `RegressionPlant` (`regression`; the mismatch is a sum of known columns: `lone`).
 """

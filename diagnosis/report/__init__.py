@@ -1,1 +1,4 @@
-"""What a diagnosis says to people: a summary for the terminal, and one HTML file."""
+"""What a diagnosis says to people.
+
+In: a `Diagnosis`. Out: its sentences (`sentences`) and one HTML file (`page`, `drawing`).
+"""

@@ -1,4 +1,5 @@
-"""Which set of effects explains the recording, what else would, and what could not be seen.
+"""Which explanation to believe, and what else would explain the recording as well.
 
-In: scores. Out: one explanation with its ambiguity set.
+In: a search. Out: one explanation with its ambiguity set: named effects, build tolerances or
+unknown physics; for regressors the posterior over sets.
 """

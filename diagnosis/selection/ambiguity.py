@@ -9,13 +9,13 @@ from functools import partial
 from diagnosis.answer.records import Alternative
 from diagnosis.estimation.budget import Until
 from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.penalties import Trial
-from diagnosis.evidence.chi2_tail import log_sf
 from diagnosis.plants.candidate import Candidate, Term
-from diagnosis.plants.shared_parameters import apart, whole_groups
-from diagnosis.selection.begun_fits import followed, promising, tried
+from diagnosis.plants.delta.shared_parameters import apart, whole_groups
+from diagnosis.priors.penalties import Trial
+from diagnosis.score_tests.chi2_tail import log_sf
+from diagnosis.search.begun_fits import followed, promising, tried
+from diagnosis.search.search import Search
 from diagnosis.selection.equivalents import equivalents_of
-from diagnosis.selection.search import Search
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,11 +11,11 @@ from diagnosis.estimation.noise import Whitener, estimate
 from diagnosis.evidence.detection import Progress
 from diagnosis.evidence.noise_estimation import Prepared, once_more
 from diagnosis.observations.readings import BoolArray, FloatArray
+from diagnosis.priors.options import OPTIONS
+from diagnosis.search.exchange import best_of, group_instead, pairs_for_one
+from diagnosis.search.search import Search
 from diagnosis.selection.ambiguity import Standing, in_parts, resolved
-from diagnosis.selection.exchange import best_of, group_instead, pairs_for_one
 from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_free_shapes
-from diagnosis.selection.options import OPTIONS
-from diagnosis.selection.search import Search
 from diagnosis.selection.tolerance_rival import Needed, ToleranceRival
 
 

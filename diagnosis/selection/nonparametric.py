@@ -7,14 +7,14 @@ from functools import partial
 
 from diagnosis.answer.verdict import ALARM
 from diagnosis.estimation.budget import Until
-from diagnosis.estimation.build_tolerances import effects_of_building
-from diagnosis.estimation.discrepancy import SPLINE_FACTOR
 from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.penalties import FREE_PRICE, penalty, penalty_of, spline_penalty
 from diagnosis.estimation.splines import FreeShape
-from diagnosis.selection.addition import falls_short
-from diagnosis.selection.removal import drop
-from diagnosis.selection.search import Search
+from diagnosis.priors.build_tolerances import effects_of_building
+from diagnosis.priors.discrepancy import SPLINE_FACTOR
+from diagnosis.priors.penalties import FREE_PRICE, penalty, penalty_of, spline_penalty
+from diagnosis.search.addition import falls_short
+from diagnosis.search.removal import drop
+from diagnosis.search.search import Search
 
 
 def with_free_shapes(search: Search, solution: Solution) -> Solution:

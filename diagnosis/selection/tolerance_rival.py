@@ -9,13 +9,13 @@ import numpy as np
 
 from diagnosis.answer.verdict import ALARM
 from diagnosis.estimation.budget import Until
-from diagnosis.estimation.build_tolerances import effects_of_building, usual
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.plants.candidate import Term
-from diagnosis.selection.outside_contact import clear_rows, left_near_contact
-from diagnosis.selection.removal import drop
-from diagnosis.selection.search import Search
+from diagnosis.priors.build_tolerances import effects_of_building, usual
+from diagnosis.search.outside_contact import clear_rows, left_near_contact
+from diagnosis.search.removal import drop
+from diagnosis.search.search import Search
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ once, a motor that stands still as soon as its counter has gone on far enough.
 A difference is a loss when it is larger than noise makes it in a week (`LEAST_M`), and twice
 as large as anything in the last minutes: play, wrong lengths, a sensor's scale and latency
 come back with every lap of a path. Until that is known, more is asked for (`FIRST_M`).
-`benchmarks/step_watch.py` prints what is seen, how soon, at which speed.
+`benchmarks/endurance/step_watch.py` prints what is seen, how soon, at which speed.
 
 Limits: what is lost slower than the window before is long is left to the diagnosis, and so is
 a disagreement that was there from the start. With one sensor missing nothing is seen.

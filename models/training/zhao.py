@@ -4,7 +4,7 @@ Described: 3 inputs, 8 hidden layers of 50 sigmoid neurons, 3 outputs, Adam, 500
 the samples to train, the squared error of eq. (3). Not described: units, batch, rate, start. As it
 stands, metres in and degrees out, it answers the mean angle after 5000 epochs as after one.
 Added: standardised inputs and outputs (inside the file), a wider centred start, a falling rate.
-`benchmarks/training.py --ablation` prints what each adds.
+`benchmarks/costs/training.py --ablation` prints what each adds.
 """
 
 from __future__ import annotations

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from diagnosis.answer.consistency import contradictions
 from diagnosis.estimation.effective_size import autocorrelation_time, runs_of_one_value, tempered
 from diagnosis.evidence.laplace import Laplace
-from diagnosis.plants.free_shapes import free_shapes
+from diagnosis.pipelines.regression import diagnose_axis
 from diagnosis.plants.regression import Columns, Regressor
-from diagnosis.regression_pipeline import diagnose_axis
+from diagnosis.plants.spline_terms import free_shapes
 from foundation.errors import RecordingError
 from models.robot import AxisGravity, RangeSensor, ServoAxis
 from recording.flat import FlatRecording, from_columns

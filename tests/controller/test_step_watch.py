@@ -97,7 +97,7 @@ def test_less_is_seen_once_it_is_known_what_is_usual() -> None:
 
 
 def test_a_motor_that_stands_still_is_seen_within_a_second() -> None:
-    """At 23 mm a second at the elbow; slower ones later, see benchmarks/step_watch.py."""
+    """At 23 mm a second at the elbow; slower ones later, see benchmarks/endurance/step_watch.py."""
     loss, after_s = swing(10.2, 0, 1, at_s=8.0, held=True, seed=3)
     assert loss is not None
     assert loss.motor == 2

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from diagnosis.evidence.noise_estimation import Prepared, prepare
-from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta.model import DeltaModel
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording
 

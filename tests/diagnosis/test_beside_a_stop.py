@@ -10,10 +10,10 @@ import pytest
 from diagnosis.api import diagnose_recordings
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import estimate
-from diagnosis.estimation.penalties import IN_NAME_ONLY, penalty, penalty_of
 from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta import DeltaModel
-from diagnosis.selection.outside_contact import (
+from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.priors.penalties import IN_NAME_ONLY, penalty, penalty_of
+from diagnosis.search.outside_contact import (
     AROUND_CONTACT_S,
     clear_rows,
     gain_elsewhere,

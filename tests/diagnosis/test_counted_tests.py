@@ -9,11 +9,11 @@ import pytest
 from scipy.special import chdtri
 
 from diagnosis.answer.verdict import ALARM
+from diagnosis.assessment.detection_limits import limits
 from diagnosis.evidence.detection import Detection
 from diagnosis.evidence.noise_estimation import Prepared, prepare
-from diagnosis.plants.delta import DeltaModel
-from diagnosis.selection.detection_limits import limits
-from diagnosis.selection.search import Search
+from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.search.search import Search
 from models.robot import DeltaRobot
 from tests.diagnosis.conftest import Record
 

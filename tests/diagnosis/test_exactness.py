@@ -7,14 +7,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.estimation.covariance import covariance
+from diagnosis.assessment.covariance import covariance
 from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.file_tolerances import MOST_CAREFUL, giving_way, pull
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import estimate
 from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta import DeltaModel
-from diagnosis.plants.delta_candidates import TOLERANCES
+from diagnosis.plants.delta.candidates import TOLERANCES
+from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.priors.file_tolerances import MOST_CAREFUL, giving_way, pull
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.plants.near_singular import fragile
+from diagnosis.plants.delta.near_singular import fragile
 from models.linkage import Linkage, forward
 from models.robot import DeltaRobot
 

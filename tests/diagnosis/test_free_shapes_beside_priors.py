@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.search.search import Search
 from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_free_shapes
-from diagnosis.selection.search import Search
 from diagnosis.selection.tolerance_rival import ToleranceRival
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording

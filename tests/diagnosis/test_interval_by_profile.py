@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from diagnosis.estimation import profile_likelihood as profile
-from diagnosis.estimation.covariance import covariance
+from diagnosis.assessment import profile_likelihood as profile
+from diagnosis.assessment.covariance import covariance
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import estimate
 from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta.model import DeltaModel
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

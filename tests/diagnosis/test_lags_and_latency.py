@@ -8,10 +8,10 @@ import numpy as np
 
 from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta import DeltaModel
-from diagnosis.plants.delta_candidates import lost_steps
+from diagnosis.plants.delta.candidates import lost_steps
+from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.search.search import Search
 from diagnosis.selection.ambiguity import resolved
-from diagnosis.selection.search import Search
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

@@ -17,11 +17,11 @@ from diagnosis.estimation.levenberg_marquardt import Slopes
 from diagnosis.estimation.orthonormal import orthonormal
 from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.candidate import Candidate, Term
-from diagnosis.plants.delta import DeltaModel
-from diagnosis.plants.delta_candidates import lost_steps
-from diagnosis.selection import removal
-from diagnosis.selection.removal import begun_without, clearly_needed, drop, spare
-from diagnosis.selection.search import Search
+from diagnosis.plants.delta.candidates import lost_steps
+from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.search import removal
+from diagnosis.search.removal import begun_without, clearly_needed, drop, spare
+from diagnosis.search.search import Search
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.search.search import Search
 from diagnosis.selection.model_choice import calmed
-from diagnosis.selection.search import Search
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

@@ -14,7 +14,7 @@ from diagnosis.estimation import budget as patience_module
 from diagnosis.estimation.budget import Budget, Until
 from diagnosis.estimation.side_by_side import alone
 from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.selection.model_choice import explain
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording

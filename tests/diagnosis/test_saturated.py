@@ -10,11 +10,11 @@ import pytest
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import Whitener, estimate
 from diagnosis.estimation.orthonormal import orthonormal
-from diagnosis.evidence.fine_scores import scores_of
 from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.evidence.saturated_model import LONGEST, Saturated, given_back
-from diagnosis.evidence.score_test import explained_by
-from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.score_tests.fine_scores import scores_of
+from diagnosis.score_tests.score_test import explained_by
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording
 

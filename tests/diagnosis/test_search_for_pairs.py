@@ -7,13 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from diagnosis.estimation.penalties import penalty
 from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.evidence.pair_scores import best_pairs, leading
 from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.priors.penalties import penalty
+from diagnosis.score_tests.pair_scores import best_pairs, leading
+from diagnosis.search.search import Search
 from diagnosis.selection.equivalents import equivalents_of
-from diagnosis.selection.search import Search
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

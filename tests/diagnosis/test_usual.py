@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 
 from diagnosis.api import diagnose_recordings
-from diagnosis.estimation.build_tolerances import WITHIN, usual
 from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta import DeltaModel
-from diagnosis.plants.delta_candidates import TOLERANCES
+from diagnosis.plants.delta.candidates import TOLERANCES
+from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.priors.build_tolerances import WITHIN, usual
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 

@@ -16,7 +16,7 @@ from diagnosis.experiment.motions import Motion
 from diagnosis.experiment.ties import Tie
 from diagnosis.experiment.timeline import commanded
 from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta import DeltaModel
+from diagnosis.plants.delta.model import DeltaModel
 from models.chain import Chain, Commands
 from models.linkage import Linkage, inverse
 from models.robot import DeltaRobot, EffectEntry, FloatArray, load_delta

@@ -12,7 +12,7 @@ from diagnosis.experiment import next_experiment
 from diagnosis.experiment.design import contains
 from diagnosis.experiment.motions import Motion
 from diagnosis.experiment.propose import LONGEST_MIN, SETTLES
-from diagnosis.report.next_run_words import tie_line
+from diagnosis.report.sentences.next_run_words import tie_line
 from models.robot import EffectEntry
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ from diagnosis.report.drawing.culprits import lone_parts_of, parts_of
 from diagnosis.report.drawing.delta import DeltaDrawing
 from diagnosis.report.drawing.lone import axis_scene, sensor_scene
 from diagnosis.report.drawing.scene import hull
-from diagnosis.report.maps import CELLS, grid_of, place_maps
-from diagnosis.report.regimes import regimes
-from diagnosis.report.residuals import binned, explained_by, mismatches, smoothed
+from diagnosis.report.page.maps import CELLS, grid_of, place_maps
+from diagnosis.report.page.regimes import regimes
+from diagnosis.report.page.residuals import binned, explained_by, mismatches, smoothed
 from models.effects import VOCABULARY
 from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 

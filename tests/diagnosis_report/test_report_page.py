@@ -19,9 +19,9 @@ from diagnosis.answer.records import (
     ParameterResult,
     Picture,
 )
-from diagnosis.report.bars import interval_bar, pair_bars
-from diagnosis.report.html import report_html, write_report
-from diagnosis.report.sizes import Size
+from diagnosis.report.page.bars import interval_bar, pair_bars
+from diagnosis.report.page.html import report_html, write_report
+from diagnosis.report.sentences.sizes import Size
 from foundation.errors import RecordingError
 
 VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")
@@ -248,7 +248,7 @@ def test_an_interval_bar_shows_nothing_wrong_and_the_smallest_visible() -> None:
 
 
 def test_bars_are_as_long_as_their_values() -> None:
-    from diagnosis.report.bars import Pair
+    from diagnosis.report.page.bars import Pair
 
     bars = pair_bars("t", [Pair("one", 4.0, 1.0), Pair("two", NAN, 2.0)], 0.5, "mm")
     assert re.findall(r"width:([\d.]+)%", bars) == ["100.00", "25.00", "0.00", "50.00"]

@@ -18,11 +18,17 @@ from diagnosis.answer.records import (
     Unexplained,
     Where,
 )
-from diagnosis.report.sizes import number, quantity, sizes
-from diagnosis.report.summary import ENDED_EARLY, headline, plain_lines, summary_lines, where_line
-from diagnosis.report.sureness import odds
-from diagnosis.report.telling import NOISE
-from diagnosis.report.words import EFFECTS, effect, followed, listed, spelled
+from diagnosis.report.sentences.sizes import number, quantity, sizes
+from diagnosis.report.sentences.summary import (
+    ENDED_EARLY,
+    headline,
+    plain_lines,
+    summary_lines,
+    where_line,
+)
+from diagnosis.report.sentences.sureness import odds
+from diagnosis.report.sentences.telling import NOISE
+from diagnosis.report.sentences.words import EFFECTS, effect, followed, listed, spelled
 from models.effects import VOCABULARY
 from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from diagnosis.answer.records import Finding, Unexplained
-from diagnosis.report.telling import NOISE, told
+from diagnosis.report.sentences.telling import NOISE, told
 
 
 def bare(finding: Finding) -> Finding:

@@ -1,4 +1,4 @@
-"""A short fault campaign: the long one is benchmarks/faults.py."""
+"""A short fault campaign: the long one is benchmarks/endurance/faults.py."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A short fuzzing: the long one is benchmarks/fuzz.py."""
+"""A short fuzzing: the long one is benchmarks/endurance/fuzz.py."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from benchmarks.fuzz_targets import OURS, TARGETS, mutated
+from benchmarks.endurance.fuzz_targets import OURS, TARGETS, mutated
 
 INPUTS = {"job": 150, "socket": 150, "recording": 250, "model": 100, "csv": 250}
 

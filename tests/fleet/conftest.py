@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.fleet_throughput import make_fleet
+from benchmarks.costs.fleet_throughput import make_fleet
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 from pathlib import Path
+
+import pytest
 
 from benchmarks.structure import ROOT, between_folders, circles, deciding, imports
 
@@ -39,3 +42,11 @@ def test_numbers_that_decide_are_counted(tmp_path: Path) -> None:
         'LIMIT = 3.0\nNAME = "x"\nclass SearchOptions:\n    most: int = 4'
     )
     assert deciding(tmp_path) == ["LIMIT", "most"]
+
+
+@pytest.mark.parametrize("top", ["diagnosis", "benchmarks", "command_line"])
+def test_a_room_holds_no_more_than_one_reader_holds(top: str) -> None:
+    for room in sorted({file.parent for file in (ROOT / top).rglob("*.py")}):
+        assert len(list(room.glob("*.py"))) <= 15, room
+        said = ast.get_docstring(ast.parse((room / "__init__.py").read_text(encoding="utf-8")))
+        assert said, f"{room}: its __init__ says what comes in and what goes out"

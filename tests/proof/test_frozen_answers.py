@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from benchmarks.frozen_answers import Pair, changed, paired
-from benchmarks.frozen_cases import Frozen, simulated
+from benchmarks.proofs.frozen_answers import Pair, changed, paired
+from benchmarks.proofs.frozen_cases import Frozen, simulated
 from proof.cases import ROUND
 
 CASE = Frozen("case", "single", None, Path(), Path(), Path(), None)

@@ -65,7 +65,7 @@ def test_an_effect_there_is_none_of_is_refused() -> None:
 def test_the_command_prints_the_table_and_writes_the_page(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from command_line.demo import demo
+    from command_line.recordings.demo import demo
 
     demo(conceal="home_offset", seed=3, minutes=1.0, out=tmp_path / "demo", json_out=True,
          unknown=False, job="demo-heart.yaml")  # fmt: skip

@@ -1,0 +1,115 @@
+"""What a diagnosis of 240 s takes: benchmarks/costs/diagnosis_cost.py [--cases 3] [--seed 1].
+
+Draws recordings of the MuJoCo robot (extra `proof`) with nothing, one, two or three causes, one
+among small errors everywhere, or unknown physics; runs `deltactl diagnose` on each in a process of
+its own, and prints for each: seconds by the wall clock, seconds of processor time, and the most
+memory that it and its helpers held together (proportional set size, looked at four times a second).
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from proof.cases import SINGLES, assemble
+from proof.hidden.oddities import ODDITIES
+from proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
+
+COUNTS = {"nothing": 0, "single": 1, "two": 2, "three": 3, "tolerance": 1, "unknown": 1}
+LENGTH_S = 240.0
+LIMIT_S, LIMIT_MB = 10.0, 500.0
+LOOK_S = 0.25
+
+
+class Cost(NamedTuple):
+    """Of one diagnosis."""
+
+    wall_s: float
+    used_s: float
+    memory_mb: float
+    status: int
+
+
+def cost(group: str, seed: int, number: int, more: Sequence[str] = ()) -> tuple[list[str], Cost]:
+    """What was concealed, and what its diagnosis, with more options, takes."""
+    rng = np.random.default_rng([seed, number, sum(group.encode())])
+    names = sorted(ODDITIES) if group == "unknown" else list(SINGLES)
+    kinds = [str(name) for name in rng.permutation(names)[: COUNTS[group]]]
+    case = assemble(number, group, kinds, rng, motion="survey", seconds=LENGTH_S)
+    with tempfile.TemporaryDirectory(prefix="cost-") as folder:
+        write_blind(case, Path(folder), seed)
+        return kinds, _diagnosed(Path(folder), more)
+
+
+def _diagnosed(folder: Path, more: Sequence[str]) -> Cost:
+    command = [sys.executable, "-m", "command_line.main", "diagnose", str(folder / RECORDING)]
+    options = ["--robot", str(folder / ROBOT_FILE), "--holdout", str(folder / HOLDOUT)]
+    begun_s = time.monotonic()
+    process = subprocess.Popen(
+        [*command, *options, *more], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    most_mb = 0.0
+    while True:
+        most_mb = max(most_mb, sum(_held_mb(pid) for pid in _family(process.pid)))
+        ended, status, used = os.wait4(process.pid, os.WNOHANG)
+        if ended:
+            break
+        time.sleep(LOOK_S)
+    wall_s = time.monotonic() - begun_s
+    return Cost(wall_s, used.ru_utime + used.ru_stime, most_mb, os.waitstatus_to_exitcode(status))
+
+
+def _family(pid: int) -> list[int]:
+    """A process and all that came from it."""
+    try:
+        children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    except OSError:
+        return []
+    return [pid, *(other for child in children for other in _family(int(child)))]
+
+
+def _held_mb(pid: int) -> float:
+    """Memory of a process; what several share counts for each in part."""
+    try:
+        rows = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
+    except OSError:
+        return 0.0
+    return sum(float(row.split()[1]) / 1024 for row in rows if row.startswith("Pss:"))
+
+
+def main() -> int:
+    """Exit status 1 when a limit does not hold."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, default=3, help="of each kind")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--group", choices=COUNTS, action="append", help="only these")
+    parser.add_argument("--thorough", action="store_true", help="without the limit of work")
+    options = parser.parse_args()
+    more = ["--thorough"] if options.thorough else []
+    held = True
+    print(f"{'concealed':10s} {'s':>6s} {'CPU s':>6s} {'MB':>5s}")
+    for group in options.group or COUNTS:
+        for number in range(1 if group == "nothing" else options.cases):
+            kinds, took = cost(group, options.seed, number, more)
+            held &= took.wall_s <= LIMIT_S and took.memory_mb <= LIMIT_MB
+            refused = "" if took.status == 0 else f" (exit status {took.status})"
+            print(
+                f"{group:10s} {took.wall_s:6.1f} {took.used_s:6.1f} {took.memory_mb:5.0f} "
+                f"{', '.join(kinds)}{refused}",
+                flush=True,
+            )
+    print(f"{LIMIT_S:g} s and {LIMIT_MB:g} MB {'hold' if held else 'do not hold for all of them'}")
+    return 0 if held else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

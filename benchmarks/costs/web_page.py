@@ -1,0 +1,190 @@
+"""The page: python benchmarks/costs/web_page.py [--seconds 20] [--pages 1].
+
+A simulated robot draws a heart; a real Chromium (skipped where there is none) looks at its page.
+Printed: how often the counts on the page change and how old they are when they do, processor time
+of the page's service and of the daemon's two processes, with and without the page open, and how
+late the daemon's step schedule slipped in either case (`late_ns` of its status). The browser draws
+in software and on the same cores here; on a Pi it is another machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+
+from firmware_py.daemon.client import Client, daemon_answers
+from firmware_py.robot_file import CONFIG_FOLDER
+
+WATCHED = """
+const place = document.querySelector('[data-testid="counts"]');
+window.seen = [];
+new MutationObserver(() => window.seen.push([performance.timeOrigin + performance.now(),
+  place.textContent])).observe(place, {childList: true, characterData: true, subtree: true});
+"""
+"""Notes when the counts on the page change, and to what. In the benchmark only."""
+LOOK_S = 0.02
+LONGEST_S = 3.0
+
+
+class Bench:
+    """A daemon and a page over it, in processes of their own."""
+
+    def __init__(self, folder: Path):
+        self._folder = folder
+        self.socket = folder / "d.sock"
+        # Jobs bear the pauses of a machine that draws its own browser.
+        text = (CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8")
+        robot = folder / "zhao-2023.yaml"
+        robot.write_text(text.replace("backend: pulse", "heartbeat_s: 5.0\n  backend: pulse"))
+        self.daemon = self._start("daemon", str(robot), "--simulate")
+        while not (self.socket.exists() and daemon_answers(self.socket)):
+            time.sleep(0.1)
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            self.port = int(probe.getsockname()[1])
+        self.page = self._start("web", "--port", str(self.port))
+        self._wait_for_page()
+
+    def run_heart(self) -> None:
+        """On, home, and a heart of half an hour."""
+        job = self._folder / "heart.yaml"
+        text = (CONFIG_FOLDER / "heart.yaml").read_text(encoding="utf-8")
+        job.write_text(text.replace("repeats: 1", "repeats: 60"))
+        with Client(self.socket) as client:
+            client.power_on()
+            client.home()
+            client.submit(job)
+            while client.status().state != "running":
+                time.sleep(0.1)
+
+    def close(self) -> None:
+        """End both."""
+        for process in (self.page, self.daemon):
+            process.terminate()
+            process.wait(20.0)
+
+    def _start(self, *call: str) -> subprocess.Popen[bytes]:
+        more = ["--socket", str(self.socket), "--recordings", str(self._folder / "recordings")]
+        with (self._folder / f"{call[0]}.log").open("wb") as log:
+            return subprocess.Popen(
+                [sys.executable, "-P", "-m", "command_line.main", *call, *more],
+                stdout=log, stderr=log,
+            )  # fmt: skip
+
+    def _wait_for_page(self) -> None:
+        while True:
+            try:
+                socket.create_connection(("127.0.0.1", self.port), 1.0).close()
+                return
+            except OSError:
+                time.sleep(0.1)
+
+
+def chromium(url: str) -> Any:
+    """A browser, or None."""
+    binary, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if binary is None or driver is None:
+        return None
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = binary
+    for word in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage",
+                 "--enable-unsafe-swiftshader", "--use-angle=swiftshader"):  # fmt: skip
+        options.add_argument(word)
+    browser = webdriver.Chrome(options=options, service=Service(driver))
+    browser.get(url)
+    return browser
+
+
+def used_s(process: subprocess.Popen[bytes]) -> float:
+    """Processor time of a process and its children."""
+    found = psutil.Process(process.pid)
+    times = [one.cpu_times() for one in (found, *found.children(recursive=True))]
+    return sum(one.user + one.system for one in times)
+
+
+def look(bench: Bench, seconds: float) -> tuple[dict[str, float], list[tuple[float, str]]]:
+    """Processor time and slip over a while, and the counts as the daemon had them, by epoch [s]."""
+    had: list[tuple[float, str]] = []
+    with Client(bench.socket) as client:
+        before = [used_s(one) for one in (bench.page, bench.daemon)]
+        late_ns, started_s = client.status().late_ns, time.monotonic()
+        while time.monotonic() < started_s + seconds:
+            counts = "  ".join(str(count) for count in client.status().counts)
+            if not had or had[-1][1] != counts:
+                had.append((time.time(), counts))
+            time.sleep(LOOK_S)
+        passed_s = time.monotonic() - started_s
+        after = [used_s(one) for one in (bench.page, bench.daemon)]
+        slip_ms = (client.status().late_ns - late_ns) / 1e6
+    page, daemon = (
+        100.0 * (end - start) / passed_s for start, end in zip(before, after, strict=True)
+    )
+    return {"page": page, "daemon": daemon, "slip_ms": slip_ms}, had
+
+
+def lags_s(had: list[tuple[float, str]], seen: list[list[Any]]) -> np.ndarray:
+    """Age of each value when the page showed it, to about 20 ms: the daemon's nearest counts."""
+    at_s = np.array([when for when, _ in had])
+    counts = np.array([[int(part) for part in text.split()] for _, text in had])
+    found = []
+    for when_ms, text in seen:
+        shown_s = when_ms / 1e3
+        near = (at_s > shown_s - LONGEST_S) & (at_s < shown_s)
+        if near.any() and shown_s < at_s[-1]:
+            away = np.abs(counts[near] - [int(part) for part in text.split()]).sum(axis=1)
+            found.append(shown_s - float(at_s[near][int(np.argmin(away))]))
+    return np.array(found)
+
+
+def main() -> None:
+    """Measure, and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--pages", type=int, default=1)
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="web-") as folder:
+        bench = Bench(Path(folder))
+        try:
+            bench.run_heart()
+            alone, _ = look(bench, given.seconds)
+            print(f"load of this machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+            print(f"no page open:   page {alone['page']:5.1f} %  daemon {alone['daemon']:5.1f} % "
+                  f"of a core, schedule slipped {alone['slip_ms']:.2f} ms")  # fmt: skip
+            opened = [chromium(f"http://127.0.0.1:{bench.port}") for _ in range(given.pages)]
+            if None in opened:
+                print("no Chromium here: apt-get install chromium chromium-driver")
+                return
+            time.sleep(8.0)
+            opened[0].execute_script(WATCHED)
+            shown, had = look(bench, given.seconds)
+            seen = opened[0].execute_script("return window.seen")
+            print(f"{given.pages} page(s) open: page {shown['page']:5.1f} %  daemon "
+                  f"{shown['daemon']:5.1f} % of a core, "
+                  f"schedule slipped {shown['slip_ms']:.2f} ms")  # fmt: skip
+            lag = 1e3 * lags_s(had, seen)
+            gaps = np.diff([when for when, _ in seen])
+            print(f"update rate: {1e3 / gaps.mean():.1f} Hz; longest gap {gaps.max():.0f} ms")
+            print(f"lag: p50 {np.percentile(lag, 50):.0f} ms, p95 {np.percentile(lag, 95):.0f} ms, "
+                  f"max {lag.max():.0f} ms ({len(lag)} values)")  # fmt: skip
+            for browser in opened:
+                browser.quit()
+        finally:
+            bench.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,53 @@
+"""Fault campaign on the simulated robot in real time: benchmarks/endurance/faults.py [-n 500].
+
+Daemon parts, pulse process, sensors, drives, disk and clients are made to fail at random moments
+of a run; prints the worst figures of each kind of fault, and whatever was not as specified.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from tests.rigs.faults.campaign import KINDS, campaign, daemon_campaign, rest_campaign, table
+from tests.rigs.faults.rest_kinds import REST_KINDS
+from tests.rigs.faults.verdict import Verdict
+
+
+def main() -> int:
+    """Exit status 1 when a fault was not handled as specified."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("-n", "--faults", type=int, default=500)
+    parser.add_argument("-d", "--daemons", type=int, default=40, help="faults of the daemon")
+    parser.add_argument("-r", "--rest", type=int, default=90, help="faults beside a run")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--kind", action="append", help="only kinds whose name holds this")
+    options = parser.parse_args()
+    wanted = options.kind or [""]
+    kinds = [kind for kind in KINDS if any(part in kind.name for part in wanted)]
+    verdicts: list[Verdict] = []
+    start_s = time.monotonic()
+    rest = {name: one for name, one in REST_KINDS.items() if any(part in name for part in wanted)}
+    parts = (
+        campaign(options.faults, options.seed, kinds) if kinds else iter(()),
+        rest_campaign(options.rest, options.seed, rest) if rest else iter(()),
+        daemon_campaign(options.daemons, options.seed),
+    )
+    for verdict in itertools.chain(*parts):
+        verdicts.append(verdict)
+        for problem in verdict.problems:
+            waited = f"(waited {verdict.waited_s:.2f} s for a core)"
+            print(f"{len(verdicts):4d} {verdict.kind}: {problem} {waited}", flush=True)
+    kinds_tried, took_s = len({one.kind for one in verdicts}), time.monotonic() - start_s
+    print(f"{len(verdicts)} faults of {kinds_tried} kinds in {took_s:.0f} s")
+    print("\n".join(table(verdicts)))
+    return int(any(verdict.problems for verdict in verdicts))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,144 @@
+"""Do the tests notice mistakes? benchmarks/mutation/mutants.py [--folder steps] [--results FILE].
+
+Puts small mistakes into the program one at a time, in a copy of it, and runs the tests of the
+folder until one fails. Known mistakes come first (benchmarks/mutation/named.py), then ones made
+by rule, spread over the files of benchmarks/mutation/table.py. What survives is listed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from benchmarks.mutation.named import EQUIVALENT, NAMED
+from benchmarks.mutation.operators import Mutant, mutants_of
+from benchmarks.mutation.run import HUNG, KILLED, PROGRAM, SURVIVED, Copy, Outcome, limit_s
+from benchmarks.mutation.table import TABLE, Row
+
+Results = dict[str, dict[str, str]]
+
+
+def main() -> int:
+    """Exit status 1 when less than nine in ten of those that are not equivalent are noticed."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--folder", action="append", help="only folders whose name holds this")
+    parser.add_argument("--only", help="only mutants whose name holds this")
+    parser.add_argument("--named", action="store_true", help="only the known mistakes")
+    parser.add_argument("--again", action="store_true", help="those that survived, once more")
+    parser.add_argument("--list", action="store_true", help="only say which there are")
+    parser.add_argument("--results", type=Path, help="go on from here, and write here")
+    options = parser.parse_args()
+    rows = [
+        row for row in TABLE if not options.folder or any(f in row.folder for f in options.folder)
+    ]
+    results = _known(options.results)
+    if options.list:
+        for row in rows:
+            print("\n".join(mutant.name for mutant in _mutants(row, options.named)))
+        return 0
+    with tempfile.TemporaryDirectory(prefix="deltactl-mutants-") as folder:
+        copy = Copy(Path(folder))
+        for row in rows:
+            _row(copy, row, results, options)
+    return _report(results, rows, options.named)
+
+
+def _row(copy: Copy, row: Row, results: Results, options: argparse.Namespace) -> None:
+    """All mutants of a folder that are not known yet."""
+    due = [
+        one
+        for one in _mutants(row, options.named)
+        if (not options.only or options.only in one.name) and _is_due(results, one, options.again)
+    ]
+    if not due:
+        return
+    usual = [_untouched(copy, one) for one in row.tests]
+    took_s = sum(one.took_s for one in usual)
+    print(f"{row.folder}: {len(due)} mutants, {took_s:.0f} s without", flush=True)
+    for mutant in due:
+        with copy.with_mutant(mutant):
+            outcome = _first_to_notice(copy, row, usual)
+        results[mutant.name] = {"folder": row.folder, "verdict": outcome.verdict}
+        print(f"  {outcome.verdict:8} {outcome.took_s:5.1f} s  {mutant.name}", flush=True)
+        if options.results:
+            options.results.write_text(json.dumps(results, indent=1))
+
+
+def _untouched(copy: Copy, test: str) -> Outcome:
+    """A file of tests with the program as it is; once more on a machine that was too busy."""
+    for _ in range(3):
+        outcome = copy.test(test, 1800.0)
+        if outcome.verdict == SURVIVED:
+            return outcome
+    raise SystemExit(f"{test}: fails without any mistake")
+
+
+def _first_to_notice(copy: Copy, row: Row, usual: list[Outcome]) -> Outcome:
+    """The files of tests one after another, each in an interpreter of its own."""
+    took_s = 0.0
+    for test, known in zip(row.tests, usual, strict=True):
+        outcome = copy.test(test, limit_s(known.took_s))
+        took_s += outcome.took_s
+        if outcome.verdict != SURVIVED:
+            return Outcome(outcome.verdict, took_s)
+    return Outcome(SURVIVED, took_s)
+
+
+def _mutants(row: Row, named_only: bool) -> list[Mutant]:
+    found = [one for one in NAMED if one.path.startswith(row.folder)]
+    made = [_placed(one.path, one.was, one.now) for one in found]
+    for name, count in () if named_only else row.files.items():
+        path = f"{row.folder}/{name}"
+        made += mutants_of(path, (PROGRAM / path).read_text(), count)
+    return list({one.name: one for one in made}.values())
+
+
+def _placed(path: str, was: str, now: str) -> Mutant:
+    text = (PROGRAM / path).read_text()
+    if text.count(was) != 1:
+        raise SystemExit(f"{path}: {was!r} stands there {text.count(was)} times; mend the table")
+    start = text.index(was)
+    return Mutant(path, start, start + len(was), was, now, "named")
+
+
+def _is_due(results: Results, mutant: Mutant, again: bool) -> bool:
+    known = results.get(mutant.name)
+    return known is None or (again and known["verdict"] == SURVIVED)
+
+
+def _known(path: Path | None) -> Results:
+    if path is None or not path.exists():
+        return {}
+    known: Results = json.loads(path.read_text())
+    return known
+
+
+def _report(results: Results, rows: list[Row], named_only: bool) -> int:
+    """The table, and the survivors with their reasons."""
+    print(f"{'folder':24} {'mutants':>8} {'killed':>7} {'equivalent':>11} {'of the rest':>12}")
+    total = killed = equal = 0
+    for row in rows:
+        mine = [one.name for one in _mutants(row, named_only) if one.name in results]
+        dead = [one for one in mine if results[one]["verdict"] in (KILLED, HUNG)]
+        same = [one for one in mine if one in EQUIVALENT and one not in dead]
+        total, killed, equal = total + len(mine), killed + len(dead), equal + len(same)
+        part = len(dead) / max(1, len(mine) - len(same))
+        print(f"{row.folder:24} {len(mine):8d} {len(dead):7d} {len(same):11d} {part:12.1%}")
+        for one in mine:
+            if one not in dead:
+                print(f"    survived: {one}\n        {EQUIVALENT.get(one, 'no test notices')}")
+    part = killed / max(1, total - equal)
+    print(
+        f"{'all':24} {total:8d} {killed:7d} {equal:11d} {part:12.1%}  {time.strftime('%Y-%m-%d')}"
+    )
+    return int(part < 0.9)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,148 @@
+"""Scores the diagnosis on the practice recordings; only this file reads the answers.
+
+    python benchmarks/proofs/diagnosis_practice.py [--recordings DIR] [--processes N] [CASE ...]
+
+DIR is the folder `recordings` of the project's shared material: --recordings, or environment
+variable DELTACTL_RECORDINGS, or ../shared/recordings beside the repository.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from diagnosis.api import diagnose
+
+DEFAULT = Path(__file__).resolve().parents[2] / "../shared/recordings"
+Case = dict[str, Any]
+
+
+def recordings_folder(given: str | None) -> Path:
+    """Where the recordings are."""
+    return Path(given or os.environ.get("DELTACTL_RECORDINGS") or DEFAULT) / "practice"
+
+
+def run_case(folder: Path, answer: Case) -> Case:
+    """Diagnose one case blind."""
+    case = folder / answer["case"]
+    start = time.perf_counter()
+    result = diagnose(
+        [case / "recording.csv.gz"], folder / "robot.yaml", [case / "holdout.csv.gz"]
+    ).to_json()
+    return {"seconds": time.perf_counter() - start, "result": result, **answer}
+
+
+def judge(case: Case) -> str:
+    """exact, first, alternative, silent, false alarm, unknown, misnamed or missed."""
+    truth = {(a["effect"], a["where"]) for a in case["answers"]}
+    found = [(f["effect"], f["component"]) for f in case["result"]["findings"]]
+    if not truth:
+        return "false alarm" if found else "silent"
+    if any(effect == "unknown" for effect, _ in truth):
+        if not found:
+            return "missed"
+        flagged = found[0][0] == "unknown"
+        driver = case["result"]["findings"][0]["depends_on"]
+        right = driver and driver[0] == case["answers"][0]["depends_on"]
+        return ("unknown, right driver" if right else "unknown") if flagged else "misnamed"
+    if set(found) == truth:
+        return "exact"
+    if found and found[0] in truth:
+        return "first" if len(truth) == 1 else "first of several"
+    others = {
+        (a["effect"], a["component"]) for f in case["result"]["findings"] for a in f["alternatives"]
+    }
+    if not found:
+        return "missed"
+    return "alternative" if truth & (others | set(found)) else "misnamed"
+
+
+def sizes(case: Case) -> str:
+    """Found main parameter with its interval against the truth."""
+    parts = []
+    for answer in case["answers"]:
+        for finding in case["result"]["findings"]:
+            if (finding["effect"], finding["component"]) != (answer["effect"], answer["where"]):
+                continue
+            size = next(iter(_ordered(finding["parameters"], answer["effect"])))
+            low, high = size["ci95"][0], size["ci95"][-1]
+            value, truth = size["value"], answer["value"]
+            if isinstance(value, float) and isinstance(truth, float | int):
+                inside = "in" if low <= truth <= high else "OUT"
+                parts.append(f"{value:.5g} [{low:.5g}, {high:.5g}] true {truth:.5g} {inside}")
+    return "; ".join(parts)
+
+
+MAIN = {"lost_steps": "steps", "following_lag": "time", "sensor_latency": "time"}
+
+
+def _ordered(parameters: Case, effect: str) -> list[Case]:
+    first = MAIN.get(effect)
+    return (
+        sorted(
+            parameters.values(), key=lambda p: first is not None and p is not parameters.get(first)
+        )
+        if first
+        else _by_name(parameters)
+    )
+
+
+def _by_name(parameters: Case) -> list[Case]:
+    mains = ("width", "amplitude", "stiffness", "strain", "offset", "duration")
+    names = sorted(parameters, key=lambda n: mains.index(n) if n in mains else len(mains))
+    return [parameters[name] for name in names]
+
+
+def row(case: Case) -> str:
+    """One line of the table."""
+    fit = case["result"]["fit"]
+    found = ", ".join(
+        f"{f['effect']}@{f['component']}"
+        + (f"({'/'.join(f['depends_on'])})" if f["depends_on"] else "")
+        + (f" (or {', '.join(a['effect'] + '@' + a['component'] for a in f['alternatives'])})"
+           if f["alternatives"] else "")
+        for f in case["result"]["findings"]
+    )  # fmt: skip
+    truth = ", ".join(f"{a['effect']}@{a['where']}" for a in case["answers"]) or "nothing"
+    gain = (
+        f"{1e3 * fit['holdout_rms_before_m']:5.2f} {1e3 * fit['holdout_rms_after_m']:5.2f} "
+        f"{1e3 * fit['noise_floor_m']:5.2f}"
+    )
+    return (
+        f"{case['case']} {judge(case):22s} p={case['result']['false_alarm_p']:.2g} "
+        f"{case['result']['verdict']:17s} [{gain}] {case['seconds']:4.1f} s\n"
+        f"      truth {truth}\n      found {found or 'nothing'}\n      {sizes(case)}"
+    )
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("cases", nargs="*")
+    parser.add_argument("--recordings")
+    parser.add_argument("--processes", type=int, default=1)
+    options = parser.parse_args()
+    folder = recordings_folder(options.recordings)
+    if not (folder / "answers.json").exists():
+        print(f"{folder}: not there; name the recordings with --recordings", file=sys.stderr)
+        return 2
+    answers = json.loads((folder / "answers.json").read_text())
+    chosen = [a for a in answers if not options.cases or a["case"][5:] in options.cases]
+    counts: dict[str, int] = {}
+    print("held-out RMS before, after, and noise floor in [] (mm)")
+    with ProcessPoolExecutor(options.processes) as pool:
+        for case in pool.map(partial(run_case, folder), chosen):
+            counts[judge(case)] = counts.get(judge(case), 0) + 1
+            print(row(case), flush=True)
+    print(", ".join(f"{name}: {count}" for name, count in sorted(counts.items())))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

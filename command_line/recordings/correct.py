@@ -1,0 +1,100 @@
+"""`deltactl correct`: from recordings to a robot that draws better."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from command_line.robot.jobs import JsonOption
+from command_line.output import console, print_json, say, waiting
+from foundation.extras import needs
+
+if TYPE_CHECKING:
+    from repair.correct import Corrected
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command of this file."""
+    app.command()(correct)
+
+
+def correct(
+    recordings: Annotated[list[Path], typer.Argument(help="Recordings: .mcap, .csv, .parquet.")],
+    robot: Annotated[str, typer.Option(help="The robot file that was believed.")],
+    out: Annotated[Path, typer.Option(help="The corrected robot file; its network lies beside.")],
+    all_of_them: Annotated[
+        bool, typer.Option("--all", help="Also what is tied or improbable.")
+    ] = False,
+    train: Annotated[
+        bool, typer.Option(help="Train the network that belongs to the corrected file.")
+    ] = True,
+    job: Annotated[
+        str | None, typer.Option(help="Check this job with the corrected robot.")
+    ] = None,
+    json_out: JsonOption = False,
+) -> None:
+    """Diagnose recordings, write the corrected robot file, and train its network.
+
+    Jobs need not be edited: run them with the corrected file.
+
+    ```
+    deltactl correct survey.mcap --robot zhao-2023.yaml --out mine.yaml
+    deltactl run heart.yaml --robot mine.yaml
+    ```
+    """
+    with needs("training", "correct"), needs("diagnosis", "correct"):
+        from repair.correct import correct as run
+    from firmware_py.planner.check import check_job
+    from firmware_py.robot_file import find
+
+    with waiting("reading", json_out) as show:
+        found = run(recordings, find(robot), out, all_of_them, train, show)
+    if job is not None:
+        check_job(find(job), robot_file=out)
+    if json_out:
+        print_json(_as_json(found))
+        return
+    _say(found)
+    if job is not None:
+        say(f"{job} may run with it")
+
+
+def _say(found: Corrected) -> None:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(box=SIMPLE_HEAD, title="What is done about it", title_justify="left")
+    table.add_column("known effect")
+    table.add_column("compensated")
+    for one in found.coverage.effects:
+        table.add_row(one.says, one.how or f"no: {one.why_not}")
+    for finding, why in found.held_back:
+        table.add_row(finding.says, f"not written: {why}")
+    if table.row_count:
+        console.print(table)
+    if not found.changed:
+        say("nothing to correct: the robot file is as it was")
+    say(f"robot file: {found.robot_file}")
+    if found.network is not None:
+        say(
+            f"network:    {found.network} (error {found.network_error_deg:.2g} deg RMS), taken by"
+            f" jobs that name {found.instead_of}"
+        )
+
+
+def _as_json(found: Corrected) -> dict[str, Any]:
+    return {
+        "robot": str(found.robot_file),
+        "changed": found.changed,
+        "effects": [one.as_json() for one in found.coverage.effects],
+        "not_written": [
+            {"effect": finding.effect, "component": finding.component, "why": why}
+            for finding, why in found.held_back
+        ],
+        "network": None if found.network is None else str(found.network),
+        "network_rmse_deg": found.network_error_deg,
+        "instead_of": found.instead_of or None,
+        "diagnosis": found.diagnosis.to_json(),
+    }

@@ -1,0 +1,108 @@
+"""`deltactl demo`: a robot with something concealed is recorded, diagnosed and corrected."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from command_line.robot.jobs import JsonOption
+from command_line.output import console, millimetres, print_json, say, waiting
+from foundation.extras import needs
+
+if TYPE_CHECKING:
+    from repair.story import Story
+
+USUAL = "home_offset,gear_backlash"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command of this file."""
+    app.command()(demo)
+
+
+def demo(
+    conceal: Annotated[
+        str, typer.Option(help="Effects to conceal, separated by commas; '' for none.")
+    ] = USUAL,
+    seed: Annotated[int, typer.Option(min=0, help="Draws components and sizes.")] = 1,
+    unknown: Annotated[
+        bool, typer.Option("--unknown", help="Conceal something that has no name as well.")
+    ] = False,
+    job: Annotated[str, typer.Option(help="What is drawn.")] = "demo-heart.yaml",
+    minutes: Annotated[
+        float, typer.Option(min=0.5, max=10.0, help="Length of the survey that is recorded.")
+    ] = 2.0,
+    out: Annotated[Path, typer.Option(help="Folder for page, recording, robot file.")] = Path(
+        "demo"
+    ),
+    json_out: JsonOption = False,
+) -> None:
+    """A robot with something concealed draws a heart, is diagnosed, corrected, and draws again.
+
+    The robot is a MuJoCo model that shares nothing with what explains it. Takes about a minute.
+
+    ```
+    deltactl demo
+    deltactl demo --conceal joint_friction,upper_arm_length --seed 3
+    deltactl demo --conceal "" --unknown
+    ```
+    """
+    with needs("proof", "demo"):
+        from repair.page import write_page
+        from repair.story import tell
+    from firmware_py.job_file import load_job
+    from firmware_py.robot_file import find
+
+    path = find(job)
+    robot_file = find(load_job(path).robot, beside=path)
+    effects = [name.strip() for name in conceal.split(",") if name.strip()]
+    out.mkdir(parents=True, exist_ok=True)
+    with waiting("building the robot", json_out) as show:
+        story = tell(path, robot_file, out, effects, seed, unknown, 60.0 * minutes, show)
+    page = out / "demo.html"
+    write_page(story, page)
+    if json_out:
+        print_json(_as_json(story, page))
+        return
+    _say(story)
+    say(f"page:       {page}")
+    say(f"robot file: {story.corrected}")
+    say(f"recording:  {story.recording}")
+
+
+def _say(story: Story) -> None:
+    for one in story.answers:
+        say(f"concealed:  {one.effect} on {one.where}")
+    for finding in story.diagnosis.findings:
+        say(f"found:      {finding.says}")
+    if not story.diagnosis.findings:
+        say("found:      nothing")
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(box=SIMPLE_HEAD, title="Distance from the target", title_justify="left")
+    for heading in ("", "RMS", "largest"):
+        table.add_column(heading, justify="right" if heading else "left")
+    runs = (("before", story.before), ("after", story.after), ("possible", story.possible))
+    for name, run in runs:
+        table.add_row(name, millimetres(run.rms_m), millimetres(run.worst_m))
+    console.print(table)
+    from command_line.robot.check import say_covered
+
+    say_covered(story.coverage)
+
+
+def _as_json(story: Story, page: Path) -> dict[str, Any]:
+    return {
+        "concealed": [one.answer() for one in story.answers],
+        "found": [one.model_dump(mode="json") for one in story.diagnosis.findings],
+        "before_rms_m": story.before.rms_m,
+        "after_rms_m": story.after.rms_m,
+        "possible_rms_m": story.possible.rms_m,
+        "effects": [one.as_json() for one in story.coverage.effects],
+        "page": str(page),
+        "robot": str(story.corrected),
+        "recording": str(story.recording),
+    }

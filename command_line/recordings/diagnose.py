@@ -1,0 +1,85 @@
+"""`deltactl diagnose`: what the model of a robot leaves out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from command_line.output import console, print_json, say, waiting
+from firmware_py.robot_file import CONFIG_FOLDER, find
+from foundation.errors import ConfigError
+from foundation.extras import needs
+from models.robot import load_robot_model
+
+if TYPE_CHECKING:
+    from diagnosis.observations.column_mapping import Mapping
+    from recording.flat import FlatRecording
+
+
+def diagnose_recordings(
+    recordings: list[Path],
+    robot: str,
+    holdout: list[Path],
+    json_file: Path | None,
+    report: Path | None,
+    save_robot: Path | None,
+    columns: list[str],
+    next_job: Path | None,
+    thorough: bool,
+    save_all: bool = False,
+) -> None:
+    """Diagnose, print what was found in plain sentences, and write what was asked for."""
+    with needs("diagnosis", "diagnose"):
+        from diagnosis.api import diagnose
+    from diagnosis.answer.corrected_robot import save_corrected
+    from diagnosis.experiment import write_job
+    from diagnosis.report.page.html import write_report
+    from diagnosis.report.sentences.summary import summary_lines
+
+    robot_file = find(robot)
+    quiet = json_file is not None and str(json_file) == "-"
+    read = read_with(columns)
+    with waiting("reading", quiet) as show:
+        written = None if quiet else json_file
+        answer = diagnose(recordings, robot_file, holdout, written, show, read, thorough)
+    if next_job is not None and answer.next_experiment is not None:
+        write_job(answer.next_experiment, next_job, robot_file, CONFIG_FOLDER)
+    if save_robot is not None:
+        save_corrected(robot_file, answer, save_robot, save_all)
+    if report is not None:
+        write_report(answer, load_robot_model(robot_file), report)
+    if quiet:
+        print_json(answer.to_json())
+        return
+    for line in summary_lines(answer):
+        console.print(line, markup=True)
+    if next_job is not None:
+        made = answer.next_experiment is not None
+        say(f"job: {next_job}" if made else "job: none, as no run would tell more")
+    for name, path in (("report", report), ("answer", json_file), ("robot file", save_robot)):
+        if path is not None:
+            say(f"{name}: {path}")
+
+
+def read_with(columns: list[str]) -> Callable[[Path], FlatRecording]:
+    """What reads recordings, with the mapping that these options say."""
+    from recording.flat_files import read_flat
+
+    if not columns:
+        return read_flat
+    with needs("diagnosis", "--set"):
+        from diagnosis.observations.column_mapping import read_mapped
+    return partial(read_mapped, mapping=_mapping(columns))
+
+
+def _mapping(columns: list[str]) -> Mapping:
+    """Mapping files and single columns, as `--columns` and `--set` give them."""
+    from diagnosis.observations.column_mapping import load_mapping
+
+    files = [one for one in columns if "=" not in one or Path(one).is_file()]
+    if len(files) > 1:
+        raise ConfigError(f"--columns: one mapping file at most, not {' and '.join(files)}")
+    options = [one for one in columns if one not in files]
+    return load_mapping(Path(files[0]) if files else None, options)

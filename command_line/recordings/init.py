@@ -1,0 +1,149 @@
+"""`deltactl init`: describe a machine, from questions, options and a recording."""
+
+from __future__ import annotations
+
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from command_line.output import say, warn
+from foundation.errors import ConfigError
+
+if TYPE_CHECKING:
+    from firmware_py.describing.questions import Answers, Question
+
+
+class Kind(StrEnum):
+    """What a machine may be."""
+
+    DELTA = "delta"
+    STEPPER_AXIS = "stepper_axis"
+    SERVO_AXIS = "servo_axis"
+    RANGE_SENSOR = "range_sensor"
+
+
+Given = Annotated[str | None, typer.Option()]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command of this file."""
+    app.command()(init)
+
+
+def init(
+    file: Annotated[Path, typer.Argument(help="Robot file to write (.yaml).")],
+    kind: Annotated[Kind, typer.Option(help="What the machine is.")] = Kind.DELTA,
+    wiring: Annotated[
+        bool, typer.Option("--wiring", help="Also pins, limits and homing, for hardware.")
+    ] = False,
+    measure: Annotated[
+        Path | None, typer.Option(help="A recording: measure what it tells of the machine.")
+    ] = None,
+    columns: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="How that recording is read, as for deltactl diagnose."),
+    ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Write over a file that is there.")
+    ] = False,
+    name: Given = None,
+    base_radius_mm: Given = None,
+    platform_radius_mm: Given = None,
+    upper_arm_mm: Given = None,
+    forearm_mm: Given = None,
+    microsteps_per_rev: Given = None,
+    gear_ratio: Given = None,
+    motion: Given = None,
+    inertia: Given = None,
+    effort_gain: Given = None,
+    zero: Given = None,
+    step_pins: Given = None,
+    direction_pins: Given = None,
+    enable_pin: Given = None,
+    alarm_pins: Given = None,
+    estop_pin: Given = None,
+    xshut_pins: Given = None,
+    arm_deg: Given = None,
+    step_rate_hz: Given = None,
+    joint_speed_radps: Given = None,
+    joint_acceleration_radps2: Given = None,
+    approach_speed_radps: Given = None,
+    home_deg: Given = None,
+) -> None:
+    """Write a robot file, and for a delta a first job. Asks for what no option says.
+
+    ```
+    deltactl init my-robot.yaml
+    deltactl init axis.yaml --kind servo_axis --motion linear --name slide
+    deltactl init table.yaml --kind stepper_axis --measure run.csv
+    ```
+    """
+    options = dict(locals())
+    from firmware_py.describing.questions import QUESTIONS, WIRING, gather
+
+    questions = QUESTIONS[kind.value] + (WIRING if wiring else ())
+    keys = {question.key for question in questions}
+    known = {key: options[key] for key in keys if options[key] is not None}
+    if file.exists() and not force:
+        raise ConfigError(f"{file}: exists already; name another file, or add --force")
+    if measure is not None:
+        known = _measured(kind.value, measure, columns or [], known) | known
+    if "name" in keys and "name" not in known:
+        known["name"] = file.stem
+    ask = _ask if sys.stdin.isatty() else None
+    _write(file, kind.value, gather(questions, known, ask), wiring, force)
+
+
+def _ask(question: Question) -> str:
+    return str(typer.prompt(question.text, default=question.default))
+
+
+def _measured(kind: str, path: Path, columns: list[str], known: Answers) -> Answers:
+    from command_line.recordings.diagnose import read_with
+    from firmware_py.describing.measured import measured
+
+    answers, said = measured(kind, read_with(columns)(path), known)
+    for line in said:
+        say(line)
+    return answers
+
+
+def _write(file: Path, kind: str, answers: Answers, wired: bool, force: bool) -> None:
+    """Write the file, hold it against its own check, and say what comes next."""
+    from firmware_py.describing.robot_text import robot_text
+    from firmware_py.robot_file import load_robot
+    from models.robot import load_robot_model
+
+    before = file.read_text(encoding="utf-8") if file.exists() else None
+    file.write_text(robot_text(kind, answers, wired), encoding="utf-8")
+    try:
+        load_robot(file) if kind == "delta" else load_robot_model(file)
+    except ConfigError:
+        if before is None:
+            file.unlink()
+        else:
+            file.write_text(before, encoding="utf-8")
+        raise
+    say(f"robot file: {file}")
+    if kind == "delta":
+        _first_job(file, force)
+    say(f"next: deltactl diagnose RECORDING --robot {file}")
+
+
+def _first_job(file: Path, force: bool) -> None:
+    from firmware_py.describing.first_job import write_first_job
+    from firmware_py.robot_file import load_robot
+
+    job = file.with_name(f"{file.stem}-circle.yaml")
+    if job.exists() and not force:
+        say(f"job: {job} is there already, and stays as it is")
+        return
+    what = write_first_job(load_robot(file), file, job)
+    if what is None:
+        warn("no circle fits: can arms of these lengths be assembled with this base and platform?")
+        return
+    say(f"job: {job}, {what}")
+    say(f"next: deltactl run {job}")

@@ -1,0 +1,190 @@
+"""Commands for single moves and for paths of other programs: goto, jog, teach, convert."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from command_line.robot.jobs import JsonOption, SocketOption
+
+RobotOption = Annotated[
+    str | None, typer.Option(help="Robot file; without it the one that the daemon runs.")
+]
+SimulateOption = Annotated[
+    bool, typer.Option("--simulate", help="On a simulated robot in this process, no daemon.")
+]
+SpeedOption = Annotated[float, typer.Option("--speed", min=0.001, help="Greatest speed, mm/s.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this file."""
+    app.command(context_settings={"ignore_unknown_options": True})(goto)
+    app.command()(jog)
+    app.command()(teach)
+    app.command()(convert)
+
+
+def goto(
+    x: Annotated[float, typer.Argument(help="mm, robot frame.")],
+    y: Annotated[float, typer.Argument(help="mm.")],
+    z: Annotated[float, typer.Argument(help="mm; below the motors it is negative.")],
+    speed: SpeedOption = 50.0,
+    robot: RobotOption = None,
+    simulate: SimulateOption = False,
+    json_out: JsonOption = False,
+    socket: SocketOption = None,
+) -> None:
+    """Move the platform to a place. Checked before anything moves, like any job.
+
+    ```
+    deltactl goto 20 0 -450
+    deltactl goto 20 0 -450 --robot zhao-2023.yaml --simulate
+    ```
+    """
+    _go((x / 1e3, y / 1e3, z / 1e3), speed, robot, simulate, json_out, socket)
+
+
+def jog(
+    x: Annotated[float, typer.Option(help="By so many mm.")] = 0.0,
+    y: Annotated[float, typer.Option(help="By so many mm.")] = 0.0,
+    z: Annotated[float, typer.Option(help="By so many mm.")] = 0.0,
+    speed: SpeedOption = 20.0,
+    robot: RobotOption = None,
+    json_out: JsonOption = False,
+    socket: SocketOption = None,
+) -> None:
+    """Move the platform by a little from where it is.
+
+    ```
+    deltactl jog --z -5
+    deltactl jog --x 1 --y 1 --speed 5
+    ```
+    """
+    here = _position_m(socket)
+    there = (here[0] + x / 1e3, here[1] + y / 1e3, here[2] + z / 1e3)
+    _go(there, speed, robot, False, json_out, socket)
+
+
+def teach(
+    points: Annotated[Path, typer.Argument(help="Table to add to (.csv); made if not there.")],
+    dwell: Annotated[float, typer.Option(min=0.0, help="Wait there, s.")] = 0.0,
+    socket: SocketOption = None,
+) -> None:
+    """Save where the platform is as the next point of a table; `convert` makes a job of it.
+
+    ```
+    deltactl teach pick.csv
+    deltactl convert pick.csv pick.yaml --robot zhao-2023.yaml
+    ```
+    """
+    from command_line.output import say
+
+    place = [f"{1e3 * value:.4f}" for value in _position_m(socket)]
+    new = not points.exists()
+    with points.open("a", encoding="utf-8") as file:
+        if new:
+            file.write("x_mm,y_mm,z_mm,dwell_s\n")
+        file.write(",".join([*place, f"{dwell:g}"]) + "\n")
+    say(f"{points}: {', '.join(place)} mm")
+
+
+def convert(
+    source: Annotated[Path, typer.Argument(help="G-code, or a table of points (.csv, mm).")],
+    job: Annotated[Path, typer.Argument(help="Job file to write (.yaml).")],
+    robot: Annotated[str, typer.Option(help="Robot file that the job is for.")],
+    speed: SpeedOption = 50.0,
+    corner: Annotated[
+        float, typer.Option(min=0.0, max=100.0, help="May cut corners by so many mm; 0 stops.")
+    ] = 0.0,
+    spline: Annotated[
+        bool, typer.Option("--spline", help="A smooth curve through the points of a table.")
+    ] = False,
+    origin: Annotated[
+        str, typer.Option(help="Where the file's 0 0 0 is in the robot's frame, mm.")
+    ] = "0 0 0",
+    force: Annotated[
+        bool, typer.Option("--force", help="Write over a file that is there.")
+    ] = False,
+) -> None:
+    """Make a job of G-code or of a table of points, and check it.
+
+    ```
+    deltactl convert part.gcode part.yaml --robot zhao-2023.yaml --origin "0 0 -450"
+    deltactl convert points.csv path.yaml --robot zhao-2023.yaml --corner 1
+    deltactl convert points.csv path.yaml --robot zhao-2023.yaml --spline
+    ```
+    """
+    from command_line.output import say, warn
+    from command_line.robot.check import check_job
+    from firmware_py.describing.questions import numbers
+    from firmware_py.importing.drawn import job_text
+    from firmware_py.importing.gcode import read_gcode
+    from firmware_py.importing.points_table import read_points
+    from firmware_py.robot_file import find
+    from foundation.errors import ConfigError
+
+    find(robot)
+    if job.exists() and not force:
+        raise ConfigError(f"{job}: exists already; name another file, or add --force")
+    x_mm, y_mm, z_mm = numbers({"origin": origin}, "origin", 3)
+    zero = (x_mm / 1e3, y_mm / 1e3, z_mm / 1e3)
+    table = source.suffix.lower() in (".csv", ".txt", ".tsv")
+    if spline and not table:
+        raise ConfigError(f"--spline is for tables of points; the curves of {source} are its own")
+    drawn = read_points(source, zero, spline) if table else read_gcode(source, zero)
+    text = job_text(drawn, job.stem, robot, speed / 1e3, corner / 1e3)
+    job.write_text(text, encoding="utf-8")
+    for note in drawn.notes:
+        warn(note)
+    say(f"job: {job}, {len(drawn.legs)} legs")
+    check_job(job, None, False)
+
+
+def _go(
+    place_m: tuple[float, float, float],
+    speed_mmps: float,
+    robot: str | None,
+    simulate: bool,
+    json_out: bool,
+    socket: Path | None,
+) -> None:
+    from command_line.robot.run import run_job
+    from firmware_py.robot_file import find
+
+    named = robot or _robot_of_daemon(socket)
+    x_m, y_m, z_m = place_m
+    text = (
+        f"name: goto\nrobot: {find(named).resolve()}\n"
+        f"path: {{shape: points, points_m: [[{x_m:.9g}, {y_m:.9g}, {z_m:.9g}]]}}\n"
+        f"timing: {{mode: accelerated, speed_mps: {speed_mmps / 1e3:.9g}}}\n"
+        "inverse_kinematics: {kind: geometry}\n"
+    )
+    from tempfile import TemporaryDirectory
+
+    with TemporaryDirectory() as folder:
+        job = Path(folder) / "goto.yaml"
+        job.write_text(text, encoding="utf-8")
+        run_job(job, None, simulate, False, None, None, json_out, socket)
+
+
+def _robot_of_daemon(socket: Path | None) -> str:
+    from firmware_py.daemon.client import Client, daemon_answers
+    from foundation.errors import ConfigError
+
+    if not daemon_answers(socket):
+        raise ConfigError("no daemon answers that could say which robot this is; add --robot FILE")
+    with Client(socket) as client:
+        return f"{client.status().robot}.yaml"
+
+
+def _position_m(socket: Path | None) -> tuple[float, float, float]:
+    from firmware_py.daemon.client import Client
+    from foundation.errors import NotReady
+
+    with Client(socket) as client:
+        place = client.status().position_m
+    if place is None:
+        raise NotReady("the position is unknown; put the arms against their stops, 'deltactl home'")
+    return place

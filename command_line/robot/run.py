@@ -1,0 +1,134 @@
+"""`deltactl run`: through the daemon, or on a simulated robot in this process."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+
+from command_line.output import print_json, say, warn
+from command_line.robot.check import say_covered
+from command_line.robot.follow import follow
+from command_line.robot.show import show_tracking, write_report
+from firmware_py.controller.contract import JobResult
+from firmware_py.daemon.client import Client, daemon_answers
+from firmware_py.job_file import load_job
+from firmware_py.machine import is_raspberry_pi
+from firmware_py.robot_file import find
+from foundation.clock import sleep_s
+from foundation.errors import ConfigError, MotionError, RecordingError, ServiceError
+from repair.coverage import coverage_of
+
+POLL_S = 0.1
+VIRTUAL_POLL_S = 0.5
+
+
+def run_job(
+    job: Path,
+    robot: str | None,
+    simulate: bool,
+    realtime: bool,
+    record: Path | None,
+    report: Path | None,
+    json_out: bool,
+    socket: Path | None,
+) -> None:
+    """Run one job and show what came of it. Raises any DeltactlError."""
+    path = find(str(job))
+    load_job(path)
+    if record is not None and record.suffix != ".mcap":
+        raise ConfigError(
+            f"--record {record}: a recording's name ends in .mcap;"
+            " 'deltactl export' makes other files of it afterwards"
+        )
+    robot_file = None if robot is None else find(robot)
+    if not simulate and daemon_answers(socket):
+        if robot_file is not None:
+            raise ConfigError(
+                f"--robot {robot}: the daemon runs the robot file it was started with; put this"
+                " file in its place ('deltactl off', then 'deltactl on'), or use --simulate"
+            )
+        result = _through_daemon(path, record, socket, json_out)
+    else:
+        if socket is not None and not simulate:
+            raise ServiceError(f"no daemon answers at {socket}; start it, or leave --socket out")
+        _say_where(simulate, json_out)
+        if not json_out:
+            say_covered(coverage_of(path, robot_file))
+        result = _in_this_process(path, robot_file, record, realtime, json_out)
+    _show(result, report, json_out)
+    if result.outcome != "done":
+        why = f": {result.why}" if result.why else ""
+        raise MotionError(f"job '{result.name}' ended as {result.outcome}{why}")
+    if result.recording_error:
+        raise RecordingError(f"the job ran, but not all was recorded: {result.recording_error}")
+
+
+def _say_where(simulate: bool, quiet: bool) -> None:
+    if simulate:
+        return
+    if is_raspberry_pi():
+        raise ServiceError(
+            "no daemon answers; start it with 'sudo systemctl start deltactl',"
+            " or use --simulate to run the simulated robot"
+        )
+    if not quiet:
+        warn("No daemon, and this is not a Raspberry Pi: running the simulated robot.")
+
+
+def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet: bool) -> JobResult:
+    with Client(socket) as client:
+        number = client.submit(path.resolve(), record)
+        return follow(client, number, time.sleep, POLL_S, quiet)
+
+
+def _in_this_process(
+    path: Path, robot_file: Path | None, record: Path | None, realtime: bool, quiet: bool
+) -> JobResult:
+    from firmware_py.controller.build import build_controller
+
+    robot = robot_file or find(load_job(path).robot, beside=path)
+    controller = build_controller(
+        robot, simulated=True, realtime=realtime, recordings=Path("recordings")
+    )
+    with _terminated_is_interrupted():
+        try:
+            controller.power_on()
+            controller.home()
+            number = controller.submit(path, record)
+            every_s = POLL_S if realtime else VIRTUAL_POLL_S
+            return follow(
+                controller, number, lambda s: sleep_s(controller.clock, s), every_s, quiet
+            )
+        finally:
+            controller.close()
+
+
+@contextmanager
+def _terminated_is_interrupted() -> Iterator[None]:
+    """SIGTERM ends a run as Ctrl-C does: decelerating, with a whole recording."""
+    before = signal.signal(signal.SIGTERM, lambda *_: os.kill(os.getpid(), signal.SIGINT))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _show(result: JobResult, report: Path | None, json_out: bool) -> None:
+    recording = Path(result.recording) if result.recording else None
+    tracking = show_tracking(recording, quiet=json_out) if recording else {}
+    if recording and report:
+        write_report(recording, report)
+    if json_out:
+        print_json(asdict(result) | {"tracking": tracking, "report": report})
+        return
+    if recording:
+        say(f"recording: {recording}")
+    if report:
+        say(f"report:    {report}")
+    if result.warning:
+        warn(result.warning)

@@ -1,0 +1,91 @@
+"""What could not be tested in a recording, and the smallest effect that would have been seen."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import chdtri, chndtrinc
+
+from diagnosis.answer.records import NotTestable, SmallestDetectable
+from diagnosis.answer.verdict import ALARM
+from diagnosis.evidence.detection import Detection
+from diagnosis.observations.readings import FloatArray
+from diagnosis.score_tests.library import Entry
+
+POWER = 0.8
+"""Share of recordings like this one in which an effect of the smallest size would be found."""
+
+
+def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable]]:
+    """Both lists, by effect and component."""
+    library, scores = tests.prepared.library, tests.scores_of_empty
+    hidden = [
+        NotTestable(
+            effect=c.effect, component=c.component,
+            why="nothing that was observed depends on it in this recording",
+        )
+        for c in library.silent
+        if not c.members
+    ]  # fmt: skip
+    independent = tests.calibration.tests + tests.event_tests
+    scorer = tests.prepared.scorer
+    smallest: dict[tuple[str, ...], SmallestDetectable] = {}
+    for number, entry in enumerate(library.entries):
+        if entry.candidate is None or entry.shape is None or not entry.shape.linear:
+            continue
+        if entry.candidate.members:
+            continue
+        scatter = float(scorer.inflation[number])
+        needed = _needed(
+            independent, entry.df, scatter, scatter * float(scorer.tolerance_factor[number])
+        )
+        size = _size(entry, scores.information[number], needed)
+        if size is None:
+            hidden.append(
+                NotTestable(
+                    effect=entry.candidate.effect, component=entry.candidate.component,
+                    why="what it would do cannot be told from what is always fitted",
+                )
+            )  # fmt: skip
+            continue
+        key = entry.key
+        if key not in smallest or _better(entry, size, smallest[key].value):
+            main = entry.candidate.kind.main
+            smallest[key] = SmallestDetectable(
+                effect=entry.candidate.effect, component=entry.candidate.component,
+                parameter=main.name, value=size, unit=main.unit,
+            )  # fmt: skip
+    seen = {(s.effect, s.component) for s in smallest.values()}
+    unique = {(h.effect, h.component): h for h in hidden if (h.effect, h.component) not in seen}
+    return list(unique.values()), list(smallest.values())
+
+
+def _needed(tests: float, df: int, scatter: float, factor: float) -> float:
+    """Chi-square that an effect must bring, for the alarm to be raised with the power wanted.
+
+    tests: independent ones. scatter: how much more the score varies than by white noise. factor: by
+    how much it must exceed what chance makes, with what no robot file promises.
+    """
+    threshold = float(chdtri(df, ALARM / tests)) * factor
+    # Noise makes `scatter` times a chi-square of its own; the effect is what lies beyond it.
+    return scatter * float(chndtrinc(threshold / scatter, df, 1.0 - POWER))
+
+
+def _size(entry: Entry, information: FloatArray, needed: float) -> float | None:
+    """The size that brings so much; in a direction of average information among the columns."""
+    assert entry.candidate is not None
+    assert entry.shape is not None
+    number = entry.shape.linear[0]
+    coordinate = entry.candidate.coordinates[number]
+    mean = float(np.trace(information)) / len(information)
+    if mean <= 0.0:
+        return None
+    size = float(np.sqrt(needed / mean))
+    if size > coordinate.high - coordinate.low:
+        return None
+    return 1.0 / size if coordinate.how == "reciprocal" else size
+
+
+def _better(entry: Entry, size: float, than: float) -> bool:
+    assert entry.candidate is not None
+    reciprocal = entry.candidate.kind.main.reciprocal
+    return size > than if reciprocal else size < than

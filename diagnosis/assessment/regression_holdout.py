@@ -1,0 +1,91 @@
+"""Mismatch on data that the sizes were not found on: other recordings, or blocks left out in turn.
+
+Blocks take no part in the sizes that are held against them; which effects there are was chosen
+with all of the recording, and the answer says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from diagnosis.evidence.laplace import Laplace
+from diagnosis.observations.readings import FloatArray, IntArray
+from diagnosis.plants.regression import RegressionPlant
+from diagnosis.plants.spline_terms import carried_over
+from diagnosis.selection.named_first import Selected
+
+BLOCKS = 5
+PIECES = 6
+LASTING = ("jump", "drift", "unknown time")
+"""Regressors that belong to one moment or course of time and do not come back."""
+
+
+def on_other_runs(selected: Selected, others: Sequence[RegressionPlant]) -> tuple[float, float]:
+    """RMS before and after over all rows of other recordings, nothing refitted but what is free."""
+    before, after = [], []
+    for other in others:
+        other.adopt(selected.plant)
+        empty = other.base(frozenset(), {})
+        before.append(_less_free(other, other.observed - empty))
+        after.append(_less_free(other, other.observed - _predicted(selected, other)))
+    return _rms(np.concatenate(before)), _rms(np.concatenate(after))
+
+
+def _predicted(selected: Selected, other: RegressionPlant) -> FloatArray:
+    """What the sizes of one recording say of another, (n,)."""
+    best = selected.best
+    keys = frozenset(k for k in best.keys if k not in LASTING)
+    base = other.base(keys, best.sizes)
+    predicted = base
+    for key in sorted(keys):
+        if key.startswith("unknown "):
+            predicted = predicted + _carried(selected, other, key)
+            continue
+        shapes = other.columns(key, base, best.sizes).values
+        if shapes.shape[1]:
+            predicted = predicted + shapes @ best.linear[key]
+    return predicted
+
+
+def _carried(selected: Selected, other: RegressionPlant, key: str) -> FloatArray:
+    """An unknown as a table over what it follows."""
+    plant, best = selected.plant, selected.best
+    shapes = plant.columns(key, plant.base(best.keys, best.sizes), best.sizes).values
+    shape, known = (shapes @ best.linear[key])[plant.rows], plant.followed(key)[plant.rows]
+    there, at = np.isfinite(known), other.followed(key)
+    found = np.zeros(len(at))
+    acts = np.isfinite(at)
+    found[acts] = carried_over(shape[there], known[there], PIECES, at[acts])
+    return found
+
+
+def _less_free(plant: RegressionPlant, left: FloatArray) -> FloatArray:
+    """What is left on the rows that count, once what is free there is fitted."""
+    shapes, chosen = plant.free().values[plant.rows], left[plant.rows]
+    if not shapes.shape[1]:
+        return chosen
+    size, *_ = np.linalg.lstsq(shapes, chosen, rcond=None)
+    remaining: FloatArray = chosen - shapes @ size
+    return remaining
+
+
+def on_blocks(selected: Selected) -> tuple[float, float]:
+    """RMS before and after on each block of rows, sizes fitted on the others."""
+    plant, noise, best = selected.plant, selected.noise, selected.best
+    number: IntArray = np.arange(len(noise.rows)) * BLOCKS // len(noise.rows)
+    before = np.zeros(len(noise.rows))
+    after = np.zeros(len(noise.rows))
+    for block in range(BLOCKS):
+        held = number == block
+        scale = np.where(held, 0.0, noise.scale)
+        partial = Laplace(plant, replace(noise, scale=scale), selected.evidence)
+        for keys, into in ((frozenset[str](), before), (best.keys, after)):
+            into[held] = partial(keys).residual[noise.rows][held]
+    return _rms(before), _rms(after)
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(np.square(values)))) if len(values) else 0.0

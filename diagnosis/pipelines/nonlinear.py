@@ -1,0 +1,110 @@
+"""The whole way from a model with its recording to the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from diagnosis.admission.plausibility import check_input
+from diagnosis.answer.assembly import assembled
+from diagnosis.answer.records import Diagnosis, Finding, Fit
+from diagnosis.assessment.detection_limits import limits
+from diagnosis.assessment.holdout import on_another_run, on_blocks, rms
+from diagnosis.assessment.impossible import first_impossible, less
+from diagnosis.estimation.budget import Budget
+from diagnosis.estimation.side_by_side import side_by_side
+from diagnosis.evidence.detection import Progress
+from diagnosis.evidence.noise_estimation import prepare
+from diagnosis.experiment import MotionLimits, propose
+from diagnosis.observations.readings import BoolArray, FloatArray
+from diagnosis.pipelines.findings import Outcome, findings, picture, rest
+from diagnosis.plants.contract import Model
+from diagnosis.plants.traits import traits_of
+from diagnosis.score_tests.change_points import stale_runs, without_stale
+from diagnosis.selection.model_choice import Explained, explain, final_fit
+
+
+def diagnose_model(
+    model: Model,
+    rad_per_step: float,
+    held_out: Sequence[Model],
+    progress: Progress,
+    motion_limits: MotionLimits | None = None,
+    thorough: bool = False,
+) -> Diagnosis:
+    """Detect, locate, name, resolved, size, hold out. Raises RecordingError for bad input.
+
+    thorough: compare everything, however much work it is.
+    """
+    check_input(model)
+    progress("noise of the readings")
+    runs = stale_runs(model.readings, traits_of(model).repeating)
+    budget = Budget() if thorough else Budget.for_rows(len(model.readings.t_s))
+    prepared = prepare(model, without_stale(model.readings.valid, model.readings, runs), budget)
+    progress("searching for what is missing")
+    explained = explain(prepared, rad_per_step, progress)
+    fitter, solution = final_fit(explained, prepared.valid)
+    while (number := first_impossible(solution)) is not None:
+        explained = less(explained, number)
+        fitter, solution = final_fit(explained, prepared.valid)
+    outcome = Outcome(explained, fitter, solution, runs)
+    tasks: list[Callable[[], Any]] = [
+        partial(findings, outcome),
+        partial(_fit, outcome, prepared.valid, explained.search.prepared.floor, held_out),
+        partial(rest, outcome),
+    ]
+    found, fit, left = side_by_side(tasks)
+    hidden, smallest = limits(explained.search.tests)
+    progress("what run would tell more")
+    searched = explained.search
+    searched.prepared.library.forget_white()
+    plan = propose(model, searched.fitter.whiten, outcome.stands, explained.solution, motion_limits)
+    p = min([explained.first_p, *(run_p for run_p in _stale_p(found))])
+    return assembled(
+        found, fit, p, left,
+        loosely_built=explained.with_tolerances,
+        ended_early=budget.ended,
+        next_experiment=plan.experiment,
+        open_ties=plan.open,
+        not_testable=hidden,
+        smallest_detectable=smallest,
+        picture=picture(outcome, model.drivers()),
+    )  # fmt: skip
+
+
+def _stale_p(found: list[Finding]) -> list[float]:
+    return [f.evidence.p for f in found if f.effect == "stale_reading"]
+
+
+def _columns(model: Model) -> tuple[list[int], str]:
+    """Channels the RMS is taken over: those in metres, else all."""
+    units = model.readings.units
+    metres = [i for i, unit in enumerate(units) if unit == "m"]
+    return (metres, "m") if metres else (list(range(len(units))), units[0])
+
+
+def _fit(outcome: Outcome, valid: BoolArray, floor: FloatArray, held_out: Sequence[Model]) -> Fit:
+    model, solution = outcome.fitter.model, outcome.solution
+    columns, unit = _columns(model)
+    observed = outcome.fitter.observed
+    empty = outcome.explained.nominal
+    if held_out:
+        pairs = [on_another_run(other, empty, solution, columns) for other in held_out]
+        before, after = (float(np.sqrt(np.mean(np.square(x)))) for x in zip(*pairs, strict=True))
+    else:
+        before, after = on_blocks(outcome.fitter, solution, valid, columns)
+    return Fit(
+        rms_before_m=rms(observed - empty.predicted, valid, columns),
+        rms_after_m=rms(observed - solution.predicted, valid, columns),
+        noise_floor_m=rms(floor, valid, columns),
+        holdout_rms_before_m=before,
+        holdout_rms_after_m=after,
+        unit=unit,
+        holdout="run" if held_out else "blocks",
+    )
+
+
+__all__ = ["Explained", "diagnose_model"]

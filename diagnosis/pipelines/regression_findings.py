@@ -1,0 +1,220 @@
+"""From a selection of regressors to the contract's findings: sizes, probabilities, alternatives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
+from diagnosis.assessment.significance import chance
+from diagnosis.evidence.laplace import Explanation
+from diagnosis.observations.readings import FloatArray, Readings
+from diagnosis.plants.regression import Regressor, Shown
+from diagnosis.selection.named_first import LIKELY, Selected
+
+DRAWS = 2000
+"""Draws of the sizes: the ends of a 95 % interval are then known to a few per cent of its width."""
+LEAST_PROBABILITY = 0.02
+"""Alternatives less probable than this get no line."""
+SHIFTS = 1.0
+"""Standard deviations that a change of preparation stands for."""
+NORMAL_95 = 1.959964
+
+
+def findings(selected: Selected, readings: Readings, axes: list[str]) -> list[Finding]:
+    """All findings, the one that explains most first."""
+    plant, best = selected.plant, selected.best
+    by_key = {r.key: r for r in plant.regressors}
+    found = [
+        _finding(selected, by_key[key], readings, axes)
+        for key in sorted(best.keys)
+        if selected.probability[key] >= LIKELY
+    ]
+    return sorted(found, key=lambda one: (one.effect == "unknown", -one.evidence.delta_chi2))
+
+
+def _finding(
+    selected: Selected, regressor: Regressor, readings: Readings, axes: list[str]
+) -> Finding:
+    best = selected.best
+    without = selected.evidence(best.keys - {regressor.key}, [best])
+    gain = max(without.chi2 - best.chi2, 0.0)
+    twins = [t for t in regressor.twins if _applies(t.only_if_zero, regressor, best)]
+    odds = np.exp([0.0, *(t.log_odds for t in twins)])
+    share = odds / odds.sum()
+    probability = min(selected.probability[regressor.key], 1.0)
+    alternatives = [
+        Alternative(
+            effect=t.effect, component=regressor.component, delta_chi2=0.0,
+            probability=float(probability * s),
+        )
+        for t, s in zip(twins, share[1:], strict=True)
+    ]  # fmt: skip
+    alternatives += _others(selected, regressor)
+    missing = max(selected.empty.chi2 - best.chi2, 1e-9)
+    return Finding(
+        effect=regressor.effect,
+        component=regressor.component,
+        says="",
+        parameters=sizes(selected, regressor.key),
+        where=_where(regressor, readings, best, axes),
+        evidence=Evidence(delta_chi2=gain, p=chance(selected, best, without)),
+        share_of_mismatch=float(np.clip(gain / missing, 0.0, 1.0)),
+        probability=float(probability * share[0]),
+        alternatives=alternatives,
+        depends_on=list(regressor.follows),
+    )
+
+
+def _applies(size: str, regressor: Regressor, best: Explanation) -> bool:
+    """Whether a twin that needs one size to be zero has it so."""
+    return not size or best.sizes[f"{regressor.key}.{size}"] < 1e-3
+
+
+def _others(selected: Selected, regressor: Regressor) -> list[Alternative]:
+    """Other regressors that stand in sets without this one, with their posterior."""
+    posterior, best = selected.posterior, selected.best
+    by_key = {r.key: r for r in selected.plant.regressors}
+    weights: dict[str, float] = {}
+    worse: dict[str, float] = {}
+    for explanation, weight in zip(posterior.explanations, posterior.weights, strict=True):
+        if regressor.key in explanation.keys:
+            continue
+        for key in explanation.keys - best.keys:
+            weights[key] = weights.get(key, 0.0) + weight
+            worse.setdefault(key, explanation.chi2 - best.chi2)
+    named = {regressor.effect, *(t.effect for t in regressor.twins)}
+    return [
+        Alternative(
+            effect=by_key[key].effect, component=by_key[key].component,
+            delta_chi2=max(worse[key], 0.0), probability=weight,
+        )
+        for key, weight in sorted(weights.items(), key=lambda pair: -pair[1])
+        if weight > LEAST_PROBABILITY and by_key[key].effect not in named
+    ]  # fmt: skip
+
+
+def _where(regressor: Regressor, readings: Readings, best: Explanation, axes: list[str]) -> Where:
+    times, numbers = readings.whole, list(range(1, len(readings.shift_s) + 1))
+    moment = best.sizes.get(f"{regressor.key}.moment")
+    if moment is not None:
+        number = readings.recording_of(moment)
+        times, numbers = [(readings.own_time_s(moment), readings.end_s(number))], [number]
+    return Where(axes=axes, times_s=times, recordings=numbers, regime="")
+
+
+# ---- sizes with intervals ----------------------------------------------------------------------
+
+
+def sizes(selected: Selected, key: str) -> dict[str, ParameterResult]:
+    """Parameters of one regressor at the best set, their intervals over the credible sets."""
+    plant, best = selected.plant, selected.best
+    shown = plant.shown(key)
+    if not shown:
+        return {"size_rms": _size_of_unknown(selected, key)}
+    values = _own(best, key)
+    draws = _mixture(selected, key)
+    found = {}
+    for one in shown:
+        result = _parameter(one, values, draws)
+        if result is not None:
+            found[one.name] = result
+    return found
+
+
+def _parameter(
+    shown: Shown, values: Mapping[str, FloatArray], draws: Mapping[str, FloatArray]
+) -> ParameterResult | None:
+    value = float(shown.of(values))
+    drawn = np.asarray(shown.of(draws))
+    low, high = (float(x) for x in np.quantile(drawn, [0.025, 0.975]))
+    if shown.name in ("stiffness",) and low < 0.0:
+        # One over a number that may be zero: the stiffness has no upper end.
+        positive = drawn[drawn > 0.0]
+        low, high = float(np.quantile(positive, 0.025)), math.inf
+    if not low < high:
+        return None
+    return ParameterResult(value=value, ci95=[min(low, value), max(high, value)], unit=shown.unit)
+
+
+def _own(explanation: Explanation, key: str) -> dict[str, FloatArray]:
+    """Sizes of one regressor by their own names."""
+    found: dict[str, FloatArray] = {}
+    prefix = f"{key}."
+    linear = iter(explanation.linear.get(key, ()))
+    for name in explanation.names:
+        if name.startswith(prefix) and name not in explanation.sizes:
+            found[name[len(prefix) :]] = np.asarray(next(linear))
+    for name, value in explanation.sizes.items():
+        if name.startswith(prefix):
+            found[name[len(prefix) :]] = np.asarray(value)
+    return found
+
+
+def _mixture(selected: Selected, key: str) -> dict[str, FloatArray]:
+    """Draws (DRAWS,) of each size of a regressor from the sets of the posterior that have it."""
+    pairs = zip(selected.posterior.explanations, selected.posterior.weights, strict=True)
+    chosen = [(e, w) for e, w in pairs if key in e.keys]
+    total = sum(w for _, w in chosen)
+    rng = np.random.default_rng(0)
+    parts: list[dict[str, FloatArray]] = []
+    for explanation, weight in chosen:
+        count = round(DRAWS * weight / total)
+        if count:
+            parts.append(_drawn(explanation, key, count, rng, selected))
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _drawn(
+    explanation: Explanation, key: str, count: int, rng: np.random.Generator, selected: Selected
+) -> dict[str, FloatArray]:
+    """Draws from the Gaussian around one set's best sizes, nonlinear ones within their bounds."""
+    covariance = scaled_covariance(explanation)
+    own = [
+        (i, name[len(key) + 1 :])
+        for i, name in enumerate(explanation.names)
+        if name.startswith(f"{key}.")
+    ]
+    rows = [i for i, _ in own]
+    part = covariance[np.ix_(rows, rows)]
+    across, spread = np.linalg.eigh(part)[::-1]
+    noise = rng.standard_normal((count, len(rows))) * np.sqrt(np.maximum(spread, 0.0))
+    moved = noise @ across.T
+    values = _own(explanation, key)
+    found = {name: values[name] + moved[:, j] for j, (_, name) in enumerate(own)}
+    for j, (_, name) in enumerate(own):
+        shift = selected.shift.get(f"{key}.{j}", 0.0)
+        found[name] = found[name] + SHIFTS * shift * rng.standard_normal(count)
+    regressor = next(r for r in selected.plant.regressors if r.key == key)
+    for size in regressor.sizes:
+        if size.name not in found:
+            half = 2.0 * float(np.median(np.diff(selected.plant.t_s)))
+            found[size.name] = values[size.name] + half * rng.uniform(-1.0, 1.0, count)
+        elif size.prior == "half":
+            found[size.name] = np.maximum(found[size.name], 0.0)
+    return found
+
+
+def scaled_covariance(explanation: Explanation) -> FloatArray:
+    """Covariance (p, p) of all sizes in SI units; more than the noise is left, it is wider."""
+    tangent = explanation.tangent
+    bread = np.linalg.inv(np.eye(tangent.shape[1]) + tangent.T @ tangent)
+    # The likelihood is tempered: its rows count less than they are many.
+    widened: FloatArray = bread * np.outer(explanation.spreads, explanation.spreads)
+    return widened
+
+
+def _size_of_unknown(selected: Selected, key: str) -> ParameterResult:
+    """Root mean square of a free shape over the rows that count."""
+    best = selected.best
+    base = selected.plant.base(best.keys, best.sizes)
+    columns = selected.plant.columns(key, base, best.sizes)
+    shape = (columns.values @ best.linear[key])[selected.plant.rows]
+    size = float(np.std(shape))
+    without = selected.evidence(best.keys - {key}, [best])
+    gain = max(without.chi2 - best.chi2, 1.0)
+    half = NORMAL_95 * size / float(np.sqrt(gain))
+    unit = selected.plant.unit
+    return ParameterResult(value=size, ci95=[max(size - half, 0.0), size + half], unit=unit)

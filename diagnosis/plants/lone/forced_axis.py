@@ -1,0 +1,287 @@
+"""An axis driven by effort, by its inverse dynamic model: effort less what the motion needs.
+
+gain * effort + load - inertia * acceleration - gravity = friction + offset + what is missing,
+linear in the sizes; both sides pass the same low-pass, whose edge is where the position's spectrum
+meets its noise (IDIM: Gautier 1997; Janot, Gautier and Vandanjon 2013, IEEE Trans. Control Syst.
+Technol. 21, 428-444).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+from scipy.ndimage import binary_dilation
+
+from diagnosis.observations.inverse_dynamics import Motion, motion_of
+from diagnosis.observations.needed_columns import filled, first_of, needed, refuse_still
+from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather
+from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes, Twin
+from diagnosis.plants.spline_terms import KeepsBeside, free_shapes
+from foundation.errors import RecordingError
+from models.chain.axis import gravity_pull
+from models.chain.effort_axis import Driven, EffortChain
+from models.robot import ServoAxis
+from recording.flat import FlatRecording
+
+FEWEST = 60
+INERTIA_SPREAD = 0.3
+"""Share by which a robot file's inertia is off: part weights and drawings, not a measurement."""
+GAIN_SPREAD = 0.1
+"""Share by which a stated torque constant is off (drive makers give 10 %)."""
+RESOLVED = 2.0
+"""Times the noise of the velocity below which an axis may stand: friction is then anything."""
+NARROWER = 0.6
+SMEARED = 0.3
+"""Periods of the low-pass by which what happens at a rest is smeared into the motion."""
+SLOWEST = 0.01
+"""The same as a share of the top speed."""
+CLOCKS_S = 0.02
+"""By how much effort and position may be apart in time: filters of the current, sampling."""
+SPEEDS = (0.02, 0.06, 0.2)
+"""Stribeck speeds to start from, as shares of the top speed."""
+PIECES = 10
+
+
+class ForcedAxis(KeepsBeside):
+    """A lone axis by its effort; `observed` is effort that the robot file does not explain."""
+
+    def __init__(
+        self, robot: ServoAxis, recordings: Sequence[FlatRecording], narrower: float = 1.0
+    ):
+        """narrower: the low-pass ends at this share of where the position meets its noise."""
+        self.robot, self.source = robot, recordings[0].source
+        self._recordings, self._narrower = tuple(recordings), narrower
+        if robot.inertia is None:
+            raise RecordingError(f"{self.source}: effort in needs `inertia` in the robot file")
+        self.inertia = robot.inertia
+        self.unit = "N" if robot.motion == "linear" else "N m"
+        name = needed(recordings[0], ("position", "theta_1"), "position")
+        self.readings: Readings = gather(
+            recordings, [name], {name: "m" if robot.motion == "linear" else "rad"}, FEWEST
+        )
+        self.t_s = self.readings.t_s
+        refuse_still(self.readings.values[:, 0], name, self.source)
+        self.motion = self._motion(recordings, name)
+        force = robot.effort_gain * np.concatenate(
+            [filled(r, needed(r, ("effort",), "effort")) for r in recordings]
+        )
+        self.let_go = not float(np.ptp(force)) > 0.0
+        if self.let_go and robot.gravity is None:
+            refuse_still(force, "effort", self.source)
+        self.force = force
+        self.filtered_force = self.motion.low_passed(force)
+        self.observed = self._not_explained(recordings)
+        self.rounding = 0.0
+        self.drawn_on = self.filtered_force - self.observed
+        self.rows = self._rows()
+        if len(self.rows) < FEWEST // 2:
+            raise RecordingError(
+                f"{self.source}: only {len(self.rows)} samples in clear motion; at least "
+                f"{FEWEST // 2} are needed to tell anything of the effort"
+            )
+        self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
+        self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
+        self.beside = np.zeros((len(self.t_s), 0))
+        self.regressors = tuple(self._regressors())
+
+    def _motion(self, recordings: Sequence[FlatRecording], name: str) -> Motion:
+        self.position = np.concatenate([filled(r, name) for r in recordings])
+        velocity = None
+        if all(first_of(r, ["velocity"]) for r in recordings):
+            velocity = np.concatenate([filled(r, "velocity") for r in recordings])
+        return motion_of(self.t_s, self.readings.fresh, self.position, velocity, self._narrower)
+
+    def _not_explained(self, recordings: Sequence[FlatRecording]) -> FloatArray:
+        """Effort less what inertia, gravity, load and believed effects need, low-passed, (n,)."""
+        motion, robot = self.motion, self.robot
+        load = np.concatenate(
+            [filled(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings]
+        )
+        at_rest = np.abs(motion.velocity) <= self._slow
+        effort = self.force / robot.effort_gain
+        left = EffortChain(robot).force(
+            Driven(
+                self.t_s, self.readings.fresh, effort, self.position, motion.velocity, at_rest,
+                load,
+            )
+        )  # fmt: skip
+        self.pulled = motion.low_passed(load + gravity_pull(robot.gravity, self.position))
+        return motion.low_passed(left.force) - left.inertia * motion.acceleration
+
+    @property
+    def _slow(self) -> float:
+        """Speed below which the axis may stand."""
+        return max(RESOLVED * self.motion.velocity_noise, SLOWEST * self.motion.top_speed)
+
+    def _rows(self) -> IntArray:
+        """Samples in clear motion away from the ends of a stretch, one a filter's memory apart."""
+        motion = self.motion
+        reach = max(1, int(SMEARED / (motion.cut_off_hz * self.readings.period_s)))
+        slow = np.abs(motion.velocity) <= self._slow
+        moving = ~binary_dilation(slow, np.ones(2 * reach + 1, dtype=bool))
+        good = np.flatnonzero(motion.settled & moving & self.readings.valid[:, 0])
+        stride = max(1, int(0.25 / (motion.cut_off_hz * self.readings.period_s)))
+        return good[::stride]
+
+    # ---- what may be missing -------------------------------------------------------------------
+
+    @cached_property
+    def size(self) -> float:
+        """How large forces are here: the spread of whatever may be missing."""
+        moved = self.motion.acceleration * self.inertia - self.pulled
+        spread = max(float(np.std(self.filtered_force[self.rows])), float(np.std(moved[self.rows])))
+        return max(spread, 1e-300)
+
+    @cached_property
+    def _pulls(self) -> bool:
+        """Whether a known force acts that tells the drive's gain from the mass."""
+        return float(np.std(self.pulled[self.rows])) > 0.02 * self.size
+
+    def _regressors(self) -> list[Regressor]:
+        top = self.motion.top_speed
+        found = [
+            Regressor("friction", "joint_friction", -1.0),
+            Regressor("viscous", "viscous_friction", -1.0),
+            Regressor("inertia", "inertia", -2.0,
+                      twins=() if self.let_go or self._pulls else (Twin("effort_gain", -0.7),)),
+        ]  # fmt: skip
+        if not self.let_go:
+            speed = Size("speed", "flat", top, 0.005 * top, 0.6 * top, 0.002 * top)
+            found += [
+                Regressor("offset", "effort_offset", -2.0,
+                          twins=(Twin("joint_friction", -2.5),)),
+                *([Regressor("gain", "effort_gain", -3.0)] if self._pulls else []),
+                Regressor("lag", "following_lag", -4.0, alone=False,
+                          twins=(Twin("sensor_latency", -0.5),)),
+                Regressor("stribeck", "stribeck_friction", -3.0, sizes=(speed,),
+                          beside=("friction",), alone=False),
+            ]  # fmt: skip
+        found += [
+            Regressor(f"unknown {name}", "unknown", -5.0, follows=(name,), left_over=True)
+            for name in self.covariates
+        ]
+        return found
+
+    def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """Nothing is predicted of what the robot file does not explain, (n,)."""
+        return np.zeros(len(self.t_s))
+
+    def free(self) -> Columns:
+        """Effort is held between samples and filtered before it is recorded: no finding."""
+        if self.let_go:
+            return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
+        spread = max(CLOCKS_S, 0.5 * self.readings.period_s)
+        return Columns(self._changing[:, None], np.array([spread]), ("late",))
+
+    @cached_property
+    def _changing(self) -> FloatArray:
+        return self.motion.slope(self.filtered_force)
+
+    def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
+        """Forces (n, k) of one regressor, low-passed like the effort."""
+        if key.startswith("unknown "):
+            return self._unknown[key[len("unknown ") :]]
+        if key == "stribeck":
+            share = np.exp(-((self.motion.velocity / sizes["stribeck.speed"]) ** 2))
+            shape = self.motion.low_passed(self._direction * share)
+            return Columns(shape[:, None], np.array([0.5 * self.size]), ("torque",))
+        return self._shapes[key]
+
+    @cached_property
+    def _direction(self) -> FloatArray:
+        width = max(self.motion.velocity_noise, 1e-3 * self.motion.top_speed)
+        direction: FloatArray = np.tanh(self.motion.velocity / width)
+        return direction
+
+    @cached_property
+    def _shapes(self) -> dict[str, Columns]:
+        motion, size = self.motion, self.size
+        table = {
+            "friction": (motion.low_passed(self._direction), size, "torque"),
+            "viscous": (motion.velocity, size / motion.top_speed, "coefficient"),
+            "inertia": (motion.acceleration, INERTIA_SPREAD * self.inertia, "inertia"),
+            "offset": (np.ones(len(self.t_s)), 0.3 * size, "offset"),
+            "gain": (motion.acceleration * self.inertia - self.pulled, GAIN_SPREAD, "scale"),
+            "lag": (self._changing, 0.05, "dead_time"),
+        }
+        return {
+            key: Columns(shape[:, None], np.array([spread]), (name,))
+            for key, (shape, spread, name) in table.items()
+        }
+
+    @cached_property
+    def covariates(self) -> dict[str, FloatArray]:
+        """What a force may follow, name -> (n,)."""
+        found = {"position": self.motion.position, "velocity": self.motion.velocity}
+        return found if self.let_go else {**found, "time": self.t_s}
+
+    @property
+    def _spanned(self) -> FloatArray:
+        """Named shapes that no free shape may take the place of, (n, j)."""
+        left_out = {"lag"} | ({"gain"} if not self._pulls else set())
+        left_out |= {"offset"} if self.let_go else set()
+        named = [c.values[:, 0] for key, c in self._shapes.items() if key not in left_out]
+        return np.concatenate([np.stack(named, axis=1), self.beside], axis=1)
+
+    @cached_property
+    def _unknown(self) -> dict[str, Columns]:
+        found = {}
+        for name, values in self.covariates.items():
+            shapes = free_shapes(values, PIECES, self._spanned, self.rows)
+            found[name] = Columns(shapes, np.full(shapes.shape[1], 0.3 * self.size))
+        return found
+
+    def followed(self, key: str) -> FloatArray:
+        """Covariate (n,) of an unknown."""
+        return self.covariates[key[len("unknown ") :]]
+
+    def variant(self) -> ForcedAxis:
+        """The same under a narrower low-pass: what differs between the two is no knowledge."""
+        return ForcedAxis(self.robot, self._recordings, NARROWER)
+
+    def adopt(self, trained: ForcedAxis) -> None:
+        """Spread of the recording that sizes were found on."""
+        self.size = trained.size
+
+    def shown(self, key: str) -> Sequence[Shown]:
+        """Parameters of the contract's effects, in N or N m."""
+        linear = self.unit == "N"
+        viscous = "N s/m" if linear else "N m s/rad"
+        kept = self.inertia
+        table = {
+            "friction": [Shown("torque", self.unit, lambda v: v["torque"])],
+            "viscous": [Shown("coefficient", viscous, lambda v: v["coefficient"])],
+            "inertia": [
+                Shown("inertia", "kg" if linear else "kg m2", lambda v: kept + v["inertia"], kept)
+            ],
+            "offset": [Shown("offset", self.unit, lambda v: v["offset"])],
+            "gain": [Shown("scale", "1", lambda v: 1.0 / (1.0 + v["scale"]), 1.0)],
+            "lag": [Shown("dead_time", "s", lambda v: v["dead_time"])],
+            "stribeck": [
+                Shown("torque", self.unit, lambda v: v["torque"]),
+                Shown("speed", "m/s" if linear else "rad/s", lambda v: v["speed"]),
+            ],
+        }
+        return table.get(key, [])
+
+    def impossible(
+        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
+    ) -> bool:
+        """Friction that drives, a mass below zero, a Stribeck speed at its bound."""
+        for key in keys & {"friction", "viscous", "stribeck", "lag"}:
+            if linear[key][0] <= 0.0:
+                return True
+        if "inertia" in keys and linear["inertia"][0] <= -self.inertia:
+            return True
+        if "gain" in keys and linear["gain"][0] <= -1.0:
+            return True
+        top = self.motion.top_speed
+        return "stribeck" in keys and not 0.006 * top < sizes["stribeck.speed"] < 0.59 * top
+
+    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
+        """Where to start the nonlinear sizes of a regressor."""
+        if key == "stribeck":
+            return [{"stribeck.speed": share * self.motion.top_speed} for share in SPEEDS]
+        return [{}]

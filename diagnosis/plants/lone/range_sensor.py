@@ -1,0 +1,261 @@
+"""A range sensor by itself: what it read less the true distance, and what may be wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from diagnosis.observations.needed_columns import (
+    filled,
+    needed,
+    refuse_other_units,
+    refuse_still,
+)
+from diagnosis.observations.readings import (
+    MAD_TO_SIGMA,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Readings,
+    gather,
+    step_of,
+)
+from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes
+from diagnosis.plants.spline_terms import KeepsBeside, free_shapes
+from models.chain.range_sensor import SensorChain
+from models.robot import RangeSensor
+from recording.flat import FlatRecording
+
+MOST_ROWS = 6000
+FEWEST = 20
+"""A calibration table is short, and each of its rows may be the mean of many readings."""
+GROSS = 30.0
+"""Times the usual distance from the median beyond which a reading says nothing of the sensor."""
+MOST_GROSS = 0.2
+SCALE_SPREAD = 0.02
+"""A ranging sensor's clock is off by parts in a thousand, its optics by a percent or two."""
+LATE_SPREAD_S = 0.1
+WARM_UP_S = (20.0, 100.0, 500.0, 2500.0)
+PIECES = 8
+
+
+class RangeSensorPlant(KeepsBeside):
+    """A sensor and the distances it should have read."""
+
+    unit = "m"
+
+    def __init__(self, robot: RangeSensor, recordings: Sequence[FlatRecording]):
+        self.robot = robot
+        for recording in recordings:
+            needed(recording, ("distance",), "distance")
+            needed(recording, ("range",), "range")
+        recordings = [_averaged(recording) for recording in recordings]
+        self.readings: Readings = gather(recordings, ["range"], {"range": "m"}, FEWEST)
+        self.t_s = self.readings.t_s
+        self.distance = np.concatenate([filled(r, "distance") for r in recordings])
+        source = recordings[0].source
+        self.observed = np.nan_to_num(self.readings.values[:, 0])
+        self.nominal = self._nominal(recordings)
+        self.drawn_on = np.zeros(len(self.t_s))
+        self.rounding = step_of(self.readings.values[:, 0]) / float(np.sqrt(12.0))
+        self.valid = self.readings.valid[:, 0] & ~_gross(
+            self.observed - self.nominal, self.readings.valid[:, 0]
+        )
+        refuse_still(self.observed[self.valid], "range", source)
+        refuse_other_units(
+            self.distance[self.valid], self.observed[self.valid], "range and distance", source
+        )
+        self.rows: IntArray = np.flatnonzero(self.valid)
+        self.groups = self._places()
+        self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
+        self.beside = np.zeros((len(self.t_s), 0))
+        self.regressors = tuple(self._regressors())
+
+    def _nominal(self, recordings: Sequence[FlatRecording]) -> FloatArray:
+        chain, readings = SensorChain(self.robot.effects), self.readings
+        parts = [readings.part == n for n in range(len(recordings))]
+        return np.concatenate(
+            [chain.simulate(readings.t_s[p], self.distance[p], readings.fresh[p]) for p in parts]
+        )
+
+    def _places(self) -> IntArray:
+        """Number of the place each row was read at; readings at one place share their error."""
+        if self.moves_all_the_time and self.in_time:
+            return np.cumsum(self.readings.fresh).astype(np.intp)
+        return np.cumsum(self.readings.fresh | self._new_distance).astype(np.intp)
+
+    @cached_property
+    def _new_distance(self) -> BoolArray:
+        changed: BoolArray = np.diff(self.distance, prepend=self.distance[0]) != 0.0
+        return changed
+
+    @cached_property
+    def moves_all_the_time(self) -> bool:
+        """Whether the target moves rather than standing at places."""
+        return float(self._new_distance[self.rows].mean()) > 0.3
+
+    @cached_property
+    def moves(self) -> bool:
+        """Whether there is more than one distance."""
+        return float(np.ptp(self.distance[self.rows])) > 1e-6
+
+    @cached_property
+    def in_time(self) -> bool:
+        """Whether the rows stand in an order of time: a table sorted by distance has none."""
+        steps = np.diff(self.distance[self.rows])
+        return not self.moves or not ((steps >= 0.0).all() or (steps <= 0.0).all())
+
+    @cached_property
+    def mismatch(self) -> float:
+        """How far readings and distances are apart."""
+        left = (self.observed - self.nominal)[self.rows]
+        return max(float(np.sqrt(np.mean(left**2))), 1e-9)
+
+    def _regressors(self) -> list[Regressor]:
+        found = [Regressor("offset", "sensor_offset", -1.0)]
+        if self.moves:
+            found += [
+                Regressor("scale", "sensor_scale", -1.0),
+                Regressor("crosstalk", "sensor_crosstalk", -2.5),
+            ]
+        if self.moves_all_the_time and self.in_time:
+            found.append(Regressor("late", "sensor_latency", -1.5))
+        if self.in_time:
+            span = self.readings.span_s
+            warming = Size("time_constant", "flat", span, 2.0 * self.readings.period_s, 3.0 * span,
+                           1e-3 * span)  # fmt: skip
+            found.append(Regressor("drift", "sensor_drift", -3.0, sizes=(warming,), alone=False))
+        found += [
+            Regressor(f"unknown {name}", "unknown", -5.0, follows=(name,), left_over=True)
+            for name in self.covariates
+        ]
+        return found
+
+    def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """What the robot file says the sensor reads, (n,)."""
+        return self.nominal
+
+    def free(self) -> Columns:
+        """Nothing is free."""
+        return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
+
+    def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
+        """Errors (n, k) of one regressor."""
+        if key.startswith("unknown "):
+            return self._unknown[key[len("unknown ") :]]
+        if key == "drift":
+            return self._drift(sizes["drift.time_constant"])
+        shape, spread, name = self._shapes[key]
+        return Columns(shape[:, None], np.array([spread]), (name,))
+
+    @cached_property
+    def _shapes(self) -> dict[str, tuple[FloatArray, float, str]]:
+        far = max(float(np.max(np.abs(self.distance[self.rows]))), 1e-9)
+        return {
+            "offset": (np.ones(len(self.t_s)), 2.0 * self.mismatch, "offset"),
+            "scale": (self.distance, SCALE_SPREAD, "scale"),
+            "crosstalk": (self.distance**2, 2.0 * self.mismatch / far**2, "curvature"),
+            "late": (-self._speed, LATE_SPREAD_S, "time"),
+        }
+
+    @cached_property
+    def _speed(self) -> FloatArray:
+        speed: FloatArray = np.gradient(self.distance, self.t_s)
+        speed[self.readings.fresh] = 0.0
+        return speed
+
+    def _drift(self, time_constant_s: float) -> Columns:
+        since = self.t_s - self.t_s[self.readings.fresh][np.cumsum(self.readings.fresh) - 1]
+        started = self.t_s - self.t_s[0] if not self.moves_all_the_time else since
+        share = -np.expm1(-started / time_constant_s)
+        return Columns(share[:, None], np.array([self.mismatch]), ("offset",))
+
+    @cached_property
+    def covariates(self) -> dict[str, FloatArray]:
+        """What an error may follow, name -> (n,)."""
+        found = {"distance": self.distance} if self.moves else {}
+        return {**found, "time": self.t_s} if self.in_time else found
+
+    @property
+    def _spanned(self) -> FloatArray:
+        named = np.stack([np.ones(len(self.t_s)), self.distance], axis=1)
+        return np.concatenate([named, self.beside], axis=1)
+
+    @cached_property
+    def _unknown(self) -> dict[str, Columns]:
+        found = {}
+        for name, values in self.covariates.items():
+            shapes = free_shapes(values, PIECES, self._spanned, self.rows)
+            found[name] = Columns(shapes, np.full(shapes.shape[1], 0.5 * self.mismatch))
+        return found
+
+    def followed(self, key: str) -> FloatArray:
+        """Covariate (n,) of an unknown."""
+        return self.covariates[key[len("unknown ") :]]
+
+    def variant(self) -> None:
+        """There is one way to prepare it."""
+
+    def adopt(self, trained: RangeSensorPlant) -> None:
+        """Spread of the recording that sizes were found on."""
+        self.mismatch = trained.mismatch
+
+    def shown(self, key: str) -> Sequence[Shown]:
+        """Parameters of the contract's effects."""
+        table = {
+            "offset": [Shown("offset", "m", lambda v: v["offset"])],
+            "scale": [Shown("scale", "1", lambda v: 1.0 + v["scale"], nothing=1.0)],
+            "crosstalk": [Shown("curvature", "1/m", lambda v: v["curvature"])],
+            "late": [Shown("time", "s", lambda v: v["time"])],
+            "drift": [
+                Shown("offset", "m", lambda v: v["offset"]),
+                Shown("time_constant", "s", lambda v: v["time_constant"]),
+            ],
+        }
+        return table.get(key, [])
+
+    def impossible(
+        self, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
+    ) -> bool:
+        """Readings that come before their time; a drift at the bound of its time constant."""
+        if "late" in keys and linear["late"][0] <= 0.0:
+            return True
+        if "drift" not in keys:
+            return False
+        size = next(r for r in self.regressors if r.key == "drift").sizes[0]
+        return not 1.01 * size.low < sizes["drift.time_constant"] < 0.99 * size.high
+
+    def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
+        """Where to start the nonlinear sizes of a regressor."""
+        if key != "drift":
+            return [{}]
+        span = self.readings.span_s
+        likely = [s for s in WARM_UP_S if s < 2.0 * span] or [0.3 * span]
+        return [{"drift.time_constant": s} for s in (*likely, 0.2 * span)]
+
+
+def _gross(left: FloatArray, valid: BoolArray) -> BoolArray:
+    """Readings so far off that they are no measurement, where they are few; (n,)."""
+    if not valid.any():
+        return np.zeros_like(valid)
+    off = np.abs(left - np.median(left[valid]))
+    usual = max(MAD_TO_SIGMA * float(np.median(off[valid])), 1e-9)
+    gross: BoolArray = off > GROSS * usual
+    return gross if float(gross[valid].mean()) < MOST_GROSS else np.zeros_like(valid)
+
+
+def _averaged(recording: FlatRecording) -> FlatRecording:
+    """Means of rows that follow each other, where there are more than are of use."""
+    count = -(-len(recording) // MOST_ROWS)
+    if count == 1:
+        return recording
+    rows = len(recording) // count * count
+
+    def mean(values: FloatArray) -> FloatArray:
+        averaged: FloatArray = values[:rows].reshape(-1, count).mean(axis=1)
+        return averaged
+
+    columns = {name: mean(recording.columns[name]) for name in ("distance", "range")}
+    return FlatRecording(mean(recording.t_s), columns, {}, recording.source)

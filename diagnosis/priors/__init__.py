@@ -1,0 +1,6 @@
+"""What is believed before a recording is seen.
+
+In: an effect. Out: what it must gain to be named (`penalties`), what it may leave behind
+(`discrepancy`), what every machine may be off by (`build_tolerances`, `file_tolerances`), and the
+numbers of the search (`options`). Spreads and odds stand at each `EffectKind` (`models/effects`).
+"""

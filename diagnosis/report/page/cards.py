@@ -1,0 +1,187 @@
+"""One card a finding: what, how large, how sure, where, what else it could be."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Iterable, Sequence
+
+from diagnosis.answer.records import Diagnosis, Finding, ParameterResult
+from diagnosis.report.drawing.machine import badge
+from diagnosis.report.drawing.scene import hue
+from diagnosis.report.page.bars import interval_bar
+from diagnosis.report.sentences import sureness, words
+from diagnosis.report.sentences.sizes import Size, number, scale_of, sizes, told
+from diagnosis.report.sentences.summary import finding_title, where_line
+
+NOT_FROM_ZERO = frozenset(
+    {"time", "time_constant", "period", "height", "frequency", "stiffness", "times_s", "speed"}
+)
+"""Parameters for which zero is not 'nothing wrong', so that a bar from zero would mislead."""
+
+
+def finding_cards(diagnosis: Diagnosis, span: tuple[float, float]) -> list[str]:
+    """All findings as cards, the strongest first as the answer has them."""
+    return [
+        _card(number, finding, diagnosis, span)
+        for number, finding in enumerate(diagnosis.findings, 1)
+    ]
+
+
+def _card(number: int, finding: Finding, diagnosis: Diagnosis, span: tuple[float, float]) -> str:
+    rows = [
+        ("Size", _sizes(finding, diagnosis)),
+        ("How sure", _text(sureness.evidence(finding))),
+        ("Share", _share(finding)),
+        ("Where", _text(where_line(finding, span))),
+        ("Depends on", _depends(finding)),
+        ("Or else", _alternatives(finding, diagnosis)),
+    ]
+    body = "".join(f"<dt>{name}</dt><dd>{inside}</dd>" for name, inside in rows if inside)
+    return (
+        f'<section class="finding hue{hue(number)}" id="finding-{number}">'
+        f"<h3>{badge(number)}{html.escape(finding_title(finding))}</h3><dl>{body}</dl></section>"
+    )
+
+
+def _sizes(finding: Finding, diagnosis: Diagnosis) -> str:
+    parts = []
+    for name, result in told(finding.parameters).items():
+        for size in sizes(finding.effect, name, result):
+            text = f'<div class="size">{html.escape(f"{size.name}: {size.text}")}'
+            parts.append(f"{text}{_bar(finding, name, result, size, diagnosis)}</div>")
+    return "".join(parts)
+
+
+def _bar(
+    finding: Finding, name: str, result: ParameterResult, size: Size, diagnosis: Diagnosis
+) -> str:
+    duration = finding.effect in ("following_lag", "sensor_latency") and name == "time"
+    if name in NOT_FROM_ZERO and not duration:
+        return ""
+    return interval_bar(size, 0.0, _smallest(finding, name, result, size, diagnosis))
+
+
+def _smallest(
+    finding: Finding, name: str, result: ParameterResult, size: Size, diagnosis: Diagnosis
+) -> float:
+    """Smallest visible size in the unit of `size`; NaN where the answer gives none."""
+    for one in diagnosis.smallest_detectable:
+        same = (one.effect, one.component, one.parameter) == (
+            finding.effect, finding.component, name,
+        )  # fmt: skip
+        if same and isinstance(result.value, float):
+            scale = scale_of(one.unit, name, result.value)
+            # A smallest scale may be given as 1.003 or as 0.003 from what the file says.
+            value = one.value - scale.zero if one.value > 0.5 * scale.zero else one.value
+            return abs(value * scale.factor)
+    return math.nan
+
+
+def _share(finding: Finding) -> str:
+    if not math.isfinite(finding.share_of_mismatch):
+        return ""
+    return _text(f"It makes up {100.0 * finding.share_of_mismatch:.0f} % of the mismatch.")
+
+
+def _depends(finding: Finding) -> str:
+    follows = words.listed([words.followed(name) for name in finding.depends_on])
+    if not follows and finding.has_memory is None:
+        return ""
+    memory = {
+        True: "It remembers: what came before counts too.",
+        False: "It has no memory: only the present counts.",
+        None: "",
+    }[finding.has_memory]
+    return _text(f"{words.sentence(follows)} {memory}".strip())
+
+
+def _alternatives(finding: Finding, diagnosis: Diagnosis) -> str:
+    if not finding.alternatives:
+        if finding.effect == "unknown":
+            return _text("It matches nothing in the list of known effects.")
+        return _text("No other known effect fits these readings as well.")
+    rows = "".join(
+        f"<li>{html.escape(words.rival(finding.effect, one.effect, one.component))}"
+        f"{_worse(one.delta_chi2)}</li>"
+        for one in finding.alternatives
+    )
+    apart = _told_apart(finding, diagnosis)
+    return f"This recording cannot tell it from<ul>{rows}</ul>{_text(apart)}"
+
+
+def _worse(delta_chi2: float) -> str:
+    if not math.isfinite(delta_chi2):
+        return ""
+    return f' <span class="note">(fits {_than(delta_chi2)})</span>'
+
+
+def _than(delta_chi2: float) -> str:
+    if abs(delta_chi2) < 1.0:
+        return "as well"
+    size = number(abs(delta_chi2), 1)
+    return f"{size} worse in chi-square" if delta_chi2 >= 0.0 else f"{size} better in chi-square"
+
+
+def _told_apart(finding: Finding, diagnosis: Diagnosis) -> str:
+    """What would tell them apart."""
+    plan = diagnosis.next_experiment
+    mine = {words.effect(finding.effect, finding.component)}
+    mine |= {words.effect(one.effect, one.component) for one in finding.alternatives}
+    apart = [words.spelled(name) for name in plan.tells_apart] if plan is not None else []
+    if any(name in text for name in mine for text in apart):
+        return "The run proposed below would tell them apart."
+    return _hint(finding)
+
+
+_HINTS: tuple[tuple[frozenset[str], str], ...] = (
+    (
+        frozenset({"gear_backlash", "joint_friction"}),
+        "Standing still after approaching from both sides, another payload, or the motor "
+        "current would tell play from friction.",
+    ),
+    (
+        frozenset({"following_lag", "sensor_latency"}),
+        "Recording the arm angles too would tell a late drive from late readings.",
+    ),
+    (
+        frozenset({"home_offset", "forearm_length"}),
+        "A run through more of the workspace would tell them apart better.",
+    ),
+    (
+        frozenset({"home_offset", "sensor_offset"}),
+        "A run with more tilted arms, or arm angles measured, would tell them apart.",
+    ),
+    (
+        frozenset({"following_lag", "motor_azimuth"}),
+        "The same path run the other way round would tell them apart.",
+    ),
+)
+"""Pairs that are hard to tell apart, and what tells them apart (reference/diagnosis.md)."""
+
+
+def _hint(finding: Finding) -> str:
+    effects = {finding.effect, *(one.effect for one in finding.alternatives)}
+    return next((hint for pair, hint in _HINTS if pair <= effects), "")
+
+
+def _text(text: str) -> str:
+    return html.escape(text)
+
+
+def all_numbers(findings: Sequence[Finding]) -> Iterable[tuple[str, ...]]:
+    """Rows of every parameter in SI units, as in the answer."""
+    for number_, finding in enumerate(findings, 1):
+        for name, result in finding.parameters.items():
+            yield (
+                f"{number_}", finding.effect, finding.component, name, _si(result.value),
+                _si(result.ci95), result.unit,
+            )  # fmt: skip
+
+
+def _si(value: object) -> str:
+    if isinstance(value, list):
+        return "[" + ", ".join(_si(one) for one in value) + "]"
+    if isinstance(value, float | int) and math.isfinite(value):
+        return f"{value:.6g}"
+    return "\u2013"

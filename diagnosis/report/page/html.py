@@ -1,0 +1,181 @@
+"""The report of a diagnosis: one HTML file that needs no network."""
+
+from __future__ import annotations
+
+import html
+import json
+import math
+import os
+from collections.abc import Iterable
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from charts.page import columns, heading, page, paragraph, table
+from diagnosis.answer.records import Diagnosis
+from diagnosis.report.drawing import machine_drawing
+from diagnosis.report.page.bars import Pair, pair_bars
+from diagnosis.report.page.cards import all_numbers, finding_cards
+from diagnosis.report.page.pictures import mismatch_sections
+from diagnosis.report.sentences import sureness, words
+from diagnosis.report.sentences.fit_words import fit_lines, fit_title
+from diagnosis.report.sentences.limit_words import smallest_text
+from diagnosis.report.sentences.next_run_words import experiment_line
+from diagnosis.report.sentences.sizes import scale_of
+from diagnosis.report.sentences.summary import (
+    headline,
+    remarks,
+    span_s,
+    unexplained_line,
+)
+from foundation.errors import RecordingError
+from models.robot import RobotModel
+
+
+def write_report(diagnosis: Diagnosis, robot: RobotModel, path: Path) -> None:
+    """Write the report; an earlier one is replaced whole or not at all. Raises RecordingError."""
+    text = report_html(diagnosis, robot)
+    draft = path.with_name(f".{path.name}.part")
+    try:
+        draft.write_text(text, encoding="utf-8")
+        os.replace(draft, path)
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be written ({error.strerror})") from error
+
+
+def report_html(diagnosis: Diagnosis, robot: RobotModel) -> str:
+    """The report as one HTML document."""
+    parts = [
+        _verdict(diagnosis),
+        columns([machine_drawing(robot, diagnosis.findings), _improvement(diagnosis)]),
+        *_findings(diagnosis),
+        *mismatch_sections(diagnosis),
+        *_open_questions(diagnosis),
+        *_next(diagnosis),
+        *_details(diagnosis),
+    ]
+    lead = f"Recorded in {words.listed(diagnosis.recordings)}." if diagnosis.recordings else ""
+    return page(f"Diagnosis of {robot.name}", parts, lead=lead, extra_style=_style())
+
+
+@cache
+def _style() -> str:
+    return (files("diagnosis.report.page") / "report.css").read_text(encoding="utf-8")
+
+
+def _verdict(diagnosis: Diagnosis) -> str:
+    lines = [headline(diagnosis), sureness.false_alarm(diagnosis), *remarks(diagnosis)]
+    body = "".join(paragraph(line) for line in lines)
+    return f'<section class="verdict {diagnosis.verdict}">{body}</section>'
+
+
+def _improvement(diagnosis: Diagnosis) -> str:
+    fit = diagnosis.fit
+    scale = scale_of(fit.unit)
+    held = "another run" if fit.holdout == "run" else "held-out parts"
+    pairs = [
+        Pair(name, scale(before), scale(after) if diagnosis.findings else math.nan)
+        for name, before, after in (
+            ("this recording", fit.rms_before_m, fit.rms_after_m),
+            (held, fit.holdout_rms_before_m, fit.holdout_rms_after_m),
+        )
+    ]
+    bars = pair_bars(fit_title(diagnosis), pairs, scale(fit.noise_floor_m), scale.unit)
+    about = (
+        "Root mean square of measured minus predicted. No model can be better than the noise "
+        "floor; held-out data took no part in the fit."
+        if diagnosis.findings
+        else "Root mean square of measured minus predicted."
+    )
+    lines = "".join(paragraph(line) for line in fit_lines(diagnosis))
+    return f"{bars}{lines}{paragraph(about, 'note')}"
+
+
+def _findings(diagnosis: Diagnosis) -> list[str]:
+    cards = finding_cards(diagnosis, span_s(diagnosis))
+    if not cards:
+        nothing = diagnosis.verdict == "nothing_missing"
+        text = "that this recording can show" if nothing else "that could be named"
+        return [heading("What is wrong"), paragraph(f"Nothing {text}.")]
+    return [heading("What is wrong"), *cards]
+
+
+def _open_questions(diagnosis: Diagnosis) -> list[str]:
+    parts = [heading("What is left"), paragraph(unexplained_line(diagnosis) or "Nothing.")]
+    if rest := diagnosis.not_testable:
+        rows = [(words.effect(o.effect, o.component), words.spelled(o.why)) for o in rest]
+        parts += [
+            heading("What this recording could not test"),
+            _folded(f"{words.count(len(rows), 'effect')} not tested", rows, ("effect", "why")),
+        ]
+    if diagnosis.smallest_detectable:
+        parts += [
+            heading("What would have been seen"),
+            paragraph("Smaller effects than these may be there without showing."),
+            _folded(
+                f"{words.count(len(diagnosis.smallest_detectable), 'effect')} tested",
+                _smallest(diagnosis),
+                ("effect", "smallest size that would have been found"),
+            ),
+        ]
+    return parts
+
+
+def _smallest(diagnosis: Diagnosis) -> Iterable[tuple[str, str]]:
+    for one in diagnosis.smallest_detectable:
+        yield (
+            words.effect(one.effect, one.component),
+            smallest_text(one.value, one.unit, one.parameter),
+        )
+
+
+def _next(diagnosis: Diagnosis) -> list[str]:
+    plan = diagnosis.next_experiment
+    if plan is None:
+        return []
+    job = yaml.safe_dump(_plain(plan.job), sort_keys=False, allow_unicode=True)
+    return [
+        heading("What to do next"),
+        paragraph(experiment_line(diagnosis)),
+        paragraph(
+            "Save this as job.yaml, run it with deltactl run job.yaml, and diagnose both "
+            "recordings together:"
+        ),
+        f"<pre>{html.escape(job)}</pre>",
+    ]
+
+
+def _details(diagnosis: Diagnosis) -> list[str]:
+    parts = [heading("All figures")]
+    if diagnosis.findings:
+        head = ("", "effect", "component", "parameter", "value", "95 % interval", "unit")
+        rows = list(all_numbers(diagnosis.findings))
+        parts.append(
+            f"<details><summary>Every parameter in SI units</summary>{table(head, rows, 4)}"
+            "</details>"
+        )
+    answer = json.dumps(_plain(diagnosis.to_json()), indent=1, ensure_ascii=False)
+    parts.append(
+        f"<details><summary>The answer as JSON</summary><pre>{html.escape(answer)}</pre></details>"
+    )
+    return parts
+
+
+def _folded(summary: str, rows: Iterable[tuple[str, str]], head: tuple[str, str]) -> str:
+    shown = [(words.sentence(first).rstrip("."), second) for first, second in rows]
+    inside = table(head, shown, numbers_from=9)
+    return f"<details><summary>{html.escape(summary)}</summary>{inside}</details>"
+
+
+def _plain(value: Any) -> Any:
+    """Without NaN, which JSON does not know, and without tuples."""
+    if isinstance(value, dict):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

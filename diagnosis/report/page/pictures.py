@@ -1,0 +1,232 @@
+"""The mismatch as charts: by time, by place, and by regime."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from charts.figures import LineChart
+from charts.page import HINT, columns, heading, paragraph
+from charts.spec import Colour, Series, Span, Style
+from charts.thin import keep
+from diagnosis.answer.records import Diagnosis, Finding, FloatArray, Picture
+from diagnosis.report.drawing.scene import hue
+from diagnosis.report.page.bars import Pair, pair_bars
+from diagnosis.report.page.maps import place_maps
+from diagnosis.report.page.regimes import regimes
+from diagnosis.report.page.residuals import (
+    Curve,
+    Mismatch,
+    binned,
+    explained_by,
+    mismatches,
+    rms,
+    smoothed,
+)
+from diagnosis.report.sentences import words
+from diagnosis.report.sentences.sizes import scale_of
+from diagnosis.report.sentences.summary import stretches
+
+POINTS = 60_000
+"""Single readings shown over all charts together; keeps the file small."""
+MOST_PER_CHART = 12_000
+SHOWN_FIRST = 4
+"""Charts by place, and by other quantities, that stand open; the rest is behind a click."""
+MOST_DRIVER_CHARTS = 12
+SHOWN_REGIMES = 9
+FAINT = 0.5
+"""A smoothed mismatch below this share of the noise would vanish among single readings."""
+FINDING_COLOURS = (Colour.BAD, Colour.SECOND, Colour.COMMANDED, Colour.FIRST, Colour.THIRD)
+"""As report.css has them for findings 1 to 5."""
+TIME_GROUP = "time"
+
+_PLACE = re.compile(r"theta_[123]|(range|pos|position)_[xyz]|position|angle|distance|range|command")
+_DRIVER_UNITS: tuple[tuple[str, str], ...] = (
+    (r"theta_[123]", "rad"),
+    (r"(range|pos|position)_[xyz]|distance", "m"),
+    (r"(speed|velocity)_[123]", "rad/s"),
+    (r"(torque|load)_[123]", "N m"),
+    (r"current_[123]", "A"),
+    (r"temp_c", "\u00b0C"),
+)
+
+
+def mismatch_sections(diagnosis: Diagnosis) -> list[str]:
+    """Sections by time, place and regime; one sentence where there is nothing to draw."""
+    picture = diagnosis.picture
+    channels = mismatches(picture, not diagnosis.findings) if picture is not None else []
+    if picture is None or not channels:
+        return [heading("The mismatch"), paragraph("There are no readings to draw.", "note")]
+    return [
+        *_by_time(picture, channels, diagnosis.findings),
+        *_by_place(picture, channels, diagnosis.fit.unit),
+        *_by_regime(diagnosis, picture, channels),
+    ]
+
+
+def _by_time(
+    picture: Picture, channels: Sequence[Mismatch], findings: Sequence[Finding]
+) -> list[str]:
+    parts = [
+        heading("The mismatch over time"),
+        paragraph("Measured minus predicted. A perfect model leaves a flat line at zero."),
+        paragraph(HINT, "note"),
+    ]
+    each = min(MOST_PER_CHART, POINTS // (2 * len(channels)))
+    charts = (
+        _time_chart(picture, one, _spans(picture, findings, one.source), each) for one in channels
+    )
+    return parts + [chart.html() for chart in charts]
+
+
+def _time_chart(
+    picture: Picture, one: Mismatch, spans: Sequence[Span], most: int
+) -> LineChart:  # fmt: skip
+    rows = np.flatnonzero(np.isfinite(one.before))
+    rows = rows[keep(picture.t_s[rows], one.before[rows], most)]
+    curve = smoothed(picture.t_s, one)
+    everywhere = np.ones(len(curve.x), dtype=np.bool_)
+    faint = max(rms(curve.before, everywhere), rms(curve.after, everywhere)) < FAINT * one.noise
+    series = [
+        Series("single readings, before", picture.t_s[rows], one.before[rows], Colour.QUIET,
+               Style.POINTS, hidden=faint),
+        Series("before, smoothed", curve.x, curve.before, Colour.SECOND),
+        Series("after, smoothed", curve.x, curve.after, Colour.FIRST),
+    ]  # fmt: skip
+    if one.unchanged:
+        series = [replace(series[0], name="single readings"), replace(series[1], name="smoothed")]
+    note = f"{one.far_out} readings that lie far out are not drawn." if one.far_out else ""
+    return LineChart(
+        f"{one.name.capitalize()}",
+        "time [s]",
+        f"measured \u2212 predicted [{one.unit}]",
+        series,
+        spans=spans,
+        group=TIME_GROUP,
+        note=note,
+        height_px=230,
+    )
+
+
+def _spans(picture: Picture, findings: Sequence[Finding], source: str) -> list[Span]:
+    """When findings show in a channel, where that is not all the time."""
+    start_s, end_s = float(picture.t_s[0]), float(picture.t_s[-1])
+    return [
+        Span(
+            begin + picture.shift_of(finding.where), end + picture.shift_of(finding.where),
+            f"finding {number}", FINDING_COLOURS[hue(number) - 1],
+        )
+        for number, finding in enumerate(findings, 1)
+        if not finding.where.axes or source in finding.where.axes
+        for begin, end in stretches(finding.where, start_s, end_s)[:20]
+    ]  # fmt: skip
+
+
+def _by_place(picture: Picture, channels: Sequence[Mismatch], unit: str) -> list[str]:
+    usable = {
+        name: values
+        for name, values in picture.drivers.items()
+        if words.bare(name) not in ("time", "t", "t_s") and len(values) == len(picture.t_s)
+    }
+    place = {n: v for n, v in usable.items() if _PLACE.fullmatch(words.bare(n))}
+    other = {n: v for n, v in usable.items() if n not in place}
+    section = _driver_section("The mismatch by place", place, channels, unit)
+    metric = [one for one in channels if one.source_unit == "m"]
+    if section and metric:
+        section.insert(1, place_maps(place, metric))
+    return [
+        *section,
+        *_driver_section("The mismatch by speed and load", other, channels, unit),
+    ]
+
+
+def _driver_section(
+    title: str, drivers: dict[str, FloatArray], channels: Sequence[Mismatch], unit: str
+) -> list[str]:
+    """The clearest pairs of channel and driver; the rest behind a click."""
+    charts = [chart.html() for chart in _ranked(drivers, channels, unit)]
+    if not charts:
+        return []
+    about = (
+        "Mean of all readings with the same value; the clearest dependence first. What lies "
+        "outside the grey band is more than noise."
+    )
+    parts = [heading(title), paragraph(about), columns(charts[:SHOWN_FIRST])]
+    if rest := charts[SHOWN_FIRST:MOST_DRIVER_CHARTS]:
+        parts.append(f"<details><summary>{len(rest)} more</summary>{columns(rest)}</details>")
+    return parts
+
+
+def _ranked(
+    drivers: dict[str, FloatArray], channels: Sequence[Mismatch], unit: str
+) -> list[LineChart]:
+    found = []
+    for name, values in drivers.items():
+        scale = scale_of(_driver_unit(name, unit))
+        for one in channels:
+            curve = binned(values * scale.factor, one)
+            if len(curve.x):
+                found.append((explained_by(curve), name, scale.unit, one, curve))
+    found.sort(key=lambda item: -item[0])
+    lone = len(channels) == 1
+    return [_driver_chart(name, unit, one, curve, lone) for _, name, unit, one, curve in found]
+
+
+def _driver_chart(name: str, unit: str, one: Mismatch, curve: Curve, lone: bool) -> LineChart:
+    driver = words.followed(name)
+    wide = 2.0 * curve.spread
+    series = [
+        Series("noise alone", curve.x, np.zeros(len(curve.x)), Colour.QUIET, low=-wide, high=wide),
+        Series("before", curve.x, curve.before, Colour.SECOND),
+        Series("after", curve.x, curve.after, Colour.FIRST),
+    ]
+    if one.unchanged:
+        series = [series[0], replace(series[1], name="mismatch")]
+    of = f" [{unit}]" if unit else ""
+    return LineChart(
+        f"Against {driver}" if lone else f"{one.name.capitalize()} against {driver}",
+        f"{driver.removeprefix('the ')}{of}",
+        f"measured \u2212 predicted [{one.unit}]",
+        series,
+        height_px=220,
+    )
+
+
+def _driver_unit(name: str, unit: str) -> str:
+    """The unit in the name's brackets, or what the contract says; `unit` is a lone axis' own."""
+    if found := re.search(r"[\[(]([^\])]*)[\])]\s*$", name):
+        return found[1]
+    own = {"position": unit, "command": unit, "velocity": f"{unit}/s", "speed": f"{unit}/s"}
+    if name in own:
+        return own[name]
+    for pattern, known in _DRIVER_UNITS:
+        if re.fullmatch(pattern, name):
+            return known
+    return ""
+
+
+def _by_regime(
+    diagnosis: Diagnosis, picture: Picture, channels: Sequence[Mismatch]
+) -> list[str]:  # fmt: skip
+    chosen = [one for one in channels if one.source_unit == diagnosis.fit.unit] or [channels[0]]
+    drivers = {n: v for n, v in picture.drivers.items() if len(v) == len(picture.t_s)}
+    found = regimes(picture.t_s, drivers, list(chosen))
+    if len(found) < 2:
+        return []
+    noise = diagnosis.fit.noise_floor_m * scale_of(chosen[0].source_unit).factor
+    found[1:] = sorted(found[1:], key=lambda one: -one.before)
+    nothing = all(one.unchanged for one in chosen)
+    pairs = [Pair(one.name, one.before, math.nan if nothing else one.after) for one in found]
+    note = "Root mean square of measured minus predicted while the robot did this."
+    parts = [
+        heading("The mismatch by what the robot was doing"),
+        pair_bars("", pairs[:SHOWN_REGIMES], noise, chosen[0].unit, note),
+    ]
+    if rest := pairs[SHOWN_REGIMES:]:
+        bars = pair_bars("", rest, noise, chosen[0].unit)
+        parts.append(f"<details><summary>{len(rest)} more</summary>{bars}</details>")
+    return parts

@@ -1,0 +1,109 @@
+"""Stretches of a recording that a mechanic can name: reversals, directions, speed, load."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnosis.answer.records import FloatArray
+from diagnosis.report.page.residuals import BoolArray, Mismatch, rms
+from diagnosis.report.sentences import words
+
+STILL_SHARE = 0.02
+"""Below this share of its usual top speed a motor counts as standing."""
+AFTER_REVERSAL_S = 1.0
+TOP_QUANTILE = 0.95
+FEWEST = 30
+
+
+@dataclass(frozen=True, slots=True)
+class Regime:
+    """How large the mismatch is in one regime, before and after, as RMS."""
+
+    name: str
+    before: float
+    after: float
+
+
+def regimes(
+    t_s: FloatArray, drivers: Mapping[str, FloatArray], channels: list[Mismatch]
+) -> list[Regime]:
+    """RMS over the given channels (all in one unit) in every regime that occurs."""
+    found = []
+    for name, chosen in _selections(t_s, drivers):
+        seen = sum(int((chosen & np.isfinite(one.before)).sum()) for one in channels)
+        if seen < FEWEST:
+            continue
+        before, after = (
+            rms(
+                np.concatenate([getattr(one, which) for one in channels]),
+                np.tile(chosen, len(channels)),
+            )
+            for which in ("before", "after")
+        )
+        found.append(Regime(name, before, after))
+    return found
+
+
+def _selections(
+    t_s: FloatArray, drivers: Mapping[str, FloatArray]
+) -> Iterator[tuple[str, BoolArray]]:
+    yield "all the time", np.ones(len(t_s), dtype=np.bool_)
+    speeds = {
+        words.bare(name): np.nan_to_num(values)
+        for name, values in drivers.items()
+        if re.match(r"(speed|velocity)", words.bare(name))
+    }
+    for name, speed in speeds.items():
+        yield from _of_speed(t_s, _who(name), speed)
+    if speeds:
+        yield from _slow_and_fast(speeds)
+    for name, values in drivers.items():
+        if re.match(r"(torque|load|effort)", words.bare(name)):
+            yield from _of_load(_who(words.bare(name)), np.nan_to_num(values))
+
+
+def _of_speed(t_s: FloatArray, who: str, speed: FloatArray) -> Iterator[tuple[str, BoolArray]]:
+    top = float(np.quantile(np.abs(speed), TOP_QUANTILE)) if len(speed) else 0.0
+    if top <= 0.0:
+        return
+    way = np.where(np.abs(speed) > STILL_SHARE * top, np.sign(speed), 0.0)
+    yield f"{who} moves forward", way > 0
+    yield f"{who} moves backward", way < 0
+    yield f"{who} stands", way == 0
+    yield f"within {AFTER_REVERSAL_S:.0f} s after {who} reversed", _after_reversal(t_s, way)
+
+
+def _after_reversal(t_s: FloatArray, way: FloatArray) -> BoolArray:
+    """True within AFTER_REVERSAL_S after the direction changed, standing in between or not."""
+    moving = np.flatnonzero(way != 0)
+    turns = moving[1:][np.diff(way[moving]) != 0]
+    if not len(turns):
+        return np.zeros(len(t_s), dtype=np.bool_)
+    last = np.searchsorted(turns, np.arange(len(t_s)), side="right") - 1
+    since_s = t_s - t_s[turns[np.maximum(last, 0)]]
+    after: BoolArray = (last >= 0) & (since_s <= AFTER_REVERSAL_S)
+    return after
+
+
+def _slow_and_fast(speeds: Mapping[str, FloatArray]) -> Iterator[tuple[str, BoolArray]]:
+    size = np.sqrt(np.sum([speed**2 for speed in speeds.values()], axis=0))
+    low, high = np.quantile(size, [1.0 / 3.0, 2.0 / 3.0])
+    if high > low:
+        yield "slowest third", size <= low
+        yield "fastest third", size >= high
+
+
+def _of_load(who: str, load: FloatArray) -> Iterator[tuple[str, BoolArray]]:
+    size = np.abs(load)
+    low, high = np.quantile(size, [1.0 / 3.0, 2.0 / 3.0])
+    if high > low:
+        yield f"{who} under low load", size <= low
+        yield f"{who} under high load", size >= high
+
+
+def _who(name: str) -> str:
+    return f"motor {name[-1]}" if name[-1] in "123" else "the axis"

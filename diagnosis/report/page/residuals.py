@@ -1,0 +1,191 @@
+"""The mismatch (observed minus predicted) in people's units, smoothed, binned, and by regime."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from diagnosis.answer.records import Channel, FloatArray, Picture
+from diagnosis.report.sentences import words
+from diagnosis.report.sentences.sizes import scale_of
+
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
+
+OUTLIER_SIGMAS = 7.0
+MAD_TO_SIGMA = 1.4826
+BUCKETS = 1200
+SMOOTHED_OVER = 5
+"""Buckets a smoothed curve averages over at most."""
+FEWEST_IN_BUCKET = 3
+BINS = 24
+FEWEST_IN_BIN = 12
+NARROWEST = 0.01
+"""Share of a driver's range that a bin spans at least."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mismatch:
+    """One channel. before, after: shape (n,), NaN where nothing valid was read or it lies far out.
+
+    far_out: readings that stand so far out that they would hide everything else.
+    """
+
+    name: str
+    unit: str
+    source: str
+    """Column of the recording."""
+    source_unit: str
+    before: FloatArray
+    after: FloatArray
+    noise: float
+    far_out: int
+
+    @property
+    def unchanged(self) -> bool:
+        """Nothing was found that changes the prediction."""
+        return bool(np.array_equal(self.before, self.after, equal_nan=True))
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of what is left, widened so that means of n scatter by it / sqrt n."""
+        left = self.after[np.isfinite(self.after)]
+        return float(np.std(left)) * inflation(left) if len(left) else 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """Means over neighbours; arrays of shape (k,). spread: what noise alone does to a mean."""
+
+    x: FloatArray
+    before: FloatArray
+    after: FloatArray
+    spread: FloatArray
+
+
+def mismatches(picture: Picture, found_nothing: bool = False) -> list[Mismatch]:
+    """All channels with at least one valid reading; after is before where nothing was found."""
+    found = (_mismatch(channel) for channel in picture.channels)
+    if found_nothing:
+        found = (replace(one, after=one.before) for one in found)
+    return [one for one in found if np.isfinite(one.before).any()]
+
+
+def _mismatch(channel: Channel) -> Mismatch:
+    scale = scale_of(channel.unit)
+    before = (channel.observed - channel.before) * scale.factor
+    after = (channel.observed - channel.after) * scale.factor
+    far = _far_out(before) & _far_out(after)
+    return Mismatch(
+        name=words.channel(channel.name),
+        unit=scale.unit,
+        source=channel.name,
+        source_unit=channel.unit,
+        before=np.where(far | ~np.isfinite(before), np.nan, before),
+        after=np.where(far | ~np.isfinite(after), np.nan, after),
+        noise=channel.noise * scale.factor,
+        far_out=int(far.sum()),
+    )
+
+
+def _far_out(values: FloatArray) -> BoolArray:
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return np.zeros(len(values), dtype=np.bool_)
+    middle = float(np.median(finite))
+    spread = MAD_TO_SIGMA * float(np.median(np.abs(finite - middle)))
+    far: BoolArray = np.abs(values - middle) > OUTLIER_SIGMAS * spread
+    return far if spread > 0.0 else np.zeros(len(values), dtype=np.bool_)
+
+
+def smoothed(t_s: FloatArray, one: Mismatch) -> Curve:
+    """Means over short stretches of time; NaN (a gap) where there are no readings."""
+    known = np.isfinite(t_s)
+    if not known.any():
+        return Curve(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
+    start, end = float(t_s[known].min()), float(t_s[known].max())
+    wanted = _readings_to_average(one)
+    count = int(np.clip(known.sum() // min(wanted, FEWEST_IN_BUCKET), 1, BUCKETS))
+    window = int(np.clip(np.ceil(wanted * count / known.sum()), 1, min(SMOOTHED_OVER, count)))
+    edges = np.linspace(start, end, count + 1)
+    middles = (edges[1:] + edges[:-1]) / 2.0
+    after_edge = np.searchsorted(edges, np.where(known, t_s, start), side="right")
+    where = np.clip(after_edge - 1, 0, count - 1)
+    before, after = (_rolling(where, values, count, window) for values in (one.before, one.after))
+    return Curve(middles, before, after, np.full(count, np.nan))
+
+
+def _readings_to_average(one: Mismatch) -> int:
+    """How many it takes for the noise to be a tenth of the mismatch's own spread."""
+    spread = float(np.nanstd(one.before))
+    if not (one.noise > 0.0 and spread > 0.0):
+        return 1
+    return int(np.clip((one.noise / (0.1 * spread)) ** 2, 1.0, 1000.0))
+
+
+def _rolling(where: Any, values: FloatArray, count: int, buckets: int) -> FloatArray:
+    good = np.isfinite(values)
+    sums = np.bincount(where[good], weights=values[good], minlength=count)
+    numbers = np.bincount(where[good], minlength=count).astype(np.float64)
+    window = np.ones(buckets)
+    total = np.convolve(sums, window, mode="same")
+    weight = np.convolve(numbers, window, mode="same")
+    mean: FloatArray = np.where(numbers > 0, total / np.maximum(weight, 1.0), np.nan)
+    return mean
+
+
+def binned(driver: FloatArray, one: Mismatch) -> Curve:
+    """Mean mismatch over stretches of a driver that hold equally many readings."""
+    nothing = np.zeros(0)
+    good = np.isfinite(driver) & np.isfinite(one.before) & np.isfinite(one.after)
+    if good.sum() < 2 * FEWEST_IN_BIN or np.ptp(driver[good]) <= 0.0:
+        return Curve(nothing, nothing, nothing, nothing)
+    values = driver[good]
+    bins = int(np.clip(good.sum() // FEWEST_IN_BIN, 2, BINS))
+    # A driver that mostly holds one value (a speed of 0) gives fewer, fuller bins.
+    edges = _apart(np.quantile(values, np.linspace(0.0, 1.0, bins + 1)))
+    where = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    numbers = np.bincount(where, minlength=len(edges) - 1)
+    filled = numbers >= min(FEWEST_IN_BIN, int(numbers.max()))
+
+    def mean(of: FloatArray) -> FloatArray:
+        sums = np.bincount(where, weights=of, minlength=len(numbers))
+        means: FloatArray = sums[filled] / numbers[filled]
+        return means
+
+    spread = one.spread / np.sqrt(numbers[filled])
+    return Curve(mean(values), mean(one.before[good]), mean(one.after[good]), spread)
+
+
+def _apart(edges: FloatArray) -> FloatArray:
+    """Edges at least NARROWEST of the whole apart; the first and the last stay."""
+    least = NARROWEST * float(edges[-1] - edges[0])
+    kept = [float(edges[0])]
+    for edge in edges[1:-1].tolist():
+        if edge - kept[-1] >= least and edges[-1] - edge >= least:
+            kept.append(edge)
+    return np.array([*kept, float(edges[-1])])
+
+
+def inflation(values: FloatArray) -> float:
+    """How much more the mean of correlated readings scatters (first-order correlation)."""
+    steps = values - values.mean()
+    power = float(steps @ steps)
+    together = float(steps[1:] @ steps[:-1]) / power if power > 0.0 else 0.0
+    together = min(max(together, 0.0), 0.98)
+    return float(np.sqrt((1.0 + together) / (1.0 - together)))
+
+
+def explained_by(curve: Curve) -> float:
+    """How far the means before stand out of what noise alone would do, as a mean square."""
+    if len(curve.x) < 2:
+        return 0.0
+    off = curve.before - float(np.mean(curve.before))
+    return float(np.mean((off / np.maximum(curve.spread, 1e-300)) ** 2))
+
+
+def rms(values: FloatArray, chosen: BoolArray) -> float:
+    """Root mean square of the known values of a selection; NaN when there are none."""
+    found = values[chosen & np.isfinite(values)]
+    return float(np.sqrt(np.mean(found**2))) if len(found) else float("nan")

@@ -1,0 +1,55 @@
+"""Before and after the findings against the noise floor, in words."""
+
+from __future__ import annotations
+
+import math
+
+from diagnosis.answer.records import Diagnosis
+from diagnosis.report.sentences.sizes import quantity
+from models.effects import VOCABULARY
+
+ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)
+
+LEFT_OUT = "parts of the recording left out of the last fit (not of the choice of causes)"
+
+
+def fit_title(diagnosis: Diagnosis) -> str:
+    """Heading of the figures of the fit."""
+    return "Does it help?" if diagnosis.findings else "How well the robot file fits"
+
+
+def fit_lines(diagnosis: Diagnosis) -> list[str]:
+    """Before and after against the noise floor, on this recording and on held-out data."""
+    fit = diagnosis.fit
+    before, after, floor = (
+        quantity(value, fit.unit, digits=3)
+        for value in (fit.rms_before_m, fit.rms_after_m, fit.noise_floor_m)
+    )
+    if not diagnosis.findings:
+        return [f"Mismatch {before}; the noise alone is {floor}."]
+    lines = [f"Mismatch before {before}, after {after}; the noise alone is {floor}."]
+    held = (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
+    if all(math.isfinite(value) for value in held):
+        where = "another run" if fit.holdout == "run" else LEFT_OUT
+        was, became = (quantity(value, fit.unit, digits=3) for value in held)
+        lines.append(f"On {where}: before {was}, after {became}{_held_out_gain(diagnosis)}.")
+    else:
+        lines.append("Nothing could be held out, so that the gain is not proved on other data.")
+    return lines
+
+
+def _held_out_gain(diagnosis: Diagnosis) -> str:
+    """How much of what is above the noise floor the findings take away on held-out data."""
+    fit = diagnosis.fit
+    if fit.holdout == "run" and all(one.effect in ONE_OFF for one in diagnosis.findings):
+        return " (what happens once does not come back in another run)"
+    above = [
+        max(value**2 - fit.noise_floor_m**2, 0.0)
+        for value in (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
+    ]
+    if not math.isfinite(sum(above)) or above[0] <= 0.02 * fit.noise_floor_m**2:
+        return ""
+    gain = 100.0 * (1.0 - above[1] / above[0])
+    if gain <= 0.0:
+        return " (no gain there)"
+    return f" ({gain:.0f} % of what is above the noise is gone)"

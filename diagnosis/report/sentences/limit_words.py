@@ -1,0 +1,48 @@
+"""What a recording could not show, and the detection limits, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from diagnosis.answer.records import Diagnosis
+from diagnosis.report.sentences import words
+from diagnosis.report.sentences.sizes import quantity
+
+MOST_NAMED = 4
+"""Effects that a sentence names; the rest are counted."""
+
+
+def untested_line(diagnosis: Diagnosis) -> str:
+    """What could not have been seen."""
+    grouped: dict[str, list[str]] = {}
+    for one in diagnosis.not_testable:
+        grouped.setdefault(one.effect, []).append(one.component)
+    names = [words.effect(effect, *components) for effect, components in grouped.items()]
+    return words.sentence(f"this recording could not show {_some(names)}") if names else ""
+
+
+def faintest_line(diagnosis: Diagnosis) -> str:
+    """A few of the detection limits: those of the findings first."""
+    wanted = [finding.effect for finding in diagnosis.findings]
+    order = sorted(diagnosis.smallest_detectable, key=lambda one: one.effect not in wanted)
+    found: dict[str, str] = {}
+    for one in order:
+        size = smallest_text(one.value, one.unit, one.parameter)
+        found.setdefault(one.effect, f"{words.effect(one.effect, one.component)} ({size})")
+    shown = list(found.values())[:MOST_NAMED]
+    return f"Detection limits (80 % power): {words.listed(shown)}." if shown else ""
+
+
+def smallest_text(value: float, unit: str, parameter: str) -> str:
+    """A smallest size; of a scale the departure from 1, however it is given."""
+    if parameter == "scale" and abs(value) < 0.5:
+        value += 1.0
+    size = quantity(value, unit, parameter).lstrip("+\u2212")
+    return f"softer than {size}" if parameter == "stiffness" else size
+
+
+def _some(names: Sequence[str]) -> str:
+    shown = list(names[:MOST_NAMED])
+    if len(names) > len(shown):
+        shown.append(f"{len(names) - len(shown)} more kinds of effect (see the report)")
+    return words.listed(shown, "or")

@@ -1,0 +1,129 @@
+"""All prose of a lone machine's answer, made from its fields."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from diagnosis.answer.records import Diagnosis, Finding
+from diagnosis.report.sentences.telling_apart import telling_apart
+from models.effects.kind import EffectKind
+from models.effects.lone_axis import command_effects, effort_effects, said, sensor_effects
+from models.robot import RangeSensor, ServoAxis, StepperAxis
+
+REGIMES = {
+    "gear_backlash": "after reversals",
+    "joint_friction": "in motion and after reversals",
+    "viscous_friction": "in motion, in proportion to speed",
+    "stribeck_friction": "in slow motion",
+    "joint_compliance": "where the load is high",
+    "home_offset": "everywhere, as a constant",
+    "gear_ratio": "in proportion to the position",
+    "transmission_error": "in step with the position",
+    "encoder_error": "in step with the position",
+    "lost_steps": "from one moment on",
+    "following_lag": "in motion and just after it stops",
+    "resonance": "after starts and stops",
+    "inertia": "while the axis speeds up or slows down",
+    "effort_gain": "wherever there is effort",
+    "effort_offset": "everywhere, as a constant force",
+    "sensor_scale": "in proportion to the distance",
+    "sensor_crosstalk": "with the square of the distance",
+    "sensor_latency": "in motion",
+    "sensor_drift": "growing since the start of the recording",
+    "gravity_error": "everywhere, by the cosine of the arm's angle",
+    "payload": "at all joints, with weight and acceleration of the platform",
+}
+ASYMMETRY = "joint_friction that is stronger one way"
+CERTAIN = 0.995
+
+
+def spoken(
+    answer: Diagnosis, kinds: Mapping[str, EffectKind], left_out: Sequence[str] = ()
+) -> Diagnosis:
+    """The answer with its sentences; left_out: held-out recordings that tell nothing, and why."""
+    findings = [_spoken(one, kinds, answer.fit.unit) for one in answer.findings]
+    answer = answer.model_copy(update={"findings": findings})
+    lines = [*_summary(answer), *(f"Held-out data left out: {why}." for why in left_out)]
+    return answer.model_copy(update={"says": lines})
+
+
+def kinds_of(
+    robot: StepperAxis | ServoAxis | RangeSensor, answer: Diagnosis
+) -> dict[str, EffectKind]:
+    """The vocabulary an answer is told in."""
+    if isinstance(robot, RangeSensor):
+        return sensor_effects()
+    motion = robot.motion if isinstance(robot, ServoAxis) else "rotary"
+    forced = answer.fit.unit in ("N", "N m")
+    return effort_effects(motion) if forced else command_effects(motion)
+
+
+def _spoken(finding: Finding, kinds: Mapping[str, EffectKind], unit: str) -> Finding:
+    follows = finding.depends_on[0] if finding.depends_on else ""
+    regime = f"with {follows}" if follows else REGIMES.get(finding.effect, "everywhere")
+    where = finding.where.model_copy(update={"regime": regime})
+    return finding.model_copy(update={"says": _says(finding, kinds, unit), "where": where})
+
+
+def _says(finding: Finding, kinds: Mapping[str, EffectKind], unit: str) -> str:
+    if finding.effect == "unknown":
+        sizes = finding.parameters.get("size_rms")
+        size = f" of {said(sizes.components[0][0], unit)} (root mean square)" if sizes else ""
+        return (
+            f"a mismatch{size} follows {', '.join(finding.depends_on)}, and nothing in the list of "
+            "effects looks like it"
+        )
+    values = {name: size.components[0][0] for name, size in finding.parameters.items()}
+    return kinds[finding.effect].sentence(finding.component, values)
+
+
+def _summary(answer: Diagnosis) -> list[str]:
+    """Most important first."""
+    fit, rest = answer.fit, answer.unexplained
+    if answer.verdict == "nothing_missing":
+        lines = [f"Nothing is missing in the model (p = {answer.false_alarm_p:.2g})."]
+    elif not answer.findings:
+        lines = [f"No effect could be named. {rest.says}"]
+    else:
+        lines = [
+            f"{number}. {_upper(one.says)}{_how_sure(one)}."
+            for number, one in enumerate(answer.findings, start=1)
+        ]
+        lines += [_cannot_tell(one) for one in answer.findings if one.alternatives]
+        lines += telling_apart(answer.findings)
+    lines.append(
+        f"Mismatch {said(fit.rms_before_m, fit.unit)} before, {said(fit.rms_after_m, fit.unit)} "
+        f"after, noise floor {said(fit.noise_floor_m, fit.unit)}; {_held_out(answer)} "
+        f"{said(fit.holdout_rms_before_m, fit.unit)} before and "
+        f"{said(fit.holdout_rms_after_m, fit.unit)} after."
+    )
+    if answer.findings and rest.depends_on:
+        lines.append(rest.says)
+    return lines
+
+
+def _held_out(answer: Diagnosis) -> str:
+    if answer.fit.holdout == "run":
+        return "on another recording"
+    return "on blocks whose sizes were fitted without them (effects were chosen with them)"
+
+
+def _how_sure(finding: Finding) -> str:
+    total = (finding.probability or 0.0) + sum(a.probability or 0.0 for a in finding.alternatives)
+    if finding.probability is None or total <= 0.0:
+        return ""
+    if finding.probability > CERTAIN:
+        return " (probability above 99 %)"
+    return f" (probability {100 * finding.probability:.0f} %)"
+
+
+def _upper(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _cannot_tell(finding: Finding) -> str:
+    others = [
+        ASYMMETRY if (finding.effect, a.effect) == ("effort_offset", "joint_friction") else a.effect
+        for a in finding.alternatives
+    ]
+    return f"This recording cannot tell {finding.effect} from {', '.join(dict.fromkeys(others))}."

@@ -1,0 +1,53 @@
+"""What the next run would tell, and what no run can, in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from diagnosis.answer.records import Diagnosis, OpenTie
+from diagnosis.report.sentences import words
+from diagnosis.report.sentences.measurements import measurement
+
+NEEDS_DRIVE = "A run that tells them apart needs `drive` in the robot file."
+
+
+def experiment_line(diagnosis: Diagnosis) -> str:
+    """The next experiment in one sentence."""
+    plan = diagnosis.next_experiment
+    if plan is None:
+        return ""
+    apart = words.listed([words.spelled(name) for name in plan.tells_apart])
+    minutes = f"{plan.minutes:.1f} minutes" if math.isfinite(plan.minutes) else "some minutes"
+    gain = plan.expected_delta_chi2
+    expected = f" (expected difference {gain:.0f} in chi-square)" if math.isfinite(gain) else ""
+    return words.sentence(f"a run of {minutes} would tell apart {apart or 'them'}{expected}")
+
+
+def tie_lines(diagnosis: Diagnosis) -> list[str]:
+    """What stays open whatever runs, and what helps then."""
+    lines = [tie_line(tie) for tie in diagnosis.open_ties]
+    return list(dict.fromkeys(lines))
+
+
+def tie_line(tie: OpenTie) -> str:
+    """One pair of explanations that a run tells apart on one condition, or not at all."""
+    if tie.needs_drive:
+        return NEEDS_DRIVE
+    one, other = (_names(side) for side in (tie.one, tie.other))
+    helps = measurement(frozenset(name.split(" ")[0] for name in (*tie.one, *tie.other)))
+    if tie.minutes is not None:
+        return f"No safe run of {tie.minutes:.0f} minutes can tell {one} from {other}: {helps}."
+    return (
+        f"The proposed run tells {one} from {other} if it is {one}; "
+        f"if it is {other}, both will still fit: then {helps}."
+    )
+
+
+def _names(side: Sequence[str]) -> str:
+    """'effect component' names as noun phrases; one effect at several places once."""
+    parts: dict[str, list[str]] = {}
+    for name in side:
+        effect, _, component = name.partition(" ")
+        parts.setdefault(effect, []).append(component)
+    return words.listed([words.effect(effect, *places) for effect, places in parts.items()])

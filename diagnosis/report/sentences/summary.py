@@ -1,0 +1,204 @@
+"""The summary in the terminal: plain sentences, the most important first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from rich.markup import escape
+
+from diagnosis.answer.records import Diagnosis, Finding, Where
+from diagnosis.report.sentences import sureness, words
+from diagnosis.report.sentences.fit_words import fit_lines, fit_title
+from diagnosis.report.sentences.limit_words import faintest_line, untested_line
+from diagnosis.report.sentences.next_run_words import experiment_line, tie_lines
+from diagnosis.report.sentences.sizes import sizes, told
+
+ENDED_EARLY = (
+    "The search ended at its limit of work, with the best it had: not everything was compared "
+    "(--thorough compares the rest, which takes longer)."
+)
+LOOSE = "Besides, the machine is a little off everywhere, as build tolerances are."
+MOST_NAMED = 4
+"""Things of one kind that a sentence names; the rest are counted."""
+
+
+def summary_lines(diagnosis: Diagnosis) -> list[str]:
+    """The summary as lines of rich markup, everything that came from outside escaped."""
+    lines = []
+    for number, (style, line) in enumerate(_summary(diagnosis)):
+        if style == "head" and number:
+            lines.append("")
+        text = escape(line)
+        if text.endswith("\\"):
+            text += "\\"  # a lone backslash would escape the closing tag
+        lines.append(f"[bold]{text}[/bold]" if style == "head" else text)
+    return lines
+
+
+def plain_lines(diagnosis: Diagnosis) -> list[str]:
+    """The same without markup."""
+    return [line for _, line in _summary(diagnosis)]
+
+
+def headline(diagnosis: Diagnosis) -> str:
+    """The verdict in one sentence."""
+    findings = diagnosis.findings
+    named = [_either(finding) for finding in findings if finding.effect != "unknown"]
+    shown = named[:MOST_NAMED]
+    if len(named) > len(shown):
+        shown.append(f"{len(named) - len(shown)} more")
+    what = words.listed(shown)
+    if diagnosis.verdict == "nothing_missing":
+        return "Nothing is missing: the robot behaves as its robot file says, within the noise."
+    if diagnosis.verdict == "explained" and named:
+        return words.sentence(f"the mismatch is explained by {what}")
+    if diagnosis.verdict == "partly_explained" and named:
+        more = len(named) < len(findings)
+        rest = "; another part is real and matches no known effect" if more else ""
+        return words.sentence(f"part of the mismatch is explained by {what}{rest}")
+    if unknown := [finding for finding in findings if finding.effect == "unknown"]:
+        return words.sentence(
+            "something is missing from the model that matches no known effect; "
+            + words.listed([_enters(finding) for finding in unknown[:MOST_NAMED]])
+        )
+    return "Something is missing from the model, and no known effect explains it."
+
+
+def _either(finding: Finding) -> str:
+    """A finding by name, with what it cannot be told from."""
+    name = words.effect(finding.effect, finding.component)
+    others = [words.rival(finding.effect, o.effect, o.component) for o in finding.alternatives]
+    if not others:
+        return name
+    if len(others) == 1:
+        return f"{name} (or {others[0]})"
+    return f"{name} (or one of {len(others)} others that look the same)"
+
+
+def _enters(finding: Finding) -> str:
+    follows = words.listed([words.followed(name) for name in finding.depends_on])
+    at = f"it enters at {words.part(finding.component)}"
+    return f"{at} and follows {follows}" if follows else at
+
+
+def _summary(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
+    yield "head", headline(diagnosis)
+    yield "", sureness.false_alarm(diagnosis)
+    for number, finding in enumerate(diagnosis.findings, 1):
+        title = finding_title(finding)
+        yield "head", f"{number}. {title}"
+        yield from (("", f"   {line}") for line in finding_lines(finding, span_s(diagnosis)))
+    yield from (("", line) for line in remarks(diagnosis))
+    yield "head", fit_title(diagnosis)
+    yield from (("", line) for line in fit_lines(diagnosis))
+    if left := unexplained_line(diagnosis):
+        yield "", left
+    if untested := untested_line(diagnosis):
+        yield "", untested
+    if faint := faintest_line(diagnosis):
+        yield "", faint
+    if following := experiment_line(diagnosis):
+        yield "head", "What to do next"
+        yield "", following
+
+
+def finding_title(finding: Finding) -> str:
+    """The finding's own sentence, components spelled out."""
+    return words.sentence(finding.says or words.effect(finding.effect, finding.component))
+
+
+def span_s(diagnosis: Diagnosis) -> tuple[float, float]:
+    """First and last time of the recording; NaN where no picture tells."""
+    picture = diagnosis.picture
+    if picture is None or not len(picture.t_s):
+        return math.nan, math.nan
+    return float(picture.t_s[0]), float(picture.t_s[-1])
+
+
+def remarks(diagnosis: Diagnosis) -> list[str]:
+    """What is to be said of the machine and of the search as a whole, beside the findings."""
+    lines = [LOOSE] if diagnosis.loosely_built else []
+    lines += [ENDED_EARLY] if diagnosis.ended_early else []
+    lines += [f"The torques were not read: {why}." for why in diagnosis.not_read]
+    return [*lines, *tie_lines(diagnosis)]
+
+
+def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> list[str]:
+    """Size, how sure, where, and what else it could be."""
+    lines = [
+        words.sentence(f"{size.name}: {size.text}")
+        for name, result in told(finding.parameters).items()
+        for size in sizes(finding.effect, name, result)
+    ]
+    lines.append(sureness.evidence(finding))
+    if math.isfinite(finding.share_of_mismatch):
+        lines.append(f"It makes up {100.0 * finding.share_of_mismatch:.0f} % of the mismatch.")
+    if shows := where_line(finding, span):
+        lines.append(shows)
+    if finding.effect == "unknown":
+        lines.append(words.sentence(f"{_enters(finding)}{_memory(finding)}"))
+    lines.append(alternatives_line(finding))
+    return lines
+
+
+def where_line(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> str:
+    """In which readings, when (unless all the time), and in which regime it shows."""
+    where = finding.where
+    parts = []
+    if where.axes:
+        axes = [words.channel(axis) for axis in where.axes[:MOST_NAMED]]
+        parts.append(f"in {words.listed(axes)}")
+    if times := _stretches(where, *span):
+        parts.append(times)
+    if where.regime and finding.effect != "unknown":
+        parts.append(where.regime)
+    return words.sentence(f"it shows {', '.join(parts)}") if parts else ""
+
+
+def stretches(where: Where, start_s: float, end_s: float) -> list[tuple[float, float]]:
+    """Those that say something: not the whole recording, or all of several."""
+    times_s, slack = where.times_s, 0.02 * (end_s - start_s)
+    if len(set(where.recordings)) > 1:
+        return []
+    if len(times_s) == 1 and times_s[0][0] <= start_s + slack and times_s[0][1] >= end_s - slack:
+        return []
+    return list(times_s)
+
+
+def _stretches(where: Where, start_s: float, end_s: float) -> str:
+    times = stretches(where, start_s, end_s)
+    if len(times) == 1 and times[0][1] >= end_s:
+        return f"from {times[0][0]:.1f} s on"
+    shown = [f"from {start:.1f} to {end:.1f} s" for start, end in times[:MOST_NAMED]]
+    more = len(times) - len(shown)
+    return words.listed([*shown, f"{more} more times"] if more > 0 else shown)
+
+
+def alternatives_line(finding: Finding) -> str:
+    """What this recording cannot tell from the finding."""
+    others = [words.rival(finding.effect, o.effect, o.component) for o in finding.alternatives]
+    if not others:
+        if finding.effect == "unknown":
+            return "No known effect matches it."
+        return "No other known effect fits these readings as well."
+    return f"This recording cannot tell it from {words.listed(others, 'or')}."
+
+
+def _memory(finding: Finding) -> str:
+    if finding.has_memory is None:
+        return ""
+    return "; what came before counts too" if finding.has_memory else "; only the present counts"
+
+
+def unexplained_line(diagnosis: Diagnosis) -> str:
+    """What no finding explains; its share only where it is more than noise."""
+    rest = diagnosis.unexplained
+    says = words.sentence(rest.says)
+    share = 100.0 * rest.share_of_mismatch
+    told_share = bool(diagnosis.findings) and share > 0.0
+    shown = f"{share:.0f} %" if share >= 1.0 else "under 1 %"
+    head = f"Unexplained: {shown} of the mismatch." if told_share else ""
+    follows = words.listed([words.followed(name) for name in rest.depends_on])
+    more = words.sentence(f"it follows {follows}") if follows and not says else ""
+    return " ".join(text for text in (head, says, more) if text)

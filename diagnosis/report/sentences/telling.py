@@ -1,0 +1,91 @@
+"""An answer put into words: every sentence of it is made here, from its fields."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from diagnosis.answer.records import Diagnosis, Finding
+from diagnosis.answer.verdict import AT_FLOOR
+from diagnosis.report.sentences import words
+from diagnosis.report.sentences.regime_words import regime
+from diagnosis.report.sentences.sizes import quantity
+from diagnosis.report.sentences.summary import plain_lines
+from models.effects import VOCABULARY
+from models.effects.kind import EffectKind
+
+NOISE = "What is left is consistent with measurement noise."
+
+
+def told(answer: Diagnosis, kinds: Mapping[str, EffectKind] = VOCABULARY) -> Diagnosis:
+    """The same answer with its sentences: of each finding, of what is left, and as a whole.
+
+    kinds: the effects of the machine by name, which know their own sentences. What has a sentence
+    already keeps it.
+    """
+    several = answer.picture is not None and len(answer.picture.shift_s) > 1
+    findings = [_told(finding, kinds, several) for finding in answer.findings]
+    rest = answer.unexplained
+    rest = rest.model_copy(update={"says": rest.says or unexplained(answer)})
+    answer = answer.model_copy(update={"findings": findings, "unexplained": rest})
+    return answer.model_copy(update={"says": answer.says or plain_lines(answer)})
+
+
+def _told(finding: Finding, kinds: Mapping[str, EffectKind], several: bool) -> Finding:
+    says = finding.says or sentence(finding, kinds)
+    if several and len(finding.where.recordings) == 1 and not finding.says:
+        says += f" (in recording {finding.where.recordings[0]})"
+    where = finding.where
+    where = where.model_copy(update={"regime": where.regime or regime(finding)})
+    return finding.model_copy(update={"says": says, "where": where})
+
+
+def sentence(finding: Finding, kinds: Mapping[str, EffectKind] = VOCABULARY) -> str:
+    """A finding in one sentence, with its size."""
+    part = words.part(finding.component)
+    if finding.effect == "unknown":
+        return _unknown(finding, part)
+    if finding.effect == "stale_reading":
+        begin, end = finding.where.times_s[0]
+        return f"{part} repeats one value from {begin:.2f} s to {end:.2f} s"
+    kind = kinds.get(finding.effect)
+    if kind is None:
+        return words.effect(finding.effect, finding.component)
+    values: dict[str, Any] = {p.name: p.default for p in kind.parameters if p.default is not None}
+    for name, size in finding.parameters.items():
+        found = [value for value, _, _ in size.components]
+        values[name] = found if isinstance(size.value, list) else found[0]
+    return kind.sentence(part, values)
+
+
+def _unknown(finding: Finding, part: str) -> str:
+    drivers = [words.followed(name) for name in finding.depends_on if name not in finding.tied]
+    tied = [words.followed(name) for name in finding.tied]
+    which = words.listed(drivers)
+    if tied:
+        which += f" (or {', '.join(tied)}: this recording cannot tell which)"
+    size = finding.parameters["size_rms"]
+    ((value, _, _),) = size.components
+    return (
+        f"something at {part} that no known effect explains follows {which}, "
+        f"with a size of {quantity(value, size.unit, digits=3)} (root mean square)"
+    )
+
+
+def unexplained(answer: Diagnosis) -> str:
+    """What no finding explains, in one sentence."""
+    rest, fit = answer.unexplained, answer.fit
+    if not rest.depends_on and rest.share_of_mismatch <= 0.0:
+        return NOISE
+    floor = fit.noise_floor_m
+    times = fit.rms_after_m / floor if floor > 0.0 else math.inf
+    how = [] if rest.p is None else [f"p = {rest.p:.2g}"]
+    if times > AT_FLOOR:
+        how.append(f"{times:.2g} times the noise floor")
+    told_how = f" ({', '.join(how)})" if how else ""
+    if not rest.depends_on:
+        return f"What is left is more than noise{told_how}, and no test tells what it follows."
+    follows = words.listed([words.followed(name) for name in rest.depends_on])
+    place = f" at {words.part(rest.component)}" if rest.component else ""
+    return f"What is left is more than noise{told_how}; it follows {follows}{place}."

@@ -1,0 +1,48 @@
+"""Scores of finely resolved free shapes, of which each reading meets a few columns only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.side_by_side import side_by_side
+from diagnosis.estimation.splines import FreeShape, Score
+from diagnosis.observations.readings import FloatArray
+from diagnosis.score_tests.chi2_tail import log_sf
+from diagnosis.score_tests.score_test import gain_alone, tolerance_factor
+from diagnosis.score_tests.sinusoids import sinusoid_scores
+
+
+def scores_of(
+    shapes: Sequence[FreeShape], fitter: Fitter, solution: Solution, small: FloatArray | None
+) -> list[Score]:
+    """Each shape's score, and those of the sinusoid_scores.
+
+    small: whitened changes by what no robot file can promise, (m, k).
+    """
+    basis = solution.basis[: fitter.rows]
+    # The rows of the priors count too: a shape that takes over lets the nuisances spring back.
+    residual = solution.residual
+    rest = (residual - solution.basis @ (solution.basis.T @ residual))[: fitter.rows]
+    if small is not None:
+        small = small - basis @ (basis.T @ small)
+    ports = fitter.ports  # before the fork
+
+    def score(free: FreeShape) -> tuple[float, float]:
+        columns = ports[free.port] @ free.basis
+        shared = columns.T @ basis
+        gram = (columns.T @ columns).toarray()
+        left = gram - shared @ shared.T
+        gain, rank = gain_alone(left, columns.T @ rest, np.diag(gram))
+        factor = 1.0 if small is None else tolerance_factor(left, columns.T @ small)
+        return gain, log_sf(gain / factor, rank)
+
+    tasks: list[Callable[[], Any]] = [partial(sinusoid_scores, fitter, solution)]
+    tasks += [partial(score, free) for free in shapes]
+    beats, *scores = side_by_side(tasks)
+    return [*((free, *own) for free, own in zip(shapes, scores, strict=True)), *beats]

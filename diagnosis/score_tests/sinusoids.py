@@ -1,0 +1,81 @@
+"""An error that comes and goes in time: a table that sways, a lamp that flickers.
+
+A spline over the whole recording is too coarse for it, and one fine enough would follow noise.
+A line in the spectrum of what is left needs three numbers only: how often, and how much of sine
+and cosine.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.splines import FreeShape, Score, waves
+from diagnosis.observations.readings import FloatArray
+from diagnosis.score_tests.chi2_tail import log_sf
+from diagnosis.score_tests.score_test import explained_by
+
+FEWEST_TURNS = 6.0
+"""Slower ones are seen by the splines over time."""
+FASTEST = 0.2
+"""Turns a sample, at most."""
+FINER = 4
+"""Frequencies looked at, for each that the length of the recording tells apart."""
+BETWEEN = 16
+"""Frequencies tried on either side of the strongest."""
+
+
+def sinusoid_scores(fitter: Fitter, solution: Solution) -> list[Score]:
+    """At each port the rhythm that explains most: shape, gain, and log p for all frequencies."""
+    ports = fitter.model.ports()
+    t_s = fitter.model.readings.t_s
+    basis, residual = solution.basis, solution.residual
+    found = []
+    for port, change in ports.items():
+        rate_hz, looks = _strongest(fitter, residual[: fitter.rows], change)
+        if rate_hz is None:
+            continue
+        free = FreeShape(port, "time", waves(t_s, rate_hz), t_s[:0], "sinusoid", rate_hz)
+        columns = fitter.vector(free.columns(change))
+        gain, rank = explained_by(columns - basis @ (basis.T @ columns), residual)
+        found.append((free, gain, min(log_sf(gain, rank) + float(np.log(looks)), 0.0)))
+    return sorted(found, key=lambda item: item[2])
+
+
+def _strongest(
+    fitter: Fitter, residual: FloatArray, change: FloatArray
+) -> tuple[float | None, int]:
+    """Frequency with most power in a residual seen through a port, and how many were looked at."""
+    readings, whiten = fitter.model.readings, fitter.whiten
+    at = np.rint((readings.t_s[whiten.rows] - readings.t_s[0]) / readings.period_s).astype(int)
+    sigma = np.array([noise.sigma for noise in whiten.channels])
+    pull = change[whiten.rows, whiten.channel] / sigma[whiten.channel]
+    power = float(pull @ pull)
+    if power == 0.0:
+        return None, 0
+    length = int(at.max()) + 1
+    series = np.asarray(np.bincount(at, pull * residual, length), dtype=np.float64)
+    size = int(2 ** np.ceil(np.log2(FINER * length)))
+    lines = np.abs(np.fft.rfft(series, size)) ** 2
+    first = int(np.ceil(FEWEST_TURNS * size / length))
+    last = int(FASTEST * size)
+    if last <= first:
+        return None, 0
+    best = first + int(np.argmax(lines[first:last]))
+    # Between the lines, where a quarter of one already leaves a rest.
+    turns: FloatArray = (best + np.linspace(-1.0, 1.0, 2 * BETWEEN + 1)) / size
+    nearest = float(turns[np.argmax(_strength(series, turns))])
+    return nearest / readings.period_s, last - first
+
+
+def _strength(series: FloatArray, turns: FloatArray) -> FloatArray:
+    """Size of a series' part at frequencies (k,) that lie equally far apart, in turns a sample."""
+    samples = np.arange(len(series))
+    wave = np.exp(-2j * np.pi * turns[0] * samples)
+    further = np.exp(-2j * np.pi * (turns[1] - turns[0]) * samples)
+    strength = np.empty(len(turns))
+    for k in range(len(turns)):
+        strength[k] = np.abs(wave @ series)
+        wave *= further
+    return strength

@@ -1,0 +1,88 @@
+"""By what one set of effects is better than another, and what an effect must gain to be in one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from diagnosis.answer.verdict import ALARM
+from diagnosis.estimation.estimate import Solution
+from diagnosis.evidence.detection import Detection
+from diagnosis.plants.candidate import Candidate, Term
+from diagnosis.priors.discrepancy import left_by
+from diagnosis.priors.options import SearchOptions
+from diagnosis.priors.penalties import penalty_of, spline_penalty
+from diagnosis.score_tests.chi2_tail import log_sf
+from diagnosis.search.outside_contact import gain_elsewhere, local_terms
+from models.effects.kind import EXACT
+
+
+@dataclass(slots=True, eq=False)
+class Criterion:
+    """Penalised cost of a set, and whether a term earns its place in one."""
+
+    tests: Detection
+    options: SearchOptions
+    _parts: dict[tuple[tuple[str, ...], ...], float] = field(default_factory=dict)
+
+    def penalised(self, solution: Solution) -> float:
+        """Cost with the penalty of everything in it: the smaller the better."""
+        penalties = sum(penalty_of(term) for term in solution.terms)
+        return solution.cost + penalties + sum(spline_penalty(free) for free in solution.frees)
+
+    def fully_penalised(self, solution: Solution) -> float:
+        """Penalised cost, with what choosing each effect from all of them costs.
+
+        The penalty of a free shape has it; a pile of effects in one driver must not get it free.
+        """
+        return self.penalised(solution) + self.options.choice * len(solution.terms)
+
+    def least_gain(
+        self, solution: Solution, new: Candidate | None = None, exact: Sequence[Term] = ()
+    ) -> float:
+        """What a new effect must explain at least: a share of what is explained already.
+
+        Sharp effects count first, so that what two could explain is not charged as discrepancy.
+        exact: terms that leave nothing in the readings that are looked at.
+        """
+        least, before = 0.0, self.tests.empty.cost
+        left = [EXACT if term in exact else left_by(term, new) for term in solution.terms]
+        for share in sorted(set(left)):
+            part = tuple(t for t, own in zip(solution.terms, left, strict=True) if own <= share)
+            whole = part == solution.terms and not solution.frees
+            now = solution.cost if whole else self._part(part)
+            least, before = least + share * max(before - now, 0.0), min(now, before)
+        return least + EXACT * max(before - solution.cost, 0.0)
+
+    def _part(self, terms: tuple[Term, ...]) -> float:
+        """Cost with some of the terms alone."""
+        key = tuple(term.candidate.key for term in terms)
+        if key not in self._parts:
+            fitter = self.tests.fitter
+            with fitter.budget.not_counted():
+                self._parts[key] = fitter.solve(terms, (), self.tests.empty.nuisances, 2).cost
+        return self._parts[key]
+
+    def earns(self, without: Solution, found: Solution, new: Candidate) -> bool:
+        """Whether an effect gains enough, everywhere or where nothing local misleads."""
+        gain = without.cost - found.cost
+        if not self.shows(gain, new):
+            return False
+        if gain >= self.least_gain(without, new):
+            return True
+        local = local_terms(without.terms)
+        if not local or gain < self.least_gain(without, new, local):
+            return False
+        gain = gain_elsewhere(self.tests.fitter, without, found) / self.tests.tolerance_factor_of(
+            new
+        )
+        return self.shows(gain, new)
+
+    def shows(self, gain: float, new: Candidate) -> bool:
+        """Whether a gain in chi-square is more than chance."""
+        return self.tests.p(log_sf(gain, len(new.moved))) <= ALARM
+
+    def clearly(self, without: Solution, found: Solution, new: Candidate) -> bool:
+        """Whether an effect gains many times enough."""
+        gain = (without.cost - found.cost) / self.options.clearly
+        return self.shows(gain, new) and gain >= self.least_gain(without, new)
