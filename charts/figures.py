@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import json
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from charts.spec import Colour, Mark, Series, Span, Style, pack, script_json, series_spec
+from charts.spoken import column_names, spoken
 from charts.thin import MAXIMUM_POINTS, FloatArray
 
 LINE_HEIGHT_PX = 260
@@ -177,14 +179,49 @@ class BarChart:
 
 
 def figure(title: str, spec: dict[str, Any], height_px: int, note: str) -> str:
-    """A figure that the script brings to life."""
+    """A figure with its data; `charts.page.page` draws those of a page together."""
+    name = html.escape(title, quote=True)
+    columns = html.escape(json.dumps(column_names(spec)), quote=True)
+    spec = spec | {"height": height_px}
     return (
-        '<figure class="chart">'
-        f"<figcaption>{html.escape(title)}</figcaption>"
-        f'<div class="plot" style="height:{height_px}px" role="img" tabindex="0" '
-        f'aria-label="{html.escape(title, quote=True)}"></div>{_note(note)}'
-        f'<script type="application/json">{script_json(spec)}</script></figure>'
+        f'<figure class="chart" role="figure" aria-label="{name}" data-title="{name}" '
+        f'data-columns="{columns}">'
+        f"<figcaption>{html.escape(title)}{_tools(name)}</figcaption>{_legend(spec)}"
+        f'<p class="spoken">{html.escape(spoken(spec))}</p>'
+        f'<script type="application/json">{script_json(spec)}</script>{_note(note)}</figure>'
     )
+
+
+def _tools(name: str) -> str:
+    kinds = (("png", "a picture"), ("svg", "a drawing"), ("csv", "numbers"))
+    return (
+        '<span class="tools">'
+        + "".join(
+            f'<button type="button" data-save="{kind}" title="save as {what} ({kind.upper()})" '
+            f'aria-label="save {name} as {what}, {kind.upper()}">{kind.upper()}</button>'
+            for kind, what in kinds
+        )
+        + "</span>"
+    )
+
+
+def _legend(spec: dict[str, Any]) -> str:
+    """Names beside their colours; curves can be switched off."""
+    entries = spec["states"] if spec["kind"] == "heat" else spec["series"]
+    if len(entries) < 2:
+        return ""
+    rows = []
+    for number, entry in enumerate(entries):
+        kind = "dashed" if entry.get("dashed") else entry.get("style", "cell")
+        text = (
+            f'<i class="{kind}" style="background:var(--{entry["colour"]})"></i>'
+            f"{html.escape(entry['name'])}"
+        )
+        pressed = "false" if entry.get("hidden") else "true"
+        rows.append(
+            f'<button type="button" data-series="{number}" aria-pressed="{pressed}">{text}</button>'
+        )
+    return f'<div class="legend">{"".join(rows)}</div>'
 
 
 def _note(note: str) -> str:

@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import html
+import json
+import re
 from collections.abc import Iterable, Sequence
 from functools import cache
 from importlib.resources import files
+from importlib.util import find_spec
+from typing import Any
+
+from foundation.extras import how_to_install
 
 _NO_NETWORK = (
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
@@ -13,10 +19,15 @@ _NO_NETWORK = (
 """The browser itself is told that the page may load nothing."""
 
 HINT = (
-    "Drag across a chart to zoom in, double-click to see everything again; Shift and drag moves. "
-    "The wheel zooms while Ctrl is held or after a click on the chart; on a touch screen use two "
-    "fingers. Click a name to hide its curve."
+    "Drag across a chart to zoom in, the round arrow above it shows everything again; the wheel "
+    "zooms while Ctrl is held, two fingers do on a touch screen. Click a name to hide its curve; "
+    "PNG, SVG and CSV save what a chart shows and its numbers."
 )
+
+THINNED = "Long curves are drawn with fewer points, so that this page stays small; peaks are kept."
+
+_DATA = re.compile(r'<script type="application/json">(.*?)</script>', re.DOTALL)
+"""The data of a chart, as `charts.figures.figure` writes it; no text in it can hold a `<`."""
 
 
 @cache
@@ -27,13 +38,37 @@ def style() -> str:
 
 @cache
 def script() -> str:
-    """The script of every report: the parts in the order of their names, in one scope."""
-    parts = sorted(
-        (part for part in (files("charts") / "assets").iterdir() if part.name.endswith(".js")),
-        key=lambda part: part.name,
+    """What the page does with the library."""
+    return (files("charts") / "assets" / "charts.js").read_text(encoding="utf-8")
+
+
+def _drawn(body: str) -> tuple[str, str]:
+    """The body with a place for each chart, and the scripts that fill them."""
+    specs: list[dict[str, Any]] = [json.loads(found[1]) for found in _DATA.finditer(body)]
+    if not specs:
+        return body, ""
+    if find_spec("bokeh") is None:
+        without = f"Not drawn: that needs Bokeh; type {how_to_install('charts')}."
+        return _DATA.sub(lambda _: paragraph(without, "note"), body), ""
+    from charts.document import document, library
+
+    for number, spec in enumerate(specs, 1):
+        spec["id"] = f"chart-{number}"
+    data, thinned = document(specs)
+    places = iter(specs)
+
+    def place(_: re.Match[str]) -> str:
+        spec = next(places)
+        return f'<div class="plot" id="{spec["id"]}" style="min-height:{spec["height"]}px"></div>'
+
+    body = _DATA.sub(place, body)
+    if thinned:
+        body += paragraph(THINNED, "note")
+    scripts = (
+        f'<script type="application/json" id="drawn">{data}</script>\n'
+        f"<script>{library()}</script>\n<script>{script()}</script>"
     )
-    body = "\n".join(part.read_text(encoding="utf-8") for part in parts)
-    return f'(() => {{\n"use strict";\n{body}\n}})();'
+    return body, scripts
 
 
 def page(title: str, parts: Iterable[str], lead: str = "", extra_style: str = "") -> str:
@@ -41,8 +76,7 @@ def page(title: str, parts: Iterable[str], lead: str = "", extra_style: str = ""
 
     `extra_style` is CSS of the caller's own, after the common one.
     """
-    body = "\n".join(parts)
-    scripted = f"<script>{script()}</script>" if '<figure class="chart">' in body else ""
+    body, scripted = _drawn("\n".join(parts))
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'

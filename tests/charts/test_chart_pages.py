@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
-import subprocess
 from html.parser import HTMLParser
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from charts.document import library
 from charts.figures import Bar, BarChart, HeatStrip, LineChart, histogram
-from charts.page import columns, facts, folded, heading, page, paragraph, script, table
+from charts.page import THINNED, columns, facts, folded, heading, page, paragraph, table
 from charts.spec import Colour, Mark, Series, Span, Style, unpack
 
-ASSETS = Path(__file__).resolve().parents[2] / "charts" / "assets"
 NASTY = "</script><script>alert('x')</script> & \"quoted\" \u2028"
 VOID = {"meta", "br"}
 
@@ -87,13 +84,14 @@ def test_texts_stay_texts() -> None:
     ]
     reader = read(page(NASTY, parts, lead=NASTY))
     scripts = [attributes for tag, attributes in reader.tags if tag == "script"]
-    assert scripts == [{"type": "application/json"}, {}]
+    assert scripts == [{"type": "application/json", "id": "drawn"}, {}, {}]
 
 
 def test_a_page_loads_nothing() -> None:
     text = page("Report", [chart().html()])
     reader = read(text)
-    assert not re.search(r"(?:https?:)?//[a-z]+\.|@import|url\(", text)
+    ours = text.replace(library(), "")
+    assert not re.search(r"(?:https?:)?//[a-z]+\.|@import|url\(", ours)
     assert not [tag for tag, _ in reader.tags if tag in {"link", "img", "iframe", "base"}]
     assert not [1 for _, attributes in reader.tags if {"src", "href"} & set(attributes)]
     policy = [a["content"] for _, a in reader.tags if a.get("http-equiv")]
@@ -101,34 +99,53 @@ def test_a_page_loads_nothing() -> None:
     assert policy[0].startswith("default-src 'none'")
 
 
-def test_a_page_is_small_and_one_without_charts_smaller() -> None:
-    assert len(page("", [chart().html()])) < 60_000
-    assert "<script>" not in page("", [BarChart("t", "", []).html()])
+def test_a_page_with_many_long_curves_stays_below_two_megabytes_and_says_so() -> None:
+    rng = np.random.default_rng(1)
+    series = [Series(f"{k}", np.arange(50_000), rng.normal(size=50_000)) for k in range(12)]
+    text = page("", [chart(series=series).html()])
+    assert len(text.encode()) < 2_000_000
+    assert THINNED in text
+    assert THINNED not in page("", [chart().html()])
 
 
-def test_the_script_is_sound_javascript(tmp_path: Path) -> None:
-    node = shutil.which("node")
-    if node is None:
-        pytest.skip("checked where node is at hand")
-    file = tmp_path / "script.js"
-    file.write_text(script(), encoding="utf-8")
-    subprocess.run([node, "--check", str(file)], check=True, timeout=20)
+def test_a_page_without_charts_carries_no_library() -> None:
+    text = page("", [BarChart("t", "", []).html()])
+    assert "<script" not in text
+    assert len(text) < 20_000
 
 
-def test_a_scale_has_two_ticks_or_more(tmp_path: Path) -> None:
-    """One tick alone, as the 0 of an error between -25 and 40 mm in a low chart, tells no size."""
-    node = shutil.which("node")
-    if node is None:
-        pytest.skip("checked where node is at hand")
-    ranges = [[-25.3, 40.2], [-95.0, -68.0], [-1e-6, 2e-6], [-800.0, 5000.0], [0.0, 1.0]]
-    asked = f"console.log(JSON.stringify({ranges}.map(([a, b]) => scaleTicks(a, b, 1.4).values)))"
-    numbers = (ASSETS / "1-numbers.js").read_text(encoding="utf-8")
-    file = tmp_path / "numbers.js"
-    file.write_text(f"{numbers}\n{asked}\n", encoding="utf-8")
-    done = subprocess.run([node, file], check=True, timeout=20, capture_output=True, text=True)
-    for (low, high), values in zip(ranges, json.loads(done.stdout), strict=True):
-        assert 2 <= len(values) <= 6
-        assert low <= min(values) < max(values) <= high
+def test_without_the_library_the_page_says_what_to_type(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("charts.page.find_spec", lambda _: None)
+    text = page("", [table(["a"], [["1"]]), chart().html()])
+    assert "extras WITH=charts" in text
+    assert "<script" not in text
+
+
+def roots(*charts: LineChart | HeatStrip) -> list[dict[str, Any]]:
+    """What the page gives Bokeh for each chart."""
+    text = page("", [one.html() for one in charts])
+    [drawn] = re.findall(r'id="drawn">(.*?)</script>', text)
+    return [root["attributes"] for root in json.loads(drawn)["docs"]["charts"]["roots"]]
+
+
+def test_charts_of_a_group_share_one_axis_that_shows_all_of_both() -> None:
+    short = chart(group="time", series=[Series("a", [2.0, 3.0], [0.0, 1.0])])
+    long = chart(group="time", series=[Series("b", [0.0, 9.0], [0.0, 1.0])])
+    first, second = roots(short, long)
+    axis = first["x_range"]
+    assert (axis["attributes"]["reset_start"], axis["attributes"]["reset_end"]) == (0.0, 9.0)
+    assert second["x_range"] == {"id": axis["id"]}
+
+
+def test_what_is_not_seen_can_be_read_and_pressed() -> None:
+    text = chart(title="Error", series=[Series("a", [0.0, 1.0], [2.0, 4.0]), Series("b", [], [])])
+    reader = read(text.html())
+    [[_, figure]] = [tag for tag in reader.tags if tag[0] == "figure"]
+    assert figure["aria-label"] == "Error"
+    buttons = [attributes for tag, attributes in reader.tags if tag == "button"]
+    assert [b["data-save"] for b in buttons if "data-save" in b] == ["png", "svg", "csv"]
+    assert [b["aria-pressed"] for b in buttons if "data-series" in b] == ["true", "true"]
+    assert "a: 2 points from 2 to 4, mean 3" in text.html()
 
 
 def test_precision_far_from_zero() -> None:
