@@ -31,11 +31,12 @@ def document(specs: Sequence[dict[str, Any]]) -> tuple[str, bool]:
     thinned = _fit(specs)
     _homes(specs)
     drawn, shared, items = Document(), drawing.Shared(), dict[str, str]()
-    for spec in specs:
-        draw = strips.strip if spec["kind"] == "heat" else drawing.curves
-        plot = draw(spec, spec["height"], shared)
-        drawn.add_root(plot)
-        items[plot.id] = spec["id"]
+    with drawn.models.freeze():  # references are gathered once, not at each chart
+        for spec in specs:
+            draw = strips.strip if spec["kind"] == "heat" else drawing.curves
+            plot = draw(spec, spec["height"], shared)
+            drawn.add_root(plot)
+            items[plot.id] = spec["id"]
     name = "charts"
     render = [{"docid": name, "roots": items}]
     text = script_json({"docs": {name: drawn.to_json(deferred=False)}, "items": render})

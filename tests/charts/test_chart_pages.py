@@ -128,6 +128,10 @@ def roots(*charts: LineChart | HeatStrip) -> list[dict[str, Any]]:
     return [root["attributes"] for root in json.loads(drawn)["docs"]["charts"]["roots"]]
 
 
+def test_the_same_charts_give_the_same_page() -> None:
+    assert page("", [chart().html()]) == page("", [chart().html()])
+
+
 def test_charts_of_a_group_share_one_axis_that_shows_all_of_both() -> None:
     short = chart(group="time", series=[Series("a", [2.0, 3.0], [0.0, 1.0])])
     long = chart(group="time", series=[Series("b", [0.0, 9.0], [0.0, 1.0])])

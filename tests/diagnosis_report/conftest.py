@@ -25,8 +25,18 @@ from diagnosis.answer.records import (
     Where,
 )
 from models.robot import DeltaRobot, RangeSensor, ServoAxis, StepperAxis
+from tests.rigs.charts import nothing_drawn
 
 Make = Callable[..., Any]
+
+DRAWN = {"test_long_recordings_stay_small"}
+
+
+@pytest.fixture(autouse=True)
+def charts_left_out(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Charts take a twentieth of a second each; most tests here look at what is around them."""
+    if request.node.name not in DRAWN:
+        monkeypatch.setattr("charts.document.document", nothing_drawn)
 
 
 def delta_robot(name: str = "practice-robot") -> DeltaRobot:

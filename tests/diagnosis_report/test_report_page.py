@@ -24,10 +24,11 @@ from diagnosis.report.page.bars import interval_bar, pair_bars
 from diagnosis.report.page.html import report_html, write_report
 from diagnosis.report.sentences.sizes import Size
 from foundation.errors import RecordingError
+from tests.rigs.charts import charts_of
 
 VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")
 VOID = {"meta", "br", "img", "input", "hr", "link"}
-LARGEST = 3_000_000
+LARGEST = 2_000_000
 NAN = math.nan
 
 
