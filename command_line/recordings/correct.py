@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from command_line.robot.jobs import JsonOption
 from command_line.output import console, print_json, say, waiting
+from command_line.robot.jobs import JsonOption
 from foundation.extras import needs
 
 if TYPE_CHECKING:
