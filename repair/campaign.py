@@ -20,7 +20,7 @@ from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import DeltactlError
 from proof.hidden.build_in import SINGLES
 from proof.prove.workers import workers
-from repair.story import Story, tell
+from repair.demonstration import Demonstration, demonstrate
 
 JOB, ROBOT = CONFIG_FOLDER / "demo-heart.yaml", CONFIG_FOLDER / "zhao-2023.yaml"
 SURVEY_S = 240.0
@@ -75,20 +75,22 @@ def run_case(seed: int, number: int) -> dict[str, Any]:
     named = [*effects, *(["unknown"] if unknown else [])]
     with tempfile.TemporaryDirectory(prefix="repair-") as folder, alone():
         try:
-            story = tell(JOB, ROBOT, Path(folder), effects, 1000 * seed + number, unknown, SURVEY_S)
+            shown = demonstrate(
+                JOB, ROBOT, Path(folder), effects, 1000 * seed + number, unknown, SURVEY_S
+            )
         except DeltactlError as error:
             return {"number": number, "concealed": named, "failure": str(error)}
-    return _as_json(number, story)
+    return _as_json(number, shown)
 
 
-def _as_json(number: int, story: Story) -> dict[str, Any]:
+def _as_json(number: int, shown: Demonstration) -> dict[str, Any]:
     return {
         "number": number,
-        "concealed": [f"{one.effect} on {one.where}" for one in story.answers],
-        "found": [f"{one.effect} on {one.component}" for one in story.diagnosis.findings],
-        "before_m": story.before.rms_m,
-        "after_m": story.after.rms_m,
-        "possible_m": story.possible.rms_m,
+        "concealed": [f"{one.effect} on {one.where}" for one in shown.answers],
+        "found": [f"{one.effect} on {one.component}" for one in shown.diagnosis.findings],
+        "before_m": shown.before.rms_m,
+        "after_m": shown.after.rms_m,
+        "possible_m": shown.possible.rms_m,
         "failure": "",
     }
 

@@ -19,7 +19,7 @@ from foundation.errors import RecordingError
 from models.robot import FloatArray, load_robot_model
 from proof.hidden.hidden import Hidden
 from repair.coverage import Coverage
-from repair.story import Story
+from repair.demonstration import Demonstration
 from repair.tracking import Drawn
 
 MM = 1e3
@@ -34,28 +34,28 @@ STYLE = """
 """
 
 
-def write_page(story: Story, out: Path) -> None:
+def write_page(demo: Demonstration, out: Path) -> None:
     """Write the page; an earlier one is replaced whole or not at all. Raises RecordingError."""
     draft = out.with_name(f".{out.name}.part")
     try:
-        draft.write_text(page_html(story), encoding="utf-8")
+        draft.write_text(page_html(demo), encoding="utf-8")
         os.replace(draft, out)
     except OSError as error:
         raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
 
 
-def page_html(story: Story) -> str:
+def page_html(demo: Demonstration) -> str:
     """The page as one HTML document."""
-    robot = load_robot_model(story.robot_file)
+    robot = load_robot_model(demo.robot_file)
     parts = [
-        _headline(story),
-        _picture(story),
-        columns([machine_drawing(robot, story.diagnosis.findings), _error_chart(story)]),
-        *_mismatch(story),
+        _headline(demo),
+        _picture(demo),
+        columns([machine_drawing(robot, demo.diagnosis.findings), _error_chart(demo)]),
+        *_mismatch(demo),
         heading("What was concealed, what was found"),
-        _found(story),
+        _found(demo),
         heading("What is done about it"),
-        *_covered(story.coverage),
+        *_covered(demo.coverage),
         paragraph(
             "The robot is a MuJoCo model with its own bodies, contacts and friction; the diagnosis "
             "saw nothing of it but the readings of three ranging sensors and the commanded counts.",
@@ -64,7 +64,7 @@ def page_html(story: Story) -> str:
     ]
     lead = (
         f"A robot with something concealed drew a heart, was recorded for "
-        f"{story.survey_s / 60.0:.0f} minutes, diagnosed and corrected, and drew it again."
+        f"{demo.survey_s / 60.0:.0f} minutes, diagnosed and corrected, and drew it again."
     )
     return page("From a concealed fault to better tracking", parts, lead, _style())
 
@@ -74,11 +74,11 @@ def _style() -> str:
     return (files("diagnosis.report.page") / "report.css").read_text(encoding="utf-8") + STYLE
 
 
-def _headline(story: Story) -> str:
+def _headline(demo: Demonstration) -> str:
     cells = [
-        ("before", story.before.rms_m),
-        ("after", story.after.rms_m),
-        ("possible", story.possible.rms_m),
+        ("before", demo.before.rms_m),
+        ("after", demo.after.rms_m),
+        ("possible", demo.possible.rms_m),
     ]
     shown = "".join(
         f"<div>{html.escape(name)}<b>{MM * rms_m:.2f} mm</b></div>" for name, rms_m in cells
@@ -91,15 +91,15 @@ def _headline(story: Story) -> str:
     return f'<div class="figures">{shown}</div>{about}'
 
 
-def _picture(story: Story) -> str:
-    target, times = story.before.target_m, _magnified(story.before)
+def _picture(demo: Demonstration) -> str:
+    target, times = demo.before.target_m, _magnified(demo.before)
 
     def shown(run: Drawn) -> tuple[FloatArray, FloatArray]:
         return _plane(run.target_m + times * (run.true_m - run.target_m))
 
     curves = [
-        Series("before", *shown(story.before), Colour.BAD),
-        Series("after", *shown(story.after), Colour.FIRST),
+        Series("before", *shown(demo.before), Colour.BAD),
+        Series("after", *shown(demo.after), Colour.FIRST),
         Series("target", *_plane(target), Colour.ASKED, dashed=True),
     ]
     note = "Where the platform truly was, seen from above"
@@ -114,21 +114,21 @@ def _magnified(before: Drawn) -> int:
     return next((times for times in MAGNIFIED if times * worst_m >= SEEN_M), MAGNIFIED[-1])
 
 
-def _error_chart(story: Story) -> str:
+def _error_chart(demo: Demonstration) -> str:
     def over_time(name: str, run: Drawn, colour: Colour) -> Series:
         return Series(name, run.t_s - run.t_s[0], MM * run.error_m, colour)
 
     curves = [
-        over_time("before", story.before, Colour.BAD),
-        over_time("after", story.after, Colour.FIRST),
-        over_time("possible", story.possible, Colour.QUIET),
+        over_time("before", demo.before, Colour.BAD),
+        over_time("after", demo.after, Colour.FIRST),
+        over_time("possible", demo.possible, Colour.QUIET),
     ]
     return LineChart("Distance from the target", "time [s]", "mm", curves).html()
 
 
-def _mismatch(story: Story) -> list[str]:
+def _mismatch(demo: Demonstration) -> list[str]:
     """Readings of the survey minus prediction, before and after."""
-    picture = story.diagnosis.picture
+    picture = demo.diagnosis.picture
     if picture is None:
         return []
     charts = []
@@ -155,12 +155,12 @@ def _median(channel: Channel, predicted: FloatArray) -> FloatArray:
     return smooth
 
 
-def _found(story: Story) -> str:
-    hidden = [(f"{one.effect} on {one.where}", "concealed", _size(one)) for one in story.answers]
+def _found(demo: Demonstration) -> str:
+    concealed = [(f"{one.effect} on {one.where}", "concealed", _size(one)) for one in demo.answers]
     found = [
-        (f"{one.effect} on {one.component}", "found", one.says) for one in story.diagnosis.findings
+        (f"{one.effect} on {one.component}", "found", one.says) for one in demo.diagnosis.findings
     ]
-    return table(("effect", "", "size"), [*hidden, *found], numbers_from=9)
+    return table(("effect", "", "size"), [*concealed, *found], numbers_from=9)
 
 
 def _size(one: Hidden) -> str:

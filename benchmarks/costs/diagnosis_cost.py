@@ -1,7 +1,7 @@
 """What a diagnosis of 240 s takes: benchmarks/costs/diagnosis_cost.py [--cases 3] [--seed 1].
 
 Draws recordings of the MuJoCo robot (extra `proof`) with nothing, one, two or three causes, one
-among small errors everywhere, or unknown physics; runs `deltactl diagnose` on each in a process of
+among build tolerances, or unknown physics; runs `deltactl diagnose` on each in a process of
 its own, and prints for each: seconds by the wall clock, seconds of processor time, and the most
 memory that it and its helpers held together (proportional set size, looked at four times a second).
 """

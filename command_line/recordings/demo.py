@@ -12,7 +12,7 @@ from command_line.robot.jobs import JsonOption
 from foundation.extras import needs
 
 if TYPE_CHECKING:
-    from repair.story import Story
+    from repair.demonstration import Demonstration
 
 USUAL = "home_offset,gear_backlash"
 
@@ -51,7 +51,7 @@ def demo(
     """
     with needs("proof", "demo"):
         from repair.page import write_page
-        from repair.story import tell
+        from repair.demonstration import demonstrate
     from firmware_py.job_file import load_job
     from firmware_py.robot_file import find
 
@@ -60,24 +60,24 @@ def demo(
     effects = [name.strip() for name in conceal.split(",") if name.strip()]
     out.mkdir(parents=True, exist_ok=True)
     with waiting("building the robot", json_out) as show:
-        story = tell(path, robot_file, out, effects, seed, unknown, 60.0 * minutes, show)
+        shown = demonstrate(path, robot_file, out, effects, seed, unknown, 60.0 * minutes, show)
     page = out / "demo.html"
-    write_page(story, page)
+    write_page(shown, page)
     if json_out:
-        print_json(_as_json(story, page))
+        print_json(_as_json(shown, page))
         return
-    _say(story)
+    _say(shown)
     say(f"page:       {page}")
-    say(f"robot file: {story.corrected}")
-    say(f"recording:  {story.recording}")
+    say(f"robot file: {shown.corrected}")
+    say(f"recording:  {shown.recording}")
 
 
-def _say(story: Story) -> None:
-    for one in story.answers:
+def _say(shown: Demonstration) -> None:
+    for one in shown.answers:
         say(f"concealed:  {one.effect} on {one.where}")
-    for finding in story.diagnosis.findings:
+    for finding in shown.diagnosis.findings:
         say(f"found:      {finding.says}")
-    if not story.diagnosis.findings:
+    if not shown.diagnosis.findings:
         say("found:      nothing")
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
@@ -85,24 +85,24 @@ def _say(story: Story) -> None:
     table = Table(box=SIMPLE_HEAD, title="Distance from the target", title_justify="left")
     for heading in ("", "RMS", "largest"):
         table.add_column(heading, justify="right" if heading else "left")
-    runs = (("before", story.before), ("after", story.after), ("possible", story.possible))
+    runs = (("before", shown.before), ("after", shown.after), ("possible", shown.possible))
     for name, run in runs:
         table.add_row(name, millimetres(run.rms_m), millimetres(run.worst_m))
     console.print(table)
     from command_line.robot.check import say_covered
 
-    say_covered(story.coverage)
+    say_covered(shown.coverage)
 
 
-def _as_json(story: Story, page: Path) -> dict[str, Any]:
+def _as_json(shown: Demonstration, page: Path) -> dict[str, Any]:
     return {
-        "concealed": [one.answer() for one in story.answers],
-        "found": [one.model_dump(mode="json") for one in story.diagnosis.findings],
-        "before_rms_m": story.before.rms_m,
-        "after_rms_m": story.after.rms_m,
-        "possible_rms_m": story.possible.rms_m,
-        "effects": [one.as_json() for one in story.coverage.effects],
+        "concealed": [one.answer() for one in shown.answers],
+        "found": [one.model_dump(mode="json") for one in shown.diagnosis.findings],
+        "before_rms_m": shown.before.rms_m,
+        "after_rms_m": shown.after.rms_m,
+        "possible_rms_m": shown.possible.rms_m,
+        "effects": [one.as_json() for one in shown.coverage.effects],
         "page": str(page),
-        "robot": str(story.corrected),
-        "recording": str(story.recording),
+        "robot": str(shown.corrected),
+        "recording": str(shown.recording),
     }

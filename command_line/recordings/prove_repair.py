@@ -1,4 +1,4 @@
-"""`deltactl prove --repair`: what correcting a robot is worth, case by case."""
+"""`deltactl prove --repair`: what correcting a robot gains, case by case."""
 
 from __future__ import annotations
 

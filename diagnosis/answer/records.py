@@ -215,7 +215,7 @@ class Picture(_Record):
 
     t_s: FloatArray
     channels: list[Channel]
-    drivers: dict[str, FloatArray] = Field(default_factory=dict)
+    covariates: dict[str, FloatArray] = Field(default_factory=dict)
     """Interpretable quantities over time to draw the mismatch against, name (with unit) -> (n,)."""
     shift_s: tuple[float, ...] = (0.0,)
     """By how much the times of each recording were moved to lie end to end in `t_s`."""
@@ -237,7 +237,7 @@ class Diagnosis(_Record):
     findings: list[Finding]
     unexplained: Unexplained
     loosely_built: bool = False
-    """Small errors of the build everywhere were fitted beside the findings."""
+    """Build tolerances everywhere were fitted beside the findings."""
     ended_early: bool = False
     """The search came to its limit of work before everything was compared."""
     not_read: list[str] = Field(default_factory=list)

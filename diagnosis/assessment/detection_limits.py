@@ -18,12 +18,12 @@ POWER = 0.8
 def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable]]:
     """Both lists, by effect and component."""
     library, scores = tests.prepared.library, tests.scores_of_empty
-    hidden = [
+    untested = [
         NotTestable(
             effect=c.effect, component=c.component,
             why="nothing that was observed depends on it in this recording",
         )
-        for c in library.silent
+        for c in library.not_identifiable
         if not c.members
     ]  # fmt: skip
     independent = tests.calibration.tests + tests.event_tests
@@ -34,13 +34,13 @@ def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable
             continue
         if entry.candidate.members:
             continue
-        scatter = float(scorer.inflation[number])
+        scatter = float(scorer.variance_inflation[number])
         needed = _needed(
             independent, entry.df, scatter, scatter * float(scorer.tolerance_factor[number])
         )
         size = _size(entry, scores.information[number], needed)
         if size is None:
-            hidden.append(
+            untested.append(
                 NotTestable(
                     effect=entry.candidate.effect, component=entry.candidate.component,
                     why="what it would do cannot be told from what is always fitted",
@@ -55,7 +55,7 @@ def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable
                 parameter=main.name, value=size, unit=main.unit,
             )  # fmt: skip
     seen = {(s.effect, s.component) for s in smallest.values()}
-    unique = {(h.effect, h.component): h for h in hidden if (h.effect, h.component) not in seen}
+    unique = {(h.effect, h.component): h for h in untested if (h.effect, h.component) not in seen}
     return list(unique.values()), list(smallest.values())
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import Whitener
-from diagnosis.estimation.splines import FreeShape
+from diagnosis.estimation.splines import SplineTerm
 from diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.contract import Model
@@ -36,12 +36,12 @@ def on_another_run(
 
 def _free_part(model: Model, solution: Solution) -> FloatArray:
     total, first = np.zeros_like(model.readings.values), 0
-    ports, drivers = model.ports(), model.drivers()
+    inputs, covariates = model.inputs(), model.covariates()
     for free in solution.frees:
         count = free.size
-        basis = free.basis_for(drivers[free.driver])
+        basis = free.basis_for(covariates[free.covariate])
         part = solution.coefficients[first : first + count]
-        total += ports[free.port] * (basis @ part)[:, None]
+        total += inputs[free.location] * (basis @ part)[:, None]
         first += count
     return total
 
@@ -68,7 +68,7 @@ def on_blocks(
 def _refit(
     fitter: Fitter,
     terms: tuple[Term, ...],
-    frees: tuple[FreeShape, ...],
+    frees: tuple[SplineTerm, ...],
     nuisances: tuple[Term, ...],
 ) -> Solution:
     start = nuisances if terms or frees else None

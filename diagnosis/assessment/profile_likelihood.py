@@ -21,7 +21,7 @@ from diagnosis.plants.candidate import Term
 LOSS_95 = 3.841
 """95 % point of chi-square with one degree of freedom."""
 BENT = 0.15
-"""Standard deviation of a logarithm from which on its curve is worth following."""
+"""Standard deviation of a logarithm from which on its curve is followed."""
 TRIES = 4
 CLOSE = 0.1
 FURTHEST = 6.0

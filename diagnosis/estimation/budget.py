@@ -33,7 +33,7 @@ Made = TypeVar("Made")
 class Until(Enum):
     """Share of the work after which a part of the search is not begun any more.
 
-    What tells named effects from small errors everywhere and from free shapes comes last, and is
+    What tells named effects from build tolerances and from spline terms comes last, and is
     kept some: without it a pile of effects would be claimed.
     """
 
@@ -44,11 +44,11 @@ class Until(Enum):
     PAIRED = 0.55
     """Whether an effect only looks like two others, or several are a group."""
     REVIEWED = 0.75
-    """Which of the effects are needed beside small errors everywhere."""
+    """Which of the effects are needed beside build tolerances."""
     SHAPED = 0.8
-    """Free shapes other than the likeliest, and a second one."""
+    """Spline terms other than the likeliest, and a second one."""
     TOLERANCES = 0.85
-    """What else small errors everywhere need."""
+    """What else build tolerances need."""
     RESOLVED = 0.9
     """A rival that turned out to be better takes the place of a finding."""
 

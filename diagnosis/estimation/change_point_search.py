@@ -26,7 +26,7 @@ def better_moment(
 ) -> tuple[Term, ...] | None:
     """The terms with event `number` at a better moment; None for other terms, or if none is.
 
-    whitened: of a difference of the channels, (n, channels) -> (m,). basis: of the free shapes,
+    whitened: of a difference of the channels, (n, channels) -> (m,). basis: of the spline terms,
     (m, q). least: chi-square that it must come below. What is predicted changes between the two
     moments only, so that one prediction, at the farthest, tells of all on its way.
     """

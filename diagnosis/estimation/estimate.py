@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from diagnosis.estimation.orthonormal import orthonormal
-from diagnosis.estimation.splines import FreeShape
+from diagnosis.estimation.splines import SplineTerm
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Term
 
@@ -21,7 +21,7 @@ class Solution:
 
     terms: tuple[Term, ...]
     nuisances: tuple[Term, ...]
-    frees: tuple[FreeShape, ...]
+    frees: tuple[SplineTerm, ...]
     coefficients: FloatArray
     cost: float
     residual: FloatArray
@@ -32,7 +32,7 @@ class Solution:
 
     @cached_property
     def tangent(self) -> FloatArray:
-        """Whitened derivatives (m, p) by nuisances, moved coordinates of the terms, free shapes."""
+        """Whitened derivatives (m, p) by nuisances, moved coordinates, spline terms."""
         return self.slopes()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -50,7 +50,7 @@ class Solution:
 
     @property
     def named_tangent(self) -> FloatArray:
-        """The tangent without the columns of free shapes."""
+        """The tangent without the columns of spline terms."""
         return self.tangent[:, : self.tangent.shape[1] - len(self.coefficients)]
 
     @property

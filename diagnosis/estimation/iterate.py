@@ -10,7 +10,7 @@ from diagnosis.plants.candidate import Term
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Point:
-    """Terms, what they predict, and what free shapes leave of the rest."""
+    """Terms, what they predict, and what spline terms leave of the rest."""
 
     nuisances: tuple[Term, ...]
     terms: tuple[Term, ...]
@@ -19,7 +19,7 @@ class Point:
     residual: FloatArray
     """Whitened, (m,)."""
     taken: FloatArray
-    """What an orthonormal basis of the free shapes has of the residual, (q,)."""
+    """What an orthonormal basis of the spline terms has of the residual, (q,)."""
     cost: float
     """Chi-square of the rest."""
 

@@ -17,7 +17,7 @@ from diagnosis.estimation.iterate import Point
 from diagnosis.estimation.levenberg_marquardt import Slopes, moved_by
 from diagnosis.estimation.noise import Whitener
 from diagnosis.estimation.orthonormal import orthonormal
-from diagnosis.estimation.splines import FreeShape
+from diagnosis.estimation.splines import SplineTerm
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.contract import Model
@@ -57,7 +57,7 @@ class Fitter:
         self._centre = _moved_values([n.term for n in nuisances])
         self.spread = np.array([x for n in nuisances for x in n.spread])
         self._kept: dict[tuple[int, int], FloatArray] = {}
-        self._known_frees: dict[tuple[FreeShape, ...], tuple[FloatArray, FloatArray]] = {}
+        self._known_frees: dict[tuple[SplineTerm, ...], tuple[FloatArray, FloatArray]] = {}
 
     @property
     def rows(self) -> int:
@@ -65,9 +65,9 @@ class Fitter:
         return len(self.whiten.weight)
 
     @cached_property
-    def ports(self) -> dict[str, csr_array]:
-        """From values (n) at each port to what is new in the readings, (m, n)."""
-        return {name: self.whiten.port(change) for name, change in self.model.ports().items()}
+    def inputs(self) -> dict[str, csr_array]:
+        """From values (n) at each location to what is new in the readings, (m, n)."""
+        return {name: self.whiten.at_input(change) for name, change in self.model.inputs().items()}
 
     def vector(self, difference: FloatArray) -> FloatArray:
         """Whitened difference of the channels, with room for the priors of the nuisances."""
@@ -99,7 +99,7 @@ class Fitter:
         everything = [*nuisances, *terms]
         columns: list[FloatArray] = [] if known is None else list(known.T)
         places = [(k, i) for k, term in enumerate(everything) for i in term.candidate.moved]
-        # Small errors of the build are linear, whatever else is fitted beside them.
+        # Build tolerances are linear, whatever else is fitted beside them.
         small = range(len(self.model.nuisances), len(nuisances))
         fresh = [place for place in places[len(columns) :] if place not in self._kept]
         tasks = [partial(self._column, everything, number, i, predicted) for number, i in fresh]
@@ -141,15 +141,15 @@ class Fitter:
         slope: FloatArray = (self.predict(moved) - predicted) / step
         return slope
 
-    def free_tangent(self, frees: Sequence[FreeShape]) -> FloatArray:
-        """Whitened columns of free shapes, (m, q)."""
-        ports = self.model.ports() if frees else {}
-        blocks = [self.vector(free.columns(ports[free.port])) for free in frees]
+    def free_tangent(self, frees: Sequence[SplineTerm]) -> FloatArray:
+        """Whitened columns of spline terms, (m, q)."""
+        inputs = self.model.inputs() if frees else {}
+        blocks = [self.vector(free.columns(inputs[free.location])) for free in frees]
         rows = self.rows + len(self._centre)
         return np.concatenate(blocks, axis=1) if blocks else np.zeros((rows, 0))
 
-    def _linear(self, frees: tuple[FreeShape, ...]) -> tuple[FloatArray, FloatArray]:
-        """Whitened columns of free shapes, (m, q), and an orthonormal basis of them; the last set
+    def _linear(self, frees: tuple[SplineTerm, ...]) -> tuple[FloatArray, FloatArray]:
+        """Whitened columns of spline terms, (m, q), and an orthonormal basis of them; the last set
         is remembered.
         """
         if frees not in self._known_frees:
@@ -161,12 +161,12 @@ class Fitter:
     def solve(
         self,
         terms: Sequence[Term],
-        frees: Sequence[FreeShape] = (),
+        frees: Sequence[SplineTerm] = (),
         nuisances: Sequence[Term] | None = None,
         steps: int = STEPS,
         known: FloatArray | None = None,
     ) -> Solution:
-        """Levenberg-Marquardt from the terms as they stand; free shapes are linear.
+        """Levenberg-Marquardt from the terms as they stand; spline terms are linear.
 
         known: derivatives by the first coordinates (m, k) that need not be worked out again; in
         a fit that is brought to its end only for the first step.
@@ -240,34 +240,34 @@ class Fitter:
                 best, least = there, there.cost
         return best
 
-    def _finish(self, at: Point, frees: tuple[FreeShape, ...], linear: FloatArray) -> Solution:
+    def _finish(self, at: Point, frees: tuple[SplineTerm, ...], linear: FloatArray) -> Solution:
         slopes = partial(self._slopes, at, frees)
         coefficients, residual, predicted = np.zeros(linear.shape[1]), at.residual, at.predicted
         if linear.shape[1]:
             coefficients = np.linalg.lstsq(linear, residual, rcond=1e-9)[0]
             residual = residual - linear @ coefficients
-            ports, first = self.model.ports(), 0
+            inputs, first = self.model.inputs(), 0
             for free in frees:
                 part = coefficients[first : first + free.size]
-                predicted = predicted + ports[free.port] * (free.basis @ part)[:, None]
+                predicted = predicted + inputs[free.location] * (free.basis @ part)[:, None]
                 first += free.size
         cost = float(residual @ residual)
         return Solution(
             at.terms, at.nuisances, frees, coefficients, cost, residual, predicted, slopes
         )
 
-    def _slopes(self, at: Point, frees: tuple[FreeShape, ...]) -> FloatArray:
+    def _slopes(self, at: Point, frees: tuple[SplineTerm, ...]) -> FloatArray:
         with self.budget.not_counted():
             own = self.tangent(at.terms, at.nuisances, at.predicted)
         # One column after another, as whoever leaves some of them out copies them.
         return np.concatenate([own.T, self._linear(frees)[0].T]).T
 
     def side_by_side(
-        self, tasks: Sequence[Callable[[], Made]], frees: Sequence[FreeShape] = ()
+        self, tasks: Sequence[Callable[[], Made]], frees: Sequence[SplineTerm] = ()
     ) -> list[Made]:
         """What tasks return that hold solutions of this fitter, side by side if there is room.
 
-        frees: free shapes in them that it has not fitted yet.
+        frees: spline terms in them that it has not fitted yet.
         """
         shapes = [*frees, *(free for known in self._known_frees for free in known)]
         model = self.model

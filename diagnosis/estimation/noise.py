@@ -98,10 +98,10 @@ class Whitener:
         joined *= self.weight.astype(joined.dtype, copy=False)
         return joined
 
-    def port(self, change: FloatArray) -> csr_array:
-        """From values (n) at a port to what is new in the readings, (m, n).
+    def at_input(self, change: FloatArray) -> csr_array:
+        """From values (n) at a location to what is new in the readings, (m, n).
 
-        change: how the port changes the channels, (n, channels).
+        change: how the location changes the channels, (n, channels).
         """
         parts = []
         for column, noise in enumerate(self.channels):

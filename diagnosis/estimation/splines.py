@@ -1,4 +1,4 @@
-"""Free shapes: a spline of one driver that enters at one port, the rival of every named effect."""
+"""Spline terms: a spline of one covariate that enters at one place, rival of every named effect."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ FINE_PIECES = 28
 DEGREE = 3
 LEAST_TRAVEL = 0.005
 LEAST_MOVE = 0.02
-"""Share of the driver's range that it must move before it counts as having come another way."""
+"""Share of the covariate's range that it must move before it counts as having come another way."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FreeShape:
-    """A port, what the shape depends on, and its columns (n, k), few of which a sample meets.
+class SplineTerm:
+    """A location, what the shape depends on, and its columns (n, k), few of which a sample meets.
 
-    driver: a name, or two with a comma for a quantity made of both. kind: a spline of the driver,
-    a spline that changes sign with the way the driver came (play that is wider at some places
+    covariate: a name, or two with a comma for a quantity made of both. kind: a spline of it, one
+    that changes sign with the way the covariate came (play that is wider at some places
     than at others), or sine and cosine of time `rate_hz` times a second.
     """
 
-    port: str
-    driver: str
+    location: str
+    covariate: str
     basis: csr_array
     knots: FloatArray
     kind: Literal["spline", "way", "sinusoid"] = "spline"
@@ -39,8 +39,8 @@ class FreeShape:
 
     @property
     def depends_on(self) -> list[str]:
-        """The names in the driver."""
-        return self.driver.split(", ")
+        """The names in the covariate."""
+        return self.covariate.split(", ")
 
     @property
     def size(self) -> int:
@@ -52,30 +52,30 @@ class FreeShape:
         basis: FloatArray = self.basis.toarray()
         return change[:, :, None] * basis[:, None, :]
 
-    def basis_for(self, driver: FloatArray) -> csr_array:
-        """The same shape over another run of its driver, (n, k)."""
+    def basis_for(self, covariate: FloatArray) -> csr_array:
+        """The same shape over another run of its covariate, (n, k)."""
         if self.kind == "sinusoid":
-            return waves(driver, self.rate_hz)
-        basis = spline_basis(driver, self.knots)
-        return basis if self.kind == "spline" else two_way(driver, basis)
+            return waves(covariate, self.rate_hz)
+        basis = spline_basis(covariate, self.knots)
+        return basis if self.kind == "spline" else two_way(covariate, basis)
 
 
-Score = tuple[FreeShape, float, float]
+Score = tuple[SplineTerm, float, float]
 """A shape, the chi-square it would gain beside a solution, and log p of that."""
 
 
-def knots_for(driver: FloatArray, pieces: int = PIECES) -> FloatArray:
+def knots_for(covariate: FloatArray, pieces: int = PIECES) -> FloatArray:
     """Knots half-way between quantiles and equal steps, so that none spans an empty range."""
     share = np.linspace(0.0, 1.0, pieces + 1)
-    inner = 0.5 * (np.quantile(driver, share) + driver.min() + np.ptp(driver) * share)
+    inner = 0.5 * (np.quantile(covariate, share) + covariate.min() + np.ptp(covariate) * share)
     inner = np.maximum.accumulate(inner + 1e-12 * np.arange(len(inner)))
     return np.concatenate([[inner[0]] * DEGREE, inner, [inner[-1]] * DEGREE])
 
 
-def spline_basis(driver: FloatArray, knots: FloatArray) -> csr_array:
-    """Cubic B-splines of a driver, constant beyond the outer knots; (n, pieces + DEGREE)."""
+def spline_basis(covariate: FloatArray, knots: FloatArray) -> csr_array:
+    """Cubic B-splines of a covariate, constant beyond the outer knots; (n, pieces + DEGREE)."""
     return csr_array(
-        BSpline.design_matrix(np.clip(driver, knots[0], knots[-1] - 1e-12), knots, DEGREE)
+        BSpline.design_matrix(np.clip(covariate, knots[0], knots[-1] - 1e-12), knots, DEGREE)
     )
 
 
@@ -85,17 +85,17 @@ def waves(t_s: FloatArray, rate_hz: float) -> csr_array:
     return csr_array(np.stack([np.sin(turn), np.cos(turn)], axis=1))
 
 
-def two_way(driver: FloatArray, basis: csr_array) -> csr_array:
-    """A basis that changes sign with the way its driver came."""
-    return csr_array(diags_array(way(driver)) @ basis)
+def two_way(covariate: FloatArray, basis: csr_array) -> csr_array:
+    """A basis that changes sign with the way its covariate came."""
+    return csr_array(diags_array(way(covariate)) @ basis)
 
 
-def way(driver: FloatArray) -> FloatArray:
-    """+1 or -1: which way the driver last moved by more than a little; 0 before it did."""
-    reach = LEAST_MOVE * float(np.ptp(driver))
-    ways = np.zeros(len(driver))
-    anchor, last = float(driver[0]), 0.0
-    for k, value in enumerate(driver.tolist()):
+def way(covariate: FloatArray) -> FloatArray:
+    """+1 or -1: which way the covariate last moved by more than a little; 0 before it did."""
+    reach = LEAST_MOVE * float(np.ptp(covariate))
+    ways = np.zeros(len(covariate))
+    anchor, last = float(covariate[0]), 0.0
+    for k, value in enumerate(covariate.tolist()):
         if abs(value - anchor) > reach:
             last = 1.0 if value > anchor else -1.0
             anchor = value - last * reach
@@ -103,32 +103,32 @@ def way(driver: FloatArray) -> FloatArray:
     return ways
 
 
-def _varies(driver: FloatArray) -> bool:
-    """Whether a driver takes different values, not one with a ripple on it."""
-    return bool(np.ptp(driver) > LEAST_TRAVEL * np.abs(driver).max())
+def _varies(covariate: FloatArray) -> bool:
+    """Whether a covariate takes different values, not one with a ripple on it."""
+    return bool(np.ptp(covariate) > LEAST_TRAVEL * np.abs(covariate).max())
 
 
-def free_shapes(model: Model, pieces: int = PIECES) -> list[FreeShape]:
-    """Every port with every driver that makes sense there: a joint's own motion, a sensor's all."""
+def spline_terms(model: Model, pieces: int = PIECES) -> list[SplineTerm]:
+    """Every input location with every covariate that makes sense there (`Traits.sensible`)."""
     shapes = []
-    drivers, sensible = model.drivers(), traits_of(model).sensible
-    knots = {name: knots_for(x, pieces) for name, x in drivers.items() if _varies(x)}
-    bases = {name: spline_basis(drivers[name], k) for name, k in knots.items()}
-    for port in model.ports():
+    covariates, sensible = model.covariates(), traits_of(model).sensible
+    knots = {name: knots_for(x, pieces) for name, x in covariates.items() if _varies(x)}
+    bases = {name: spline_basis(covariates[name], k) for name, k in knots.items()}
+    for location in model.inputs():
         for name, basis in bases.items():
-            if sensible(port, name, pieces == PIECES):
-                shapes.append(FreeShape(port, name, basis, knots[name]))
+            if sensible(location, name, pieces == PIECES):
+                shapes.append(SplineTerm(location, name, basis, knots[name]))
     return shapes
 
 
-def way_shapes(model: Model) -> list[FreeShape]:
-    """Each port over its own place and the way it was come to."""
-    drivers, shapes = model.drivers(), []
+def way_shapes(model: Model) -> list[SplineTerm]:
+    """Each location over its own place and the way it was come to."""
+    covariates, shapes = model.covariates(), []
     own_place = traits_of(model).own_place
-    for port in model.ports():
-        name = own_place.get(port, "")
-        if name in drivers and _varies(drivers[name]):
-            knots = knots_for(drivers[name])
-            free = FreeShape(port, name, csr_array((0, 0)), knots, "way")
-            shapes.append(replace(free, basis=free.basis_for(drivers[name])))
+    for location in model.inputs():
+        name = own_place.get(location, "")
+        if name in covariates and _varies(covariates[name]):
+            knots = knots_for(covariates[name])
+            free = SplineTerm(location, name, csr_array((0, 0)), knots, "way")
+            shapes.append(replace(free, basis=free.basis_for(covariates[name])))
     return shapes

@@ -113,7 +113,7 @@ class Detection:
         return self._jumped[solution]
 
     def fine_scores(self, solution: Solution) -> list[Score]:
-        """Finely resolved free shapes and sinusoid_scores with their gain and log p, best first."""
+        """Fine spline terms and sinusoids with their gain and log p, best first."""
         if solution not in self._fine:
             self._fine[solution] = self._score_fine(solution)
         return self._fine[solution]

@@ -15,11 +15,11 @@ from diagnosis.estimation.blocks import blocks_of
 from diagnosis.estimation.budget import NOISE, Budget
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import estimate
-from diagnosis.estimation.splines import FINE_PIECES, FreeShape, free_shapes, way_shapes
+from diagnosis.estimation.splines import FINE_PIECES, SplineTerm, spline_terms, way_shapes
 from diagnosis.evidence.saturated_model import Saturated, given_back
 from diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
 from diagnosis.plants.contract import Model
-from diagnosis.priors.file_tolerances import small_errors
+from diagnosis.priors.file_tolerances import tolerance_columns
 from diagnosis.score_tests.library import Library, build
 from diagnosis.score_tests.score_test import Scorer, tolerance_factor
 
@@ -36,16 +36,16 @@ class Prepared:
     library: Library
     scorer: Scorer
     valid: BoolArray
-    fine: list[FreeShape]
-    """Finely resolved free shapes and those of place and way, tested apart from the library."""
+    fine: list[SplineTerm]
+    """Finely resolved spline terms and those of place and way, tested apart from the library."""
     floor: FloatArray
     """Residual that the saturated fit leaves, (n, channels): the noise."""
     small: FloatArray | None = None
     """Whitened changes by what no robot file can promise, (m, k); None for lone axes."""
 
     @property
-    def shapes(self) -> list[FreeShape]:
-        """All free shapes, coarse and fine."""
+    def shapes(self) -> list[SplineTerm]:
+        """All spline terms, coarse and fine."""
         return [*(entry.free for entry in self.library.entries if entry.free), *self.fine]
 
 
@@ -54,7 +54,7 @@ def prepare(model: Model, valid: BoolArray, budget: Budget | None = None) -> Pre
 
     budget: how much the search that follows may be; without it, as much as there is to do.
     """
-    fine = [*free_shapes(model, FINE_PIECES), *way_shapes(model)]
+    fine = [*spline_terms(model, FINE_PIECES), *way_shapes(model)]
     predicted = model.predict([n.term for n in model.nuisances])
     return _prepared(model, valid, build(model), fine, predicted, ROUNDS, budget)
 
@@ -70,7 +70,7 @@ def _prepared(
     model: Model,
     valid: BoolArray,
     library: Library,
-    fine: list[FreeShape],
+    fine: list[SplineTerm],
     predicted: FloatArray,
     rounds: int,
     budget: Budget | None,
@@ -89,24 +89,24 @@ def _prepared(
     fitter = Fitter(model, whitener, model.nuisances, budget)
     library.whiten(fitter)
     scorer = Scorer(library)
-    scorer.inflation = _inflation(library, fitter, fitter.whiten(left))
-    small = small_errors(fitter, [n.term for n in model.nuisances])[: fitter.rows]
-    with_small = np.asarray(library.white.T @ small.astype(np.float32), dtype=np.float64)
+    scorer.variance_inflation = _variance_inflation(library, fitter, fitter.whiten(left))
+    small = tolerance_columns(fitter, [n.term for n in model.nuisances])[: fitter.rows]
+    by_tolerances = np.asarray(library.white.T @ small.astype(np.float32), dtype=np.float64)
     parts = [entry.columns for entry in library.entries]
     scorer.tolerance_factor = np.array(
-        [tolerance_factor(scorer.gram[p, p], with_small[p]) for p in parts]
+        [tolerance_factor(scorer.gram[p, p], by_tolerances[p]) for p in parts]
     )
     return Prepared(model, fitter, library, scorer, valid, fine, left * larger, small)
 
 
-def _inflation(library: Library, fitter: Fitter, floor: FloatArray) -> FloatArray:
+def _variance_inflation(library: Library, fitter: Fitter, floor: FloatArray) -> FloatArray:
     """How much more the score of each entry scatters from block to block than white noise would."""
     blocks = blocks_of(fitter)
-    inflation = np.ones(len(library.entries))
+    variance_inflation = np.ones(len(library.entries))
     for number, entry in enumerate(library.entries):
         column = library.white[:, entry.columns.start]
         sums = np.bincount(blocks, weights=column * floor)
         plain = float(column.astype(np.float64) @ column)
         if plain > 0.0:
-            inflation[number] = np.clip(float(sums @ sums) / plain, 1.0, 2.0)
-    return inflation
+            variance_inflation[number] = np.clip(float(sums @ sums) / plain, 1.0, 2.0)
+    return variance_inflation

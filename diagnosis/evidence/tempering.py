@@ -1,6 +1,6 @@
 """The noise of a regression plant: what a saturated set leaves, by its effective number.
 
-The saturated set has every named shape and free shapes over each covariate. What even that leaves
+The saturated set has every named shape and spline terms over each covariate. What even that leaves
 is measurement noise and model discrepancy; both are in the likelihood.
 """
 
@@ -32,7 +32,7 @@ def saturated_noise(plant: RegressionPlant) -> TemperedNoise:
 def noise_beyond(
     plant: RegressionPlant, best: Explanation, left_over: bool = False
 ) -> TemperedNoise:
-    """The same once a better set is known: with everything in it, or free shapes, as well."""
+    """The same once a better set is known: with everything in it, or spline terms, as well."""
     wide = {r.key for r in plant.regressors if r.left_over if left_over}
     wide |= {r.key for r in plant.regressors if r.saturated and not r.left_over and not left_over}
     keys = frozenset(wide) | best.keys

@@ -62,7 +62,7 @@ class _Rated:
         return enough
 
     def rank(self) -> tuple[int, int, float]:
-        """Ties it settles whichever is true, ties it may resolved, least evidence a minute."""
+        """Ties it settles whichever is true, ties it may settle, least evidence a minute."""
         both, one = self.enough.all(axis=1), self.enough.any(axis=1)
         low = self.least if one.any() else float(self.evidence.max())
         return int(both.sum()), int(one.sum()), low / self.run.minutes

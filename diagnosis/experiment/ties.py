@@ -34,7 +34,7 @@ class Explanation:
     def root(self) -> FloatArray:
         """(p, p): |root (x - at)|^2 is what the recording's chi-square grows by away from `at`.
 
-        Free shapes are fitted along.
+        Spline terms are fitted along.
         """
         tangent = self.solution.tangent
         own, free = tangent[:, : len(self.at)], tangent[:, len(self.at) :]

@@ -22,10 +22,10 @@ from diagnosis.assessment.covariance import covariance, parameters
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
-from diagnosis.estimation.splines import FreeShape
+from diagnosis.estimation.splines import SplineTerm
 from diagnosis.observations.readings import FloatArray, IntArray
 from diagnosis.plants.traits import traits_of
-from diagnosis.priors.build_tolerances import usual
+from diagnosis.priors.build_tolerances import within_tolerance
 from diagnosis.score_tests.change_points import Stale, moment
 from diagnosis.score_tests.chi2_tail import log_sf
 from diagnosis.score_tests.hysteresis import has_memory, tied_drivers
@@ -61,7 +61,7 @@ def findings(outcome: Outcome) -> list[Finding]:
     ]
     found = side_by_side(tasks)
     found += [_stale(outcome, run) for run in outcome.stale]
-    small = {t.candidate.key[:2] for t in solution.terms if usual(model, t)}
+    small = {t.candidate.key[:2] for t in solution.terms if within_tolerance(model, t)}
     return sorted(found, key=lambda f: ((f.effect, f.component) in small, -f.evidence.delta_chi2))
 
 
@@ -125,16 +125,16 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
     bare = outcome.fitter.solve(solution.terms, others, solution.nuisances, steps=4)
     gain = max(bare.cost - solution.cost, 0.0)
     tied = tied_drivers(outcome.fitter, bare, free, search.prepared.shapes)
-    instead = list(dict.fromkeys(name for driver in tied for name in driver.split(", ")))
+    instead = list(dict.fromkeys(name for covariate in tied for name in covariate.split(", ")))
     first = sum(f.size for f in solution.frees[:number])
     values = free.basis @ solution.coefficients[first : first + free.size]
     size = float(np.std(values[_decided(outcome.fitter, free)]))
-    unit = traits_of(model).units.get(free.port, model.readings.units[0])
+    unit = traits_of(model).units.get(free.location, model.readings.units[0])
     half = 1.96 * size / max(np.sqrt(gain), 1.0)
-    change = model.ports()[free.port] * values[:, None]
+    change = model.inputs()[free.location] * values[:, None]
     return Finding(
         effect="unknown",
-        component=free.port,
+        component=free.location,
         parameters={
             "size_rms": ParameterResult(value=size, ci95=[size - half, size + half], unit=unit)
         },
@@ -151,15 +151,15 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
     )
 
 
-def _decided(fitter: Fitter, free: FreeShape) -> IntArray:
-    """Rows in which a valid reading tells the value of a free shape; elsewhere nothing holds it."""
+def _decided(fitter: Fitter, free: SplineTerm) -> IntArray:
+    """Rows in which a valid reading tells the value of a spline term; none holds it elsewhere."""
     rows = fitter.whiten.rows
-    moved = fitter.model.ports()[free.port][rows, fitter.whiten.channel] != 0.0
+    moved = fitter.model.inputs()[free.location][rows, fitter.whiten.channel] != 0.0
     decided: IntArray = np.unique(rows[moved])
     return decided
 
 
-def _log_p(gain: float, free: FreeShape) -> float:
+def _log_p(gain: float, free: SplineTerm) -> float:
     return log_sf(gain, free.size)
 
 
@@ -214,10 +214,10 @@ def rest(outcome: Outcome) -> Rest:
     if not seen(p):
         return Rest(p)
     share = float(np.clip(gain / solution.cost, 1e-9, 1.0))
-    return Rest(p, tuple(free.depends_on), free.port, share)
+    return Rest(p, tuple(free.depends_on), free.location, share)
 
 
-def picture(outcome: Outcome, drivers: dict[str, FloatArray]) -> Picture:
+def picture(outcome: Outcome, covariates: dict[str, FloatArray]) -> Picture:
     """Arrays for drawings."""
     readings = outcome.fitter.model.readings
     before, after = outcome.explained.nominal.predicted, outcome.solution.predicted.copy()
@@ -232,4 +232,6 @@ def picture(outcome: Outcome, drivers: dict[str, FloatArray]) -> Picture:
         )
         for i, name in enumerate(readings.names)
     ]  # fmt: skip
-    return Picture(t_s=readings.t_s, channels=channels, drivers=drivers, shift_s=readings.shift_s)
+    return Picture(
+        t_s=readings.t_s, channels=channels, covariates=covariates, shift_s=readings.shift_s
+    )

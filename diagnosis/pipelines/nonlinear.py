@@ -35,7 +35,7 @@ def diagnose_model(
     motion_limits: MotionLimits | None = None,
     thorough: bool = False,
 ) -> Diagnosis:
-    """Detect, locate, name, resolved, size, hold out. Raises RecordingError for bad input.
+    """Detect, locate, name, resolve, size, hold out. Raises RecordingError for bad input.
 
     thorough: compare everything, however much work it is.
     """
@@ -57,7 +57,7 @@ def diagnose_model(
         partial(rest, outcome),
     ]
     found, fit, left = side_by_side(tasks)
-    hidden, smallest = limits(explained.search.tests)
+    untested, smallest = limits(explained.search.tests)
     progress("what run would tell more")
     searched = explained.search
     searched.prepared.library.forget_white()
@@ -69,9 +69,9 @@ def diagnose_model(
         ended_early=budget.ended,
         next_experiment=plan.experiment,
         open_ties=plan.open,
-        not_testable=hidden,
+        not_testable=untested,
         smallest_detectable=smallest,
-        picture=picture(outcome, model.drivers()),
+        picture=picture(outcome, model.covariates()),
     )  # fmt: skip
 
 

@@ -193,7 +193,7 @@ def _without_doubtful(selected: Selected) -> Selected:
 
 
 def _rest(selected: Selected) -> Rest:
-    """What the tests say of the residual, of free shapes that are not out of the question."""
+    """What the tests say of the residual, of spline terms that are not out of the question."""
     free, best = selected.left_over, selected.best
     known = free(best.keys, [best])
     unknown = [
@@ -233,15 +233,15 @@ def _rms(explanation: Explanation, rows: IntArray) -> float:
 def _not_testable(plant: Plant) -> list[NotTestable]:
     if not isinstance(plant, CommandedAxis):
         return []
-    hidden = []
+    untested = []
     offered = {r.effect for r in plant.regressors}
     if "joint_compliance" not in offered:
         why = "the load on the axis is not known (no gravity, no load column)"
-        hidden.append(NotTestable(effect="joint_compliance", component="axis", why=why))
+        untested.append(NotTestable(effect="joint_compliance", component="axis", why=why))
     if "home_offset" not in offered:
         why = "the zero of the reading is arbitrary"
-        hidden.append(NotTestable(effect="home_offset", component="axis", why=why))
-    return hidden
+        untested.append(NotTestable(effect="home_offset", component="axis", why=why))
+    return untested
 
 
 def _detection_limits(selected: Selected) -> list[SmallestDetectable]:
@@ -282,7 +282,10 @@ def _picture(selected: Selected, plant: Plant) -> Picture:
         noise=float(np.median(selected.left_over.noise.sigma)),
     )  # fmt: skip
     return Picture(
-        t_s=plant.t_s, channels=[channel], drivers=dict(plant.covariates), shift_s=readings.shift_s
+        t_s=plant.t_s,
+        channels=[channel],
+        covariates=dict(plant.covariates),
+        shift_s=readings.shift_s,
     )
 
 
@@ -302,9 +305,9 @@ def joint_channels(answer: Diagnosis) -> Picture | None:
         for j, rows in enumerate(parts)
     ]  # fmt: skip
     names = {"position": "theta", "velocity": "speed"}
-    drivers = {
-        f"{new}_{j + 1}": picture.drivers[old][rows]
+    covariates = {
+        f"{new}_{j + 1}": picture.covariates[old][rows]
         for old, new in names.items()
         for j, rows in enumerate(parts)
     }
-    return Picture(t_s=picture.t_s[:third], channels=channels, drivers=drivers)
+    return Picture(t_s=picture.t_s[:third], channels=channels, covariates=covariates)

@@ -41,8 +41,8 @@ def _finding(
     best = selected.best
     without = selected.evidence(best.keys - {regressor.key}, [best])
     gain = max(without.chi2 - best.chi2, 0.0)
-    twins = [t for t in regressor.twins if _applies(t.only_if_zero, regressor, best)]
-    odds = np.exp([0.0, *(t.log_odds for t in twins)])
+    equivalents = [t for t in regressor.equivalents if _applies(t.only_if_zero, regressor, best)]
+    odds = np.exp([0.0, *(t.log_odds for t in equivalents)])
     share = odds / odds.sum()
     probability = min(selected.probability[regressor.key], 1.0)
     alternatives = [
@@ -50,7 +50,7 @@ def _finding(
             effect=t.effect, component=regressor.component, delta_chi2=0.0,
             probability=float(probability * s),
         )
-        for t, s in zip(twins, share[1:], strict=True)
+        for t, s in zip(equivalents, share[1:], strict=True)
     ]  # fmt: skip
     alternatives += _others(selected, regressor)
     missing = max(selected.empty.chi2 - best.chi2, 1e-9)
@@ -69,7 +69,7 @@ def _finding(
 
 
 def _applies(size: str, regressor: Regressor, best: Explanation) -> bool:
-    """Whether a twin that needs one size to be zero has it so."""
+    """Whether a equivalent that needs one size to be zero has it so."""
     return not size or best.sizes[f"{regressor.key}.{size}"] < 1e-3
 
 
@@ -85,7 +85,7 @@ def _others(selected: Selected, regressor: Regressor) -> list[Alternative]:
         for key in explanation.keys - best.keys:
             weights[key] = weights.get(key, 0.0) + weight
             worse.setdefault(key, explanation.chi2 - best.chi2)
-    named = {regressor.effect, *(t.effect for t in regressor.twins)}
+    named = {regressor.effect, *(t.effect for t in regressor.equivalents)}
     return [
         Alternative(
             effect=by_key[key].effect, component=by_key[key].component,
@@ -207,7 +207,7 @@ def scaled_covariance(explanation: Explanation) -> FloatArray:
 
 
 def _size_of_unknown(selected: Selected, key: str) -> ParameterResult:
-    """Root mean square of a free shape over the rows that count."""
+    """Root mean square of a spline term over the rows that count."""
     best = selected.best
     base = selected.plant.base(best.keys, best.sizes)
     columns = selected.plant.columns(key, base, best.sizes)

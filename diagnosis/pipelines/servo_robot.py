@@ -114,14 +114,14 @@ def _nearest(
 
 def _alone(outside: Diagnosis, why: str) -> Diagnosis:
     """Geometry only: the torques could not be read, and the answer says why."""
-    hidden = [
+    untested = [
         NotTestable(effect=kind.name, component=component, why=why)
         for kind in SERVO_EFFECTS.values()
         for component in kind.components
     ]
     return outside.model_copy(
         update={
-            "not_testable": [*outside.not_testable, *hidden],
+            "not_testable": [*outside.not_testable, *untested],
             "not_read": [why],
         }
     )
@@ -132,14 +132,14 @@ def joined(torques: Diagnosis, outside: Diagnosis) -> Diagnosis:
     first, second = (
         (torques, outside) if _weight(torques) >= _weight(outside) else (outside, torques)
     )
-    hidden = [one for one in outside.not_testable if one.effect not in SERVO_EFFECTS]
+    untested = [one for one in outside.not_testable if one.effect not in SERVO_EFFECTS]
     return first.model_copy(
         update={
             "verdict": _verdict([torques.verdict, outside.verdict]),
             # Two looks at one machine: the smaller p by chance is likelier.
             "false_alarm_p": min(1.0, 2.0 * min(torques.false_alarm_p, outside.false_alarm_p)),
             "findings": [*first.findings, *second.findings],
-            "not_testable": [*torques.not_testable, *hidden],
+            "not_testable": [*torques.not_testable, *untested],
             "smallest_detectable": [*torques.smallest_detectable, *outside.smallest_detectable],
             "next_experiment": outside.next_experiment,
             "says": [*first.says, *second.says],

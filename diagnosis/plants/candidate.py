@@ -50,7 +50,7 @@ class Candidate:
     shapes: tuple[Shape, ...]
     fixed: Mapping[str, Any]
     free: bool = False
-    """A free shape: stands for 'unknown'."""
+    """A spline term: stands for 'unknown'."""
     depends_on: tuple[str, ...] = ()
     members: tuple[str, ...] = ()
     """Components that act together, for a group (`groups.py`)."""

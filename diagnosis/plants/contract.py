@@ -1,4 +1,4 @@
-"""What the engine needs to know of a machine: predictions, candidates, and free shapes.
+"""What the engine needs to know of a machine: predictions, candidates, and spline terms.
 
 The engine (fit, detect, name, settle) is written on this protocol alone. A new kind of machine
 is one file with a class that has these members; see docs/life-of-a-recording.md.
@@ -31,12 +31,12 @@ class Model(Protocol):
         """What the channels would have read without noise; shape (n, channels)."""
         ...
 
-    def drivers(self) -> dict[str, FloatArray]:
+    def covariates(self) -> dict[str, FloatArray]:
         """Interpretable quantities over time that a mismatch may follow; name -> (n,)."""
         ...
 
-    def ports(self) -> dict[str, FloatArray]:
-        """Components at which a free shape may enter -> change of the channels per unit there.
+    def inputs(self) -> dict[str, FloatArray]:
+        """Components at which a spline term may enter -> change of the channels per unit there.
 
         Shape (n, channels) each.
         """

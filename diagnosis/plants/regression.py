@@ -40,13 +40,13 @@ class Size:
 
 
 @dataclass(frozen=True, slots=True)
-class Twin:
+class Equivalent:
     """Another effect that is the same operator in this recording, with its odds against this."""
 
     effect: str
     log_odds: float
     only_if_zero: str = ""
-    """The twin stands in only while this size of the regressor is (nearly) zero."""
+    """The equivalent stands in only while this size of the regressor is (nearly) zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ class Regressor:
     log_odds: float
     component: str = "axis"
     sizes: tuple[Size, ...] = ()
-    twins: tuple[Twin, ...] = ()
+    equivalents: tuple[Equivalent, ...] = ()
     beside: tuple[str, ...] = ()
     follows: tuple[str, ...] = ()
     alone: bool = True
@@ -70,7 +70,7 @@ class Regressor:
     saturated: bool = True
     """Whether it is part of the saturated set that shows the noise."""
     left_over: bool = False
-    """A free shape that is only looked for in what the named effects leave."""
+    """A spline term that is only looked for in what the named effects leave."""
 
     @property
     def unknown(self) -> bool:
@@ -146,7 +146,7 @@ class RegressionPlant(Protocol):
         ...
 
     def keep_beside(self, shapes: FloatArray) -> None:
-        """Free shapes must not take the place of these shapes (n, j) either."""
+        """Spline terms must not take the place of these shapes (n, j) either."""
         ...
 
     def followed(self, key: str) -> FloatArray:

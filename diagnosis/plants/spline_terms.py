@@ -1,4 +1,4 @@
-"""Free shapes over one covariate: cubic B-splines less what named shapes already span."""
+"""Spline terms over one covariate: cubic B-splines less what named shapes already span."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ def spline_basis(covariate: FloatArray, pieces: int, low: float, high: float) ->
     return basis
 
 
-def free_shapes(
+def spline_terms(
     covariate: FloatArray, pieces: int, spanned: FloatArray, rows: IntArray
 ) -> FloatArray:
     """Splines of a covariate (n,) less their projection on `spanned` (n, j) over some rows.
 
-    So a free shape cannot take the place of a named one (Plumlee 2017, J. Am. Stat. Assoc. 112,
+    So a spline term cannot take the place of a named one (Plumlee 2017, J. Am. Stat. Assoc. 112,
     1274-1285). Directions that vanish are left out; the others (n, k) have unit variance.
     """
     low, high = (float(x) for x in np.quantile(covariate[rows], [0.002, 0.998]))
@@ -44,7 +44,7 @@ def free_shapes(
 def carried_over(
     shape: FloatArray, known: FloatArray, pieces: int, elsewhere: FloatArray
 ) -> FloatArray:
-    """A free shape (n,) as a function of its covariate alone, at other values of that (m,).
+    """A spline term (n,) as a function of its covariate alone, at other values of that (m,).
 
     Nothing is said beyond the values that were seen.
     """
@@ -57,11 +57,11 @@ def carried_over(
 
 
 class KeepsBeside:
-    """A plant whose free shapes, kept in `_unknown`, give way to the shapes of a chosen set."""
+    """A plant whose spline terms, kept in `_unknown`, give way to the shapes of a chosen set."""
 
     beside: FloatArray
 
     def keep_beside(self, shapes: FloatArray) -> None:
-        """Free shapes must not take the place of these shapes (n, j) either."""
+        """Spline terms must not take the place of these shapes (n, j) either."""
         self.beside = shapes
         self.__dict__.pop("_unknown", None)

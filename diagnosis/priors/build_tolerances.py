@@ -17,7 +17,7 @@ def effects_of_building(model: Model) -> set[str]:
     return {nuisance.term.candidate.effect for nuisance in model.tolerances}
 
 
-def usual(model: Model, term: Term) -> bool:
+def within_tolerance(model: Model, term: Term) -> bool:
     """Whether a wrong size of the machine is within what building leaves."""
     candidate = term.candidate
     spreads = {n.term.candidate.key: n.spread for n in model.tolerances}

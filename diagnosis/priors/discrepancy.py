@@ -5,13 +5,13 @@ from __future__ import annotations
 from diagnosis.plants.candidate import Candidate, Term
 
 SPLINE_FACTOR = 4.0
-"""So many times more for a free shape, which fits many things a little."""
+"""So many times more for a spline term, which fits many things a little."""
 
 
 def left_by(term: Term, new: Candidate | None = None) -> float:
     """Share of what a term explains that it may leave in the shape of a new effect.
 
-    Without one: of a free shape, which may have any.
+    Without one: of a spline term, which may have any.
     """
     own = term.candidate.kind.discrepancy
     if new is None:

@@ -2,7 +2,7 @@
 
 A long recording tells a length to a hundredth of a millimetre, but no machine is like its file to
 that: joints sag under their own weight, a stop gives way under what presses on it. An interval
-says where the truth is, so it has room for such small errors everywhere, whether seen or not.
+says where the truth is, so it has room for such build tolerances, whether seen or not.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ MOST_CAREFUL = 1.0 / 60.0
 0.01 mm in an arm, 0.03 mrad at a home."""
 
 
-def small_errors(fitter: Fitter, around: Sequence[Term]) -> FloatArray:
+def tolerance_columns(fitter: Fitter, around: Sequence[Term]) -> FloatArray:
     """Whitened changes by an error of its spread in every size of the machine, (m, k).
 
     around: terms at work. No columns for errors that are fitted with wider spreads already.
@@ -50,11 +50,11 @@ def small_errors(fitter: Fitter, around: Sequence[Term]) -> FloatArray:
 
 
 def pull(fitter: Fitter, solution: Solution, bread: FloatArray) -> FloatArray:
-    """How far small errors everywhere pull the fitted numbers, (p, k): a column an error.
+    """How far build tolerances pull the fitted numbers, (p, k): a column an error.
 
     bread: inverse of the tangent's Gram matrix, (p, p).
     """
-    small = small_errors(fitter, [*solution.nuisances, *solution.terms])
+    small = tolerance_columns(fitter, [*solution.nuisances, *solution.terms])
     pulled: FloatArray = bread @ (solution.tangent.T @ small)
     return pulled
 

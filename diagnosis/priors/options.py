@@ -17,7 +17,7 @@ class SearchOptions:
     """
 
     better: float = 1.0
-    """What something else must be worth more to take a place: no swaps back and forth over
+    """What something else must gain to take a place: no swaps back and forth over
     rounding."""
     choice: float = 12.0
     """What choosing one of a hundred candidates costs: -2 log of the odds, a little rounded up."""
@@ -34,7 +34,7 @@ class SearchOptions:
     pile: int = 3
     """So many effects may be a pile that stands for one cause in no list."""
     most_shapes: int = 2
-    """Free shapes in one set."""
+    """Spline terms in one set."""
 
     # What is tried: more takes longer, and was not seen to find more.
     tried: int = 6
@@ -61,7 +61,7 @@ class SearchOptions:
     tie_reach: float = 60.0
     """A rival that promises less than this share, or so much less, is not fitted."""
     rival_shapes: int = 2
-    """Free shapes fitted beside or instead of a set."""
+    """Spline terms fitted beside or instead of a set."""
     optimism: float = 1.5
     """How much more than its linearised gain an effect may bring."""
     clearly: float = 10.0

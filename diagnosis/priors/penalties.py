@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.estimation.splines import FreeShape
+from diagnosis.estimation.splines import SplineTerm
 from diagnosis.plants.candidate import Candidate, Term
 
 COORDINATE_PENALTY = 4.0
@@ -38,8 +38,8 @@ def penalty(candidate: Candidate) -> float:
     return COORDINATE_PENALTY * len(candidate.moved) + candidate.kind.penalty + together
 
 
-def spline_penalty(free: FreeShape) -> float:
-    """What a free shape must earn: more than any named effect, and more the finer it is."""
+def spline_penalty(free: SplineTerm) -> float:
+    """What a spline term must earn: more than any named effect, and more the finer it is."""
     return FREE_PRICE + 2.0 * free.size
 
 

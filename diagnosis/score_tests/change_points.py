@@ -52,8 +52,8 @@ def jumps(
     if near_s is not None:
         inside &= np.abs(times - near_s) < NEAR_S
     found, events = [], traits_of(model).events
-    for port, change in model.ports().items():
-        if port not in events:
+    for location, change in model.inputs().items():
+        if location not in events:
             continue
         column = fitter.whiten(-rad_per_step * change)[order]
         if not column.any():
@@ -71,7 +71,7 @@ def jumps(
         before_s = model.readings.period_s
         found.append(
             Jump(
-                events[port](float(times[best])), float(gain[best]),
+                events[location](float(times[best])), float(gain[best]),
                 float(times[best]) - 0.5 * before_s,
                 (
                     float(near.min(initial=times[best])) - before_s,

@@ -1,4 +1,4 @@
-"""Scores of finely resolved free shapes, of which each reading meets a few columns only."""
+"""Scores of finely resolved spline terms, of which each reading meets a few columns only."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
-from diagnosis.estimation.splines import FreeShape, Score
+from diagnosis.estimation.splines import Score, SplineTerm
 from diagnosis.observations.readings import FloatArray
 from diagnosis.score_tests.chi2_tail import log_sf
 from diagnosis.score_tests.score_test import gain_alone, tolerance_factor
@@ -19,7 +19,7 @@ from diagnosis.score_tests.sinusoids import sinusoid_scores
 
 
 def scores_of(
-    shapes: Sequence[FreeShape], fitter: Fitter, solution: Solution, small: FloatArray | None
+    shapes: Sequence[SplineTerm], fitter: Fitter, solution: Solution, small: FloatArray | None
 ) -> list[Score]:
     """Each shape's score, and those of the sinusoid_scores.
 
@@ -31,10 +31,10 @@ def scores_of(
     rest = (residual - solution.basis @ (solution.basis.T @ residual))[: fitter.rows]
     if small is not None:
         small = small - basis @ (basis.T @ small)
-    ports = fitter.ports  # before the fork
+    inputs = fitter.inputs  # before the fork
 
-    def score(free: FreeShape) -> tuple[float, float]:
-        columns = ports[free.port] @ free.basis
+    def score(free: SplineTerm) -> tuple[float, float]:
+        columns = inputs[free.location] @ free.basis
         shared = columns.T @ basis
         gram = (columns.T @ columns).toarray()
         left = gram - shared @ shared.T

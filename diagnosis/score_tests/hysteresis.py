@@ -1,7 +1,7 @@
 """Whether a mismatch depends on more than the present value of what it follows.
 
 Play, friction and filters remember: the same place or speed gives another error when it was come
-to another way. The test adds, beside the shape over the driver's present value, shapes over its
+to another way. The test adds, beside the shape over the covariate's present value, shapes over its
 past values and over the way it came last, and asks what they explain that the present does not.
 """
 
@@ -17,35 +17,35 @@ from scipy.sparse import csr_array
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
-from diagnosis.estimation.splines import PIECES, FreeShape, knots_for, spline_basis, two_way
+from diagnosis.estimation.splines import PIECES, SplineTerm, knots_for, spline_basis, two_way
 from diagnosis.observations.readings import FloatArray
 from diagnosis.score_tests.chi2_tail import log_sf
 from diagnosis.score_tests.score_test import gain_alone
 
 PAST_S = (0.06, 0.3, 1.5)
 TIED = 11.0
-"""Twice the logarithm of chance within which two drivers count as tied."""
+"""Twice the logarithm of chance within which two covariates count as tied."""
 CERTAIN = np.log(1e-5)
 """Chance, as a logarithm, below which the past counts; readings correlate, so well below 0.01."""
 LEAST_SHARE = 0.05
 """What the past must explain of what the present does; less is a shape that is not quite right."""
 
 
-def has_memory(fitter: Fitter, solution: Solution, free: FreeShape, gain: float) -> bool | None:
-    """Whether the past of a free shape's driver matters at its port.
+def has_memory(fitter: Fitter, solution: Solution, free: SplineTerm, gain: float) -> bool | None:
+    """Whether the past of a spline term's covariate matters at its location.
 
     gain: chi-square that the shape explains. None where it is too little to rule a memory out,
     and for time, which has no other past.
     """
     readings = fitter.model.readings
-    driver = fitter.model.drivers()[free.driver]
-    if free.driver == "time":
+    covariate = fitter.model.covariates()[free.covariate]
+    if free.covariate == "time":
         return None
     if free.kind == "way":
         return True
-    pasts = [np.interp(readings.t_s - late_s, readings.t_s, driver) for late_s in PAST_S]
+    pasts = [np.interp(readings.t_s - late_s, readings.t_s, covariate) for late_s in PAST_S]
     shapes = [replace(free, basis=_shape(past)) for past in pasts]
-    shapes.append(replace(free, basis=two_way(driver, free.basis)))
+    shapes.append(replace(free, basis=two_way(covariate, free.basis)))
     found = [_explained(fitter, solution, shape) for shape in shapes]
     if any(log_p < CERTAIN and more > LEAST_SHARE * gain for more, log_p in found):
         return True
@@ -53,9 +53,9 @@ def has_memory(fitter: Fitter, solution: Solution, free: FreeShape, gain: float)
 
 
 def tied_drivers(
-    fitter: Fitter, bare: Solution, free: FreeShape, shapes: Sequence[FreeShape]
+    fitter: Fitter, bare: Solution, free: SplineTerm, shapes: Sequence[SplineTerm]
 ) -> list[str]:
-    """Other drivers that explain at the same port as much as a free shape does, best first.
+    """Other covariates that explain at the same location as much as a spline term does, best first.
 
     bare: the fit without the shape. On a circle an arm's angle tells its speed, and no test on
     that circle can say which of them an error follows.
@@ -66,20 +66,21 @@ def tied_drivers(
     rivals = [
         shape
         for shape in shapes
-        if (shape.port, shape.kind) == (free.port, free.kind) and shape.driver != free.driver
+        if (shape.location, shape.kind) == (free.location, free.kind)
+        and shape.covariate != free.covariate
     ]
     tasks = [partial(_explained, fitter, bare, shape) for shape in rivals]
     found: dict[str, float] = {}
     for shape, (_, log_p) in zip(rivals, side_by_side(tasks), strict=True):
-        found[shape.driver] = min(2.0 * log_p, found.get(shape.driver, 0.0))
+        found[shape.covariate] = min(2.0 * log_p, found.get(shape.covariate, 0.0))
     return sorted((name for name, x in found.items() if x < limit), key=lambda name: found[name])
 
 
-def _shape(driver: FloatArray) -> csr_array:
-    return spline_basis(driver, knots_for(driver, PIECES))
+def _shape(covariate: FloatArray) -> csr_array:
+    return spline_basis(covariate, knots_for(covariate, PIECES))
 
 
-def _explained(fitter: Fitter, solution: Solution, shape: FreeShape) -> tuple[float, float]:
+def _explained(fitter: Fitter, solution: Solution, shape: SplineTerm) -> tuple[float, float]:
     """Chi-square that one more shape explains, and the log of its chance."""
     known = solution.basis
     columns = fitter.free_tangent([shape])

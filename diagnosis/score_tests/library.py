@@ -1,4 +1,4 @@
-"""The library of candidates: columns of every candidate at every shape, and of every free shape."""
+"""The library of candidates: columns of every candidate at every shape, and of spline terms."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scipy.linalg.blas import sgemm, ssyrk
 
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
-from diagnosis.estimation.splines import FreeShape, free_shapes
+from diagnosis.estimation.splines import SplineTerm, spline_terms
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate, Shape, Term
 from diagnosis.plants.contract import Model
@@ -25,11 +25,11 @@ PARTS = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Entry:
-    """One test: a candidate at a shape (or a free shape) and its columns in the library."""
+    """One test: a candidate at a shape (or a spline term) and its columns in the library."""
 
     candidate: Candidate | None
     shape: Shape | None
-    free: FreeShape | None
+    free: SplineTerm | None
     columns: slice
 
     @property
@@ -48,22 +48,22 @@ class Entry:
         if self.candidate is not None:
             return self.candidate.key
         assert self.free is not None
-        return ("unknown", self.free.port, self.free.driver)
+        return ("unknown", self.free.location, self.free.covariate)
 
 
 @dataclass(slots=True, eq=False)
 class Library:
-    """Entries, and their columns under a noise model; the raw ones of free shapes, of which each
+    """Entries, and their columns under a noise model; the raw ones of spline terms, of which each
     sample meets a few, are made where they are needed.
     """
 
     entries: list[Entry] = field(default_factory=list)
     regressors: dict[int, FloatArray] = field(default_factory=dict)
     """Raw columns (k, channels, n) of candidates, by the number of the entry."""
-    ports: Mapping[str, FloatArray] = field(default_factory=dict)
-    """How each port changes the channels, (n, channels)."""
+    inputs: Mapping[str, FloatArray] = field(default_factory=dict)
+    """How each location changes the channels, (n, channels)."""
     white: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
-    silent: list[Candidate] = field(default_factory=list)
+    not_identifiable: list[Candidate] = field(default_factory=list)
     """Candidates that change nothing in this recording."""
 
     def add(self, raw: FloatArray, candidate: Candidate, shape: Shape) -> None:
@@ -71,8 +71,8 @@ class Library:
         self.regressors[len(self.entries)] = raw
         self.entries.append(Entry(candidate, shape, None, self._next(len(raw))))
 
-    def add_free(self, free: FreeShape) -> None:
-        """Append a free shape."""
+    def add_free(self, free: SplineTerm) -> None:
+        """Append a spline term."""
         self.entries.append(Entry(None, None, free, self._next(free.size)))
 
     def _next(self, count: int) -> slice:
@@ -85,7 +85,7 @@ class Library:
             [
                 self.regressors[number]
                 if entry.free is None
-                else _laid_out(entry.free.columns(self.ports[entry.free.port]))
+                else _laid_out(entry.free.columns(self.inputs[entry.free.location]))
                 for number, entry in enumerate(self.entries)
             ]
         )
@@ -93,18 +93,18 @@ class Library:
     def explained(self, weights: FloatArray) -> FloatArray:
         """What all entries change together, with weights (c,) or (c, d): (n, channels, ...)."""
         more = weights.shape[1:]
-        samples, channels = next(iter(self.ports.values())).shape
+        samples, channels = next(iter(self.inputs.values())).shape
         changed = np.zeros((samples, channels, *more))
-        shapes = {port: np.zeros((samples, 1, *more)) for port in self.ports}
+        shapes = {location: np.zeros((samples, 1, *more)) for location in self.inputs}
         for number, entry in enumerate(self.entries):
             part = weights[entry.columns]
             if entry.free is None:
                 own = np.tensordot(self.regressors[number], part.astype(np.float32), axes=(0, 0))
                 changed += own.swapaxes(0, 1)
             else:
-                shapes[entry.free.port][:, 0] += entry.free.basis @ part
-        for port, shape in shapes.items():
-            changed += self.ports[port].reshape(samples, channels, *(1 for _ in more)) * shape
+                shapes[entry.free.location][:, 0] += entry.free.basis @ part
+        for location, shape in shapes.items():
+            changed += self.inputs[location].reshape(samples, channels, *(1 for _ in more)) * shape
         return changed
 
     def whiten(self, fitter: Fitter) -> None:
@@ -112,7 +112,7 @@ class Library:
         total = self.entries[-1].columns.stop
         self.white = np.empty((0, 0))  # room for the new ones
         white = _shared(total, fitter.rows)
-        ports = fitter.ports
+        inputs = fitter.inputs
 
         def part(numbers: range) -> None:
             for number in numbers:
@@ -120,7 +120,9 @@ class Library:
                 if entry.free is None:
                     white[entry.columns] = fitter.whiten.each(self.regressors[number])
                 else:
-                    white[entry.columns] = (ports[entry.free.port] @ entry.free.basis).T.toarray()
+                    white[entry.columns] = (
+                        inputs[entry.free.location] @ entry.free.basis
+                    ).T.toarray()
 
         count = len(self.entries)
         side_by_side([partial(part, range(k, count, PARTS)) for k in range(PARTS)])
@@ -170,9 +172,9 @@ def build(model: Model) -> Library:
         for number, raw in columns.items():
             library.add(raw, candidate, candidate.shapes[number])
         if not columns:
-            library.silent.append(candidate)
-    library.ports = model.ports()
-    for free in free_shapes(model):
+            library.not_identifiable.append(candidate)
+    library.inputs = model.inputs()
+    for free in spline_terms(model):
         library.add_free(free)
     return library
 

@@ -78,7 +78,7 @@ def leading(scorer: Scorer, scores: Scores, taken: set[tuple[str, ...]]) -> list
 
 
 def candidate_of(entry: Entry) -> Candidate:
-    """The candidate of an entry that is no free shape."""
+    """The candidate of an entry that is no spline term."""
     assert entry.candidate is not None
     return entry.candidate
 

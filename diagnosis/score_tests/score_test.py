@@ -32,11 +32,13 @@ class Scores:
 class Scorer:
     """Projects the library on what a solution leaves free."""
 
-    def __init__(self, library: Library, inflation: FloatArray | None = None):
+    def __init__(self, library: Library, variance_inflation: FloatArray | None = None):
         self.library = library
-        self.inflation = np.ones(len(library.entries)) if inflation is None else inflation
+        self.variance_inflation = (
+            np.ones(len(library.entries)) if variance_inflation is None else variance_inflation
+        )
         self.tolerance_factor = np.ones(len(library.entries))
-        """How many times more a score may be by what no robot file promises (`exactness.py`)."""
+        """How many times more a score may be by what no robot file promises (`priors`)."""
         self.gram = library.gram()
 
     def project(self, basis: FloatArray, residual: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -64,7 +66,7 @@ class Scorer:
             gains[numbers], ranks[numbers] = gain, rank
             for place, number in enumerate(numbers):
                 steps[number], infos[number] = step[place], information[place]
-        gains /= self.inflation
+        gains /= self.variance_inflation
         return Scores(gains, log_sfs(gains / self.tolerance_factor, ranks), steps, infos)
 
     @cached_property
@@ -116,14 +118,14 @@ def _frame(information: FloatArray, full: FloatArray) -> tuple[FloatArray, BoolA
     return vectors * length[..., None, :] / scale[..., :, None], usable
 
 
-def tolerance_factor(gram: FloatArray, with_small: FloatArray) -> float:
-    """How many times more a test's gain may be by small errors than by noise alone.
+def tolerance_factor(gram: FloatArray, by_tolerances: FloatArray) -> float:
+    """How many times more a test's gain may be by build tolerances than by noise alone.
 
-    gram: of the test's columns, (k, k). with_small: their products with the `small_errors` of
-    `exactness.py`, (k, n).
+    gram: of the test's columns, (k, k). by_tolerances: their products with the
+    `tolerance_columns` of `priors/file_tolerances.py`, (k, n).
     """
     frame, usable = _frame(gram, np.diag(gram))
-    return 1.0 + float(np.sum((frame.T @ with_small) ** 2)) / max(int(usable.sum()), 1)
+    return 1.0 + float(np.sum((frame.T @ by_tolerances) ** 2)) / max(int(usable.sum()), 1)
 
 
 def explained_by(columns: FloatArray, residual: FloatArray) -> tuple[float, int]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
-from diagnosis.estimation.splines import FreeShape, Score, waves
+from diagnosis.estimation.splines import Score, SplineTerm, waves
 from diagnosis.observations.readings import FloatArray
 from diagnosis.score_tests.chi2_tail import log_sf
 from diagnosis.score_tests.score_test import explained_by
@@ -27,16 +27,16 @@ BETWEEN = 16
 
 
 def sinusoid_scores(fitter: Fitter, solution: Solution) -> list[Score]:
-    """At each port the rhythm that explains most: shape, gain, and log p for all frequencies."""
-    ports = fitter.model.ports()
+    """At each location the sinusoid that explains most: term, gain, log p for all frequencies."""
+    inputs = fitter.model.inputs()
     t_s = fitter.model.readings.t_s
     basis, residual = solution.basis, solution.residual
     found = []
-    for port, change in ports.items():
+    for location, change in inputs.items():
         rate_hz, looks = _strongest(fitter, residual[: fitter.rows], change)
         if rate_hz is None:
             continue
-        free = FreeShape(port, "time", waves(t_s, rate_hz), t_s[:0], "sinusoid", rate_hz)
+        free = SplineTerm(location, "time", waves(t_s, rate_hz), t_s[:0], "sinusoid", rate_hz)
         columns = fitter.vector(free.columns(change))
         gain, rank = explained_by(columns - basis @ (basis.T @ columns), residual)
         found.append((free, gain, min(log_sf(gain, rank) + float(np.log(looks)), 0.0)))
@@ -46,7 +46,7 @@ def sinusoid_scores(fitter: Fitter, solution: Solution) -> list[Score]:
 def _strongest(
     fitter: Fitter, residual: FloatArray, change: FloatArray
 ) -> tuple[float | None, int]:
-    """Frequency with most power in a residual seen through a port, and how many were looked at."""
+    """Frequency with most power in a residual seen through a location, and how many were tried."""
     readings, whiten = fitter.model.readings, fitter.whiten
     at = np.rint((readings.t_s[whiten.rows] - readings.t_s[0]) / readings.period_s).astype(int)
     sigma = np.array([noise.sigma for noise in whiten.channels])

@@ -1,4 +1,4 @@
-"""Moves that put a term in: the best further effect, and when no more is worth adding."""
+"""Moves that put a term in: the best further effect, and when no further one earns its penalty."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def add(search: Search, solution: Solution, other: Solution | None = None) -> So
 
 
 def is_pile(search: Search, solution: Solution) -> bool:
-    """Whether so many effects explain less than one free shape: time to stop piling up."""
+    """Whether so many effects explain less than one spline term: time to stop piling up."""
     if len(solution.terms) < search.options.pile:
         return False
     fine = search.tests.fine_scores(search.tests.empty)
@@ -48,8 +48,8 @@ def is_pile(search: Search, solution: Solution) -> bool:
     return search.tests.empty.cost - best < search.criterion.penalised(solution)
 
 
-def falls_short(search: Search, rival: Solution, more: int, worth: float) -> bool:
+def falls_short(search: Search, rival: Solution, more: int, cost: float) -> bool:
     """Whether a rival stays behind even with all that so many more effects may add to it."""
     gains = sorted((trial.gain for trial in search.tests.trials(rival)), reverse=True)
     least = search.criterion.penalised(rival) - search.options.optimism * sum(gains[:more])
-    return least > worth + search.options.hope
+    return least > cost + search.options.hope

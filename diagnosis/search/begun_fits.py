@@ -1,4 +1,4 @@
-"""Fits that are only begun, and the few of them that are worth bringing to their end."""
+"""Fits that are only begun, and the few of them that are finished."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import partial
 
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
-from diagnosis.estimation.splines import FreeShape
+from diagnosis.estimation.splines import SplineTerm
 from diagnosis.plants.candidate import Term
 from diagnosis.priors.options import SearchOptions
 
@@ -19,7 +19,7 @@ class Tried:
 
     terms: tuple[Term, ...]
     nuisances: tuple[Term, ...]
-    frees: tuple[FreeShape, ...]
+    frees: tuple[SplineTerm, ...]
     cost: float
 
     def within_reach(self, solution: Solution, gain: float, options: SearchOptions) -> bool:

@@ -33,7 +33,7 @@ class Criterion:
     def fully_penalised(self, solution: Solution) -> float:
         """Penalised cost, with what choosing each effect from all of them costs.
 
-        The penalty of a free shape has it; a pile of effects in one driver must not get it free.
+        A spline term has it in its penalty; a pile of effects in one covariate must not be free.
         """
         return self.penalised(solution) + self.options.choice * len(solution.terms)
 

@@ -38,7 +38,7 @@ def reconsidered(
 
 def another(search: Search, solution: Solution, number: int, bare: Solution) -> Solution | None:
     """Something better in place of one term, without which `bare` is left."""
-    options, worth = search.options, search.criterion.penalised
+    options, cost = search.options, search.criterion.penalised
     own, gain = solution.terms[number].candidate.key, bare.cost - solution.cost
     for trial in search.tests.trials(bare, [own])[: options.tried_instead]:
         if trial.gain < options.instead_share * gain:
@@ -47,7 +47,7 @@ def another(search: Search, solution: Solution, number: int, bare: Solution) -> 
         if not tried.within_reach(solution, gain, options):
             continue
         other = follow(search.fitter, tried)
-        if worth(other) < worth(solution) - options.better:
+        if cost(other) < cost(solution) - options.better:
             return other
     return None
 
@@ -79,18 +79,18 @@ def best_of(search: Search, solution: Solution, found: Sequence[Solution]) -> So
 
 def with_pair(search: Search, base: Solution, best: Solution, most: int) -> Solution:
     """The best so far, or a base with the two that do more together."""
-    scorer, worth = search.prepared.scorer, search.criterion.penalised
+    scorer, cost = search.prepared.scorer, search.criterion.penalised
     taken = {term.candidate.key for term in base.terms}
     entries = leading(scorer, search.tests.scores(base), taken)
     pairs = best_pairs(scorer, base.free_basis, base.residual, entries, penalty, most)
     known = {term.candidate.key for term in best.terms}
     for pair in pairs:
-        if pair.value < worth(base) - worth(best) + search.options.least_more:
+        if pair.value < cost(base) - cost(best) + search.options.least_more:
             break
         if taken | {start.candidate.key for start in pair.starts} == known:
             continue
         rival = search.fitter.solve((*base.terms, *pair.starts), base.frees, base.nuisances)
-        best = min(best, rival, key=worth)
+        best = min(best, rival, key=cost)
     return best
 
 
@@ -98,14 +98,14 @@ def group_instead(search: Search, solution: Solution) -> Solution | None:
     """A whole group instead of several effects, where it is the better explanation."""
     if len(solution.terms) < 2:
         return None
-    empty, options, worth = search.tests.empty, search.options, search.criterion.penalised
+    empty, options, cost = search.tests.empty, search.options, search.criterion.penalised
     trials = search.tests.trials(empty, groups=True)
     least = options.group_share * (empty.cost - solution.cost)
     starts = [t.start for t in trials if t.start.candidate.members and t.gain > least]
     rivals = search.fitter.side_by_side(
         [partial(_grown_from, search, start, solution) for start in starts[: options.groups]]
     )
-    best = min([solution, *rivals], key=worth)
+    best = min([solution, *rivals], key=cost)
     return None if best is solution else best
 
 

@@ -138,7 +138,7 @@ def first_of(found: Sequence[Solution | None]) -> Solution | None:
 
 
 def _others(solution: Solution, number: int) -> FloatArray:
-    """The tangent less what belongs to one term or to free shapes, (m, p)."""
+    """The tangent less what belongs to one term or to spline terms, (m, p)."""
     return np.delete(solution.named_tangent, solution.columns_of(number), axis=1)
 
 

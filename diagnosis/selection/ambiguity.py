@@ -33,13 +33,13 @@ class Standing:
 
 
 def resolved(search: Search, solution: Solution) -> tuple[Solution, list[Standing]]:
-    """How each term stands; a rival that is worth more becomes the finding."""
-    worth = search.criterion.penalised
+    """How each term stands; a rival with a lower penalised cost becomes the finding."""
+    cost = search.criterion.penalised
     for _ in range(search.options.most_swaps_of_ties):
         stands = stands_of(search, solution)
         rivals = [rival for stand in stands for rival in stand.rivals]
-        best = min(rivals, key=worth, default=solution)
-        stays = worth(best) > worth(solution) - search.options.better
+        best = min(rivals, key=cost, default=solution)
+        stays = cost(best) > cost(solution) - search.options.better
         if stays or not search.budget.lasts(Until.RESOLVED):
             return solution, stands
         solution = in_parts(search, best)
@@ -121,13 +121,13 @@ def _left_out(search: Search, solution: Solution, numbers: Sequence[int]) -> _Le
 def _stands(
     search: Search, solution: Solution, cut: _LeftOut, others: Sequence[Solution]
 ) -> Standing:
-    worth = search.criterion.penalised
+    cost = search.criterion.penalised
     log_p = log_sf(cut.gain, sum(len(one.moved) for one in cut.own))
     rivals: list[tuple[Alternative, Candidate, Solution]] = []
     for other in others:
         worse = other.cost - solution.cost
-        # A rival with fewer coordinates is forgiven what the others' freedom is worth.
-        if min(worse, worth(other) - worth(solution)) < search.options.tied:
+        # A rival with fewer coordinates is forgiven what the others' freedom gains.
+        if min(worse, cost(other) - cost(solution)) < search.options.tied:
             one = other.terms[-1].candidate
             entry = Alternative(
                 effect=one.effect, component=one.component, delta_chi2=max(worse, 0.0)

@@ -15,7 +15,7 @@ from diagnosis.priors.options import OPTIONS
 from diagnosis.search.exchange import best_of, group_instead, pairs_for_one
 from diagnosis.search.search import Search
 from diagnosis.selection.ambiguity import Standing, in_parts, resolved
-from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_free_shapes
+from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_spline_terms
 from diagnosis.selection.tolerance_rival import Needed, ToleranceRival
 
 
@@ -28,7 +28,7 @@ class Explained:
     first_p: float
     """Calibrated p of 'nothing is missing' before any finding."""
     with_tolerances: bool
-    """Small errors of the build are fitted everywhere beside the findings."""
+    """Build tolerances are fitted everywhere beside the findings."""
     nominal: Solution
     """The machine of the robot file, without even the tolerances."""
     stands: list[Standing]
@@ -36,7 +36,7 @@ class Explained:
 
 
 def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Explained:
-    """Search for few effects; then let tolerances everywhere and free shapes compete."""
+    """Search for few effects; then let tolerances everywhere and spline terms compete."""
     search = Search(prepared, rad_per_step, progress)
     first_p = search.tests.first_p()
     search, solution = calmed(search, search.run())
@@ -52,7 +52,7 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
 def _told(
     tolerances: ToleranceRival, solution: Solution, needed: Needed | None
 ) -> tuple[Search, Solution]:
-    """The better explanation, few effects or these beside build tolerances, with its free shapes.
+    """The better explanation, few effects or these beside build tolerances, with its spline terms.
 
     One shape that explains it all is no machine that is a little off everywhere: where the scores
     promise one, it is asked first.
@@ -60,20 +60,20 @@ def _told(
     search, shaped = tolerances.search, None
     if needed is not None:
         if shape_promises(search, solution, needed.penalised):
-            shaped = with_free_shapes(search, solution)
+            shaped = with_spline_terms(search, solution)
             if explains_it_all(search, shaped, needed.penalised):
                 return search, shaped
         search.progress("comparing with a machine that is a little off everywhere")
         lasts = search.budget.lasts(Until.TOLERANCES)
         other = tolerances.instead(solution, needed) if lasts else None
         if other is not None:
-            return tolerances.other, with_free_shapes(tolerances.other, other)
-    return search, with_free_shapes(search, solution) if shaped is None else shaped
+            return tolerances.other, with_spline_terms(tolerances.other, other)
+    return search, with_spline_terms(search, solution) if shaped is None else shaped
 
 
 def _reviewed(tolerances: ToleranceRival, solution: Solution) -> tuple[Solution, Needed | None]:
     """A solution or what is better as two causes for one or as a group; and what of it is needed
-    beside small errors everywhere, where these may be better still.
+    beside build tolerances, where these may be better still.
     """
     search = tolerances.search
     if tolerances.likely(solution) and not search.budget.lasts(Until.REVIEWED):

@@ -70,7 +70,7 @@ class Search:
         left_over: bool = False,
         among: Sequence[str] | None = None,
     ):
-        """kept: always in the set. left_over: free shapes instead of named regressors. among: only
+        """kept: always in the set. left_over: spline terms instead of named regressors. among: only
         these may come and go.
         """
         self.evidence, self.kept = evidence, kept

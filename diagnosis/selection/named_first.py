@@ -1,7 +1,7 @@
 """Named effects first, unknown physics is what they leave, then what was open is asked again.
 
 An unknown that follows position could take the place of a ratio, an offset, a scale. So named
-regressors are chosen under a noise in which smooth discrepancy counts as noise; free shapes, made
+regressors are chosen under a noise in which smooth discrepancy counts as noise; spline terms, made
 orthogonal to the named ones, are looked for in what is left; and where one is found, the named
 regressors that were neither sure nor out of the question are chosen once more beside it.
 """
@@ -41,11 +41,11 @@ class Selected:
     empty: Explanation
     """Of the robot file as it stands, under the same noise."""
     named: Explanation
-    """The named regressors alone: what free shapes are orthogonal to."""
+    """The named regressors alone: what spline terms are orthogonal to."""
     shift: dict[str, float]
     """How far each size of the best set moves under another preparation, in SI units."""
     left_over: Laplace
-    """The evidence of free shapes in what the explanation leaves."""
+    """The evidence of spline terms in what the explanation leaves."""
 
     @property
     def best(self) -> Explanation:

@@ -1,4 +1,4 @@
-"""Free shapes compete with the named effects: beside them, and instead of them."""
+"""Spline terms compete with the named effects: beside them, and instead of them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import partial
 from diagnosis.answer.verdict import ALARM
 from diagnosis.estimation.budget import Until
 from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.splines import FreeShape
+from diagnosis.estimation.splines import SplineTerm
 from diagnosis.priors.build_tolerances import effects_of_building
 from diagnosis.priors.discrepancy import SPLINE_FACTOR
 from diagnosis.priors.penalties import FREE_PRICE, penalty, penalty_of, spline_penalty
@@ -17,30 +17,30 @@ from diagnosis.search.removal import drop
 from diagnosis.search.search import Search
 
 
-def with_free_shapes(search: Search, solution: Solution) -> Solution:
-    """Free shapes beside or instead of the named effects, as long as one more earns its place.
+def with_spline_terms(search: Search, solution: Solution) -> Solution:
+    """Spline terms beside or instead of the named effects, as long as one more earns its place.
 
-    What one shape leaves at its own port is its discrepancy and earns no second one there.
+    What one shape leaves at its own location is its discrepancy and earns no second one there.
     """
     for _ in range(search.options.most_shapes):
         if solution.frees and not search.budget.lasts(Until.SHAPED):
             return solution
         if not solution.terms and not solution.frees and search.tests.first_p() > ALARM:
             return solution
-        taken = {free.port for free in solution.frees}
-        if taken and all(free.port in taken for free in free_rivals(search, solution)):
+        taken = {free.location for free in solution.frees}
+        if taken and all(free.location in taken for free in free_rivals(search, solution)):
             return solution
         challenged = challenge(search, solution)
         if len(challenged.frees) == len(solution.frees):
             return challenged
-        if len({free.port for free in challenged.frees}) < len(challenged.frees):
+        if len({free.location for free in challenged.frees}) < len(challenged.frees):
             return solution
         solution = challenged
     return solution
 
 
 def shape_promises(search: Search, solution: Solution, penalised: float) -> bool:
-    """Whether a free shape, instead of a solution or beside it, scores more than a rival's cost."""
+    """Whether a spline term, instead of a solution or beside it, does better than a rival."""
     return any(
         one.cost - gain + spline_penalty(free) < penalised
         for one in (search.tests.empty, solution)
@@ -49,20 +49,23 @@ def shape_promises(search: Search, solution: Solution, penalised: float) -> bool
 
 
 def explains_it_all(search: Search, shaped: Solution, penalised: float) -> bool:
-    """Whether free shapes do far more than another explanation, and leave next to nothing.
+    """Whether spline terms do far more than another explanation, and leave next to nothing.
 
     Alone, or beside what is named at the same places and no machine has by its building.
     """
-    ports, small = {free.port for free in shaped.frees}, effects_of_building(search.prepared.model)
+    inputs, small = (
+        {free.location for free in shaped.frees},
+        effects_of_building(search.prepared.model),
+    )
     beside = [term.candidate for term in shaped.terms]
-    if not ports or any(one.component not in ports or one.effect in small for one in beside):
+    if not inputs or any(one.component not in inputs or one.effect in small for one in beside):
         return False
     left = max((trial.gain for trial in search.tests.trials(shaped)), default=0.0)
     return left < search.options.spare * (penalised - search.criterion.fully_penalised(shaped))
 
 
 def challenge(search: Search, solution: Solution) -> Solution:
-    """The solution, or the better explanation with a free shape in it."""
+    """The solution, or the better explanation with a spline term in it."""
     beside = free_rivals(search, solution)
     starts = [(solution.terms, (*solution.frees, free)) for free in beside]
     named = solution.terms
@@ -97,12 +100,12 @@ def _best_grown(
 
 
 def _least_penalised(rival: Solution) -> float:
-    """What a rival would be worth at least if none of its effects were needed."""
+    """The least penalised cost of a rival if none of its effects were needed."""
     return rival.cost + sum(spline_penalty(free) for free in rival.frees)
 
 
 def _grown(search: Search, rival: Solution, solution: Solution, best: Solution) -> Solution | None:
-    """A rival that has a free shape, less what it does not need or with what else it needs; None
+    """A rival that has a spline term, less what it does not need or with what else it needs; None
     for one that stays behind the best so far.
     """
     if rival.terms:
@@ -116,8 +119,8 @@ def _grown(search: Search, rival: Solution, solution: Solution, best: Solution) 
     return search.one_more(drop(search, rival), solution)
 
 
-def free_rivals(search: Search, solution: Solution) -> list[FreeShape]:
-    """Free shapes that explain most of what a solution leaves."""
+def free_rivals(search: Search, solution: Solution) -> list[SplineTerm]:
+    """Spline terms that explain most of what a solution leaves."""
     scores = search.tests.scores(solution)
     ranked = [
         (entry.free, float(scores.gain[number]), float(scores.log_p[number]))

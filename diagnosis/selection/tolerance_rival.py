@@ -12,7 +12,7 @@ from diagnosis.estimation.budget import Until
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.plants.candidate import Term
-from diagnosis.priors.build_tolerances import effects_of_building, usual
+from diagnosis.priors.build_tolerances import effects_of_building, within_tolerance
 from diagnosis.search.outside_contact import clear_rows, left_near_contact
 from diagnosis.search.removal import drop
 from diagnosis.search.search import Search
@@ -20,7 +20,7 @@ from diagnosis.search.search import Search
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Needed:
-    """What of a solution is needed beside small errors everywhere, and how large these are then."""
+    """What of a solution is needed beside build tolerances, and how large these are then."""
 
     terms: tuple[Term, ...]
     nuisances: tuple[Term, ...]
@@ -29,7 +29,7 @@ class Needed:
 
 
 class ToleranceRival:
-    """The other explanation to that of a search: the same machine with small errors everywhere."""
+    """The other explanation to that of a search: the same machine with build tolerances."""
 
     def __init__(self, search: Search):
         self.search = search
@@ -57,7 +57,7 @@ class ToleranceRival:
         return len(solution.terms) >= search.options.pile or rest_is_static or self._small(solution)
 
     def needed(self, solution: Solution) -> Needed | None:
-        """What is needed beside small errors everywhere, if these may explain better: some effect
+        """What is needed beside build tolerances, if these may explain better: some effect
         is not needed, or with all of them it is better already.
         """
         if not self.likely(solution):
@@ -68,13 +68,13 @@ class ToleranceRival:
         return Needed(needed.terms, needed.nuisances, self.other.criterion.fully_penalised(needed))
 
     def instead(self, solution: Solution, needed: Needed) -> Solution | None:
-        """Small errors everywhere with what else these need, where they are the better explanation.
+        """Build tolerances with what else these need, where they are the better explanation.
 
         An effect that is itself such an error is not begun with. When they need nothing the search
         begins without effects: some of these only do what they do.
         """
         other, model = self.other, self.search.prepared.model
-        begun = tuple(term for term in needed.terms if not usual(model, term))
+        begun = tuple(term for term in needed.terms if not within_tolerance(model, term))
         if not other.tests.any_shows(other.tests.trials(other.tests.empty)):
             found = other.run()
         elif begun == needed.terms:
@@ -87,7 +87,7 @@ class ToleranceRival:
         return rival if rival.terms and self._better(solution, rival) else None
 
     def _better(self, solution: Solution, rival: Solution) -> bool:
-        """Whether small errors everywhere explain better, judged where nothing local misleads.
+        """Whether build tolerances explain better, judged where nothing local misleads.
 
         Not when it is one by an effect that would make the first as good, and was left out of it
         for what the others may leave.
@@ -127,7 +127,9 @@ class ToleranceRival:
         By itself it is a finding; beside a fault it says how the machine was built.
         """
         model = self.search.prepared.model
-        return len(solution.terms) > 1 and any(usual(model, term) for term in solution.terms)
+        return len(solution.terms) > 1 and any(
+            within_tolerance(model, term) for term in solution.terms
+        )
 
     def _promoted(self, solution: Solution) -> Solution:
         """A wrong size that is too far off for a tolerance, though the priors nearly hide it."""

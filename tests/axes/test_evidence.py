@@ -14,7 +14,7 @@ from diagnosis.estimation.effective_size import autocorrelation_time, runs_of_on
 from diagnosis.evidence.laplace import Laplace
 from diagnosis.pipelines.regression import diagnose_axis
 from diagnosis.plants.regression import Columns, Regressor
-from diagnosis.plants.spline_terms import free_shapes
+from diagnosis.plants.spline_terms import spline_terms
 from foundation.errors import RecordingError
 from models.robot import AxisGravity, RangeSensor, ServoAxis
 from recording.flat import FlatRecording, from_columns
@@ -88,12 +88,12 @@ def test_a_value_that_stands_is_one_run() -> None:
 
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 10_000))
-def test_free_shapes_cannot_take_the_place_of_named_ones(seed: int) -> None:
+def test_spline_terms_cannot_take_the_place_of_named_ones(seed: int) -> None:
     rng = np.random.default_rng(seed)
     covariate = rng.uniform(-1.0, 1.0, 300)
     named = np.stack([np.ones(300), covariate, np.sin(9.0 * covariate)], axis=1)
     rows = np.arange(0, 300, 2)
-    shapes = free_shapes(covariate, 8, named, rows)
+    shapes = spline_terms(covariate, 8, named, rows)
     assert np.abs(named[rows].T @ shapes[rows]).max() < 1e-6
 
 

@@ -36,12 +36,12 @@ def test_the_smallest_size_grows_with_what_makes_a_score_scatter(prepared: Prepa
     search = Search(prepared, 0.0)
     sizes = {(s.effect, s.component): s.value for s in limits(search.tests)[1]}
     scorer = prepared.scorer
-    before = scorer.inflation
+    before = scorer.variance_inflation
     try:
-        scorer.inflation = 4.0 * before
+        scorer.variance_inflation = 4.0 * before
         larger = {(s.effect, s.component): s.value for s in limits(search.tests)[1]}
     finally:
-        scorer.inflation = before
+        scorer.variance_inflation = before
     assert larger["home_offset", "motor1"] == pytest.approx(
         2.0 * sizes["home_offset", "motor1"], rel=0.01
     )
@@ -51,8 +51,11 @@ def test_four_in_five_scores_of_the_smallest_size_raise_the_alarm(prepared: Prep
     """Scores drawn with the effect in them, where nothing makes them scatter more than noise."""
     plain = replace(prepared)
     scorer = plain.scorer
-    kept = scorer.inflation, scorer.tolerance_factor
-    scorer.inflation, scorer.tolerance_factor = np.ones_like(kept[0]), np.ones_like(kept[1])
+    kept = scorer.variance_inflation, scorer.tolerance_factor
+    scorer.variance_inflation, scorer.tolerance_factor = (
+        np.ones_like(kept[0]),
+        np.ones_like(kept[1]),
+    )
     try:
         search = Search(plain, 0.0)
         smallest = {(s.effect, s.component): s.value for s in limits(search.tests)[1]}
@@ -60,7 +63,7 @@ def test_four_in_five_scores_of_the_smallest_size_raise_the_alarm(prepared: Prep
         component = plain.library.entries[number].key[1]
         (information,) = search.tests.scores_of_empty.information[number].ravel()
     finally:
-        scorer.inflation, scorer.tolerance_factor = kept
+        scorer.variance_inflation, scorer.tolerance_factor = kept
     mean = smallest["home_offset", component] * np.sqrt(information)
     drawn = (mean + np.random.default_rng(5).standard_normal(20_000)) ** 2
     alarm = chdtri(1, ALARM / (search.tests.calibration.tests + search.tests.event_tests))

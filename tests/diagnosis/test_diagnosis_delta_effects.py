@@ -102,8 +102,8 @@ def test_a_stuck_sensor_is_seen(delta: DeltaRobot, record: Record) -> None:
 
 def test_a_ripple_in_no_vocabulary_is_unknown(delta: DeltaRobot, record: Record) -> None:
     recording = record()
-    driver = recording.columns["range_z"]
-    recording.columns["range_x"] += 0.004 * np.sin(2 * np.pi * driver / 0.06)
+    covariate = recording.columns["range_z"]
+    recording.columns["range_x"] += 0.004 * np.sin(2 * np.pi * covariate / 0.06)
     answer = diagnose_recordings(delta, [recording])
     assert [(f.effect, f.component) for f in answer.findings] == [("unknown", "range_x")]
     assert answer.findings[0].depends_on == ["range_z"]

@@ -1,4 +1,4 @@
-"""Steps of a fit beside free shapes, and what a solution can do without."""
+"""Steps of a fit beside spline terms, and what a solution can do without."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def found(search: Search) -> Solution:
 
 
 @given(st.integers(0, 2**31), st.integers(1, 5), st.integers(0, 4))
-def test_a_step_beside_free_shapes_is_that_of_both_together(seed: int, p: int, q: int) -> None:
+def test_a_step_beside_spline_terms_is_that_of_both_together(seed: int, p: int, q: int) -> None:
     rng = np.random.default_rng(seed)
     tangent, linear = rng.standard_normal((60, p)), rng.standard_normal((60, q))
     residual, basis = rng.standard_normal(60), orthonormal(linear)

@@ -63,7 +63,7 @@ def test_fine_shapes_score_as_dense_columns_would(delta: DeltaRobot, record: Rec
     basis = orthonormal(solution.tangent)
     shapes = prepared.fine[:3] + prepared.fine[-2:]
     for free, gain, _ in scores_of(shapes, fitter, solution, prepared.small):
-        columns = fitter.vector(free.columns(model.ports()[free.port]))
+        columns = fitter.vector(free.columns(model.inputs()[free.location]))
         left = columns - basis @ (basis.T @ columns)
         dense, _ = explained_by(left, solution.residual)
         assert gain == pytest.approx(dense, rel=1e-4)

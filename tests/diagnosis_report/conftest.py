@@ -137,9 +137,9 @@ def picture(samples: int = 3000, names: tuple[str, ...] = RANGES) -> Picture:
     t_s = np.linspace(0.0, 240.0, samples)
     random = np.random.default_rng(7)
     angles = [0.3 + 0.4 * np.sin(2 * np.pi * t_s / 9.0 + 2.1 * k) for k in range(3)]
-    drivers = {f"theta_{k + 1}": angle for k, angle in enumerate(angles)}
+    covariates = {f"theta_{k + 1}": angle for k, angle in enumerate(angles)}
     speeds = [np.gradient(angle, t_s) for angle in angles]
-    drivers |= {f"speed_{k + 1}": speed for k, speed in enumerate(speeds)}
+    covariates |= {f"speed_{k + 1}": speed for k, speed in enumerate(speeds)}
     channels = []
     for number, name in enumerate(names):
         nominal = 0.6 + 0.1 * np.sin(2 * np.pi * t_s / 9.0 + number)
@@ -147,15 +147,15 @@ def picture(samples: int = 3000, names: tuple[str, ...] = RANGES) -> Picture:
         observed = nominal + miss + 0.002 * random.standard_normal(samples)
         observed[random.random(samples) < 0.02] = np.nan
         observed[random.integers(0, samples, 5)] += 0.5
-        drivers[f"range_{'xyz'[number % 3]}"] = nominal - 0.6
+        covariates[f"range_{'xyz'[number % 3]}"] = nominal - 0.6
         channels.append(
             Channel(
                 name=name, unit="m", observed=observed, before=nominal,
                 after=nominal + miss, noise=0.002,
             )
         )  # fmt: skip
-    drivers["time"] = t_s
-    return Picture(t_s=t_s, channels=channels, drivers=drivers)
+    covariates["time"] = t_s
+    return Picture(t_s=t_s, channels=channels, covariates=covariates)
 
 
 def diagnosis(verdict: str = "explained", **changes: Any) -> Diagnosis:

@@ -134,13 +134,13 @@ def picture_of_reversals(n: int = 4000) -> Picture:
     return Picture(
         t_s=t_s,
         channels=[channel(miss + noise, np.zeros(n), miss)],
-        drivers={"speed_1": speed, "theta_1": np.cumsum(speed)},
+        covariates={"speed_1": speed, "theta_1": np.cumsum(speed)},
     )
 
 
 def test_the_mismatch_after_reversals_is_told_from_the_rest() -> None:
     picture = picture_of_reversals()
-    found = {one.name: one for one in regimes(picture.t_s, picture.drivers, mismatches(picture))}
+    found = {one.name: one for one in regimes(picture.t_s, picture.covariates, mismatches(picture))}
     after = found["within 1 s after motor 1 reversed"]
     # Half of that second is 2 mm off: sqrt(0.5) * 2 mm.
     assert after.before == pytest.approx(np.sqrt(0.5) * 2.0, rel=0.02)
@@ -189,13 +189,13 @@ def test_smoothing_takes_noise_off_and_leaves_clear_curves_alone() -> None:
 
 def test_a_dependence_stands_out_of_the_noise_band_and_chance_does_not() -> None:
     random = np.random.default_rng(5)
-    driver = random.uniform(-1.0, 1.0, 6000)
+    covariate = random.uniform(-1.0, 1.0, 6000)
     other = random.uniform(-1.0, 1.0, 6000)
     noise = 1e-3 * random.standard_normal(6000)
-    miss = 1e-3 * np.sign(driver)
+    miss = 1e-3 * np.sign(covariate)
     picture = Picture(t_s=np.arange(6000.0), channels=[channel(miss + noise, np.zeros(6000), miss)])
     (one,) = mismatches(picture)
-    curve = binned(driver, one)
+    curve = binned(covariate, one)
     assert curve.before[0] == pytest.approx(-1.0, abs=4 * curve.spread[0])
     assert np.mean(np.abs(curve.after) < 2 * curve.spread) > 0.8
     assert explained_by(curve) > 20 * explained_by(binned(other, one))

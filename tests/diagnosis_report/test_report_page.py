@@ -105,7 +105,7 @@ def test_what_comes_from_outside_is_text_everywhere(make: Any, parts: Any) -> No
     bad.where.axes = [evil]
     plan = NextExperiment(job={evil: evil}, tells_apart=[evil], expected_delta_chi2=1, minutes=1)
     picture = parts["picture"](600, names=(evil, "range_y"))
-    picture.drivers[evil] = picture.drivers["theta_1"]
+    picture.covariates[evil] = picture.covariates["theta_1"]
     answer = make(
         "partly_explained", findings=[bad], next_experiment=plan, recordings=[evil],
         picture=picture, says=[f"Besides {evil}"],
@@ -158,7 +158,7 @@ def test_a_page_without_readings_says_so(make: Any, parts: Any) -> None:
 def test_a_few_samples_are_drawn_too(make: Any, parts: Any, samples: int) -> None:
     picture = parts["picture"](max(samples, 2))
     if samples == 1:
-        picture = Picture(t_s=np.zeros(1), channels=[], drivers={})
+        picture = Picture(t_s=np.zeros(1), channels=[], covariates={})
     checked(report_html(make("explained", picture=picture), parts["delta"]()))
 
 
@@ -179,8 +179,8 @@ def test_unknown_figures_do_not_break_the_page(make: Any, parts: Any) -> None:
     picture = parts["picture"](400)
     picture.channels[0].before[:] = NAN
     picture.channels[1].after[100:200] = math.inf
-    picture.drivers["theta_1"][:] = NAN
-    picture.drivers["speed_1"][:] = 0.0
+    picture.covariates["theta_1"][:] = NAN
+    picture.covariates["speed_1"][:] = 0.0
     page = report_html(
         make("explained", findings=[empty], fit=fit, picture=picture), parts["delta"]()
     )

@@ -65,7 +65,7 @@ class Sample:
 
 
 @dataclass
-class Story:
+class Drawn:
     """What is to be recorded. Errors in m, added on the path; ten times as large off it."""
 
     robot: str = ROBOT
@@ -91,20 +91,20 @@ def target(number: float) -> np.ndarray[Any, np.dtype[np.float64]]:
 
 @pytest.fixture
 def recorded_run(tmp_path: Path) -> Callable[..., Run]:
-    """Records a story given by its changes, and reads it back."""
+    """Records a drawn given by its changes, and reads it back."""
 
     def make(**changes: Any) -> Run:
-        story = Story(**changes)
-        path = tmp_path / "story.mcap"
-        configuration = RunConfiguration(story.robot, "name: arc\n", "zhao-2023", "arc", "0.1.0")
+        drawn = Drawn(**changes)
+        path = tmp_path / "drawn.mcap"
+        configuration = RunConfiguration(drawn.robot, "name: arc\n", "zhao-2023", "arc", "0.1.0")
         recorder = RunRecorder(path, configuration, start_epoch_ns=1_700_000_000 * 1000 * MS)
         recorder.settings(0, 0.006)
-        for number, kind in story.events:
+        for number, kind in drawn.events:
             recorder.event(number * 20 * MS, kind, kind)
         for number in range(ROUNDS):
-            _record(recorder, story, number)
+            _record(recorder, drawn, number)
         assert recorder.flush()
-        if story.closed:
+        if drawn.closed:
             recorder.close()
         run = read_run(path)
         recorder.close()
@@ -113,22 +113,22 @@ def recorded_run(tmp_path: Path) -> Callable[..., Run]:
     return make
 
 
-def _record(recorder: RunRecorder, story: Story, number: int) -> None:
+def _record(recorder: RunRecorder, drawn: Drawn, number: int) -> None:
     now_ns = number * 20 * MS
     position_m = target(number)
     counts = np.rint(inverse(LINKAGE, position_m).angles_rad * STEPS_PER_RAD).astype(np.int64)
     recorder.target(now_ns, number, position_m, counts)
     larger = 1.0 if number in ON_PATH else 10.0
-    true_m = position_m + larger * np.array(story.truth_error_m)
-    if story.with_truth:
+    true_m = position_m + larger * np.array(drawn.truth_error_m)
+    if drawn.with_truth:
         recorder.truth(now_ns, true_m, (0.1, 0.2, 0.3))
-    if not story.with_readings:
+    if not drawn.with_readings:
         return
-    axes = np.eye(3) if story.axes is None else np.array(story.axes)
-    for row, (axis, late_ms) in enumerate(zip("xyz", story.stagger_ms, strict=True)):
-        if (axis, number) in story.silent:
+    axes = np.eye(3) if drawn.axes is None else np.array(drawn.axes)
+    for row, (axis, late_ms) in enumerate(zip("xyz", drawn.stagger_ms, strict=True)):
+        if (axis, number) in drawn.silent:
             continue
-        seen_m = target(number + late_ms / 20) + larger * np.array(story.range_error_m)
+        seen_m = target(number + late_ms / 20) + larger * np.array(drawn.range_error_m)
         distance_m = float((0.6, 0.6, 0.9)[row] + axes[row] @ seen_m)
-        gate = Gate.SIGNAL if (axis, number) in story.weak else Gate.GOOD
+        gate = Gate.SIGNAL if (axis, number) in drawn.weak else Gate.GOOD
         recorder.reading(Sample(axis, now_ns + round(late_ms * MS), distance_m, number, gate))

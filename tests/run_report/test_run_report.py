@@ -46,7 +46,7 @@ def test_it_shows_what_the_papers_figures_show(recorded_run: MakeRun) -> None:
 
 def test_it_says_what_ran_and_how_well(recorded_run: MakeRun) -> None:
     html = report_of(recorded_run(truth_error_m=(0.001, 0.0, 0.0)))
-    for text in ("arc on zhao-2023", "0.006 s", "2023-11-14", "story.mcap", "name: arc"):
+    for text in ("arc on zhao-2023", "0.006 s", "2023-11-14", "drawn.mcap", "name: arc"):
         assert text in html
     assert '<td class="number">1.000</td><td class="number">0.000</td>' in html
     assert "contains the sensors&#x27; noise" in html
@@ -109,7 +109,7 @@ def test_it_replaces_an_earlier_report_whole(recorded_run: MakeRun, tmp_path: Pa
     out.write_text("earlier")
     write_report(run.path, out)
     assert out.read_text(encoding="utf-8") == report_of(run)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["report.html", "story.mcap"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["report.html", "drawn.mcap"]
 
 
 def test_a_place_that_cannot_be_written(recorded_run: MakeRun, tmp_path: Path) -> None:

@@ -117,5 +117,5 @@ def test_targets_between_and_outside(recorded_run: MakeRun) -> None:
 
 
 def test_a_robot_file_that_is_none(recorded_run: MakeRun) -> None:
-    with pytest.raises(ConfigError, match=r"story\.mcap \(robot file in it\):1"):
+    with pytest.raises(ConfigError, match=r"drawn\.mcap \(robot file in it\):1"):
         robot_of(recorded_run(robot="nonsense"))

@@ -62,7 +62,7 @@ class DeltaModel:
         self.nuisances = [late] if self._timed else []
         self.candidates = self._candidates()
         self.groups = groups_of(self.candidates)
-        self.traits = delta_traits(self.ports(), seen)
+        self.traits = delta_traits(self.inputs(), seen)
         self.tolerances = tolerances(self.candidates)
         if robot.drive is not None and robot.drive.gear_ratio > 1.0:
             self.tolerances += runout(robot.drive.gear_ratio)
@@ -158,26 +158,26 @@ class DeltaModel:
         """Largest angle that a joint moved through [rad]."""
         return float(np.ptp(self.commanded_rad, axis=0).max())
 
-    def drivers(self) -> dict[str, FloatArray]:
+    def covariates(self) -> dict[str, FloatArray]:
         """Angles, position, speed and time, by the names the contract gives them."""
         t_s, rad = self.readings.t_s, self.commanded_rad
-        drivers = {f"theta_{j + 1}": rad[:, j] for j in range(3)}
-        drivers |= {f"range_{a}": self.position_m[:, i] for i, a in enumerate(AXES)}
+        covariates = {f"theta_{j + 1}": rad[:, j] for j in range(3)}
+        covariates |= {f"range_{a}": self.position_m[:, i] for i, a in enumerate(AXES)}
         speed = np.gradient(rad, t_s, axis=0)
-        drivers |= {f"speed_{j + 1}": speed[:, j] for j in range(3)}
+        covariates |= {f"speed_{j + 1}": speed[:, j] for j in range(3)}
         moving = np.gradient(np.nan_to_num(self.position_m), t_s, axis=0)
-        drivers |= {f"speed_range_{a}": moving[:, i] for i, a in enumerate(AXES)}
-        drivers["range_x, range_y"] = np.hypot(self.position_m[:, 0], self.position_m[:, 1])
+        covariates |= {f"speed_range_{a}": moving[:, i] for i, a in enumerate(AXES)}
+        covariates["range_x, range_y"] = np.hypot(self.position_m[:, 0], self.position_m[:, 1])
         load = np.concatenate([course.load().torque_nm for course in self._courses])
         if load.any():
-            drivers |= {f"torque_{j + 1}": load[:, j] for j in range(3)}
-        drivers["time"] = t_s
-        return {name: np.nan_to_num(values) for name, values in drivers.items()}
+            covariates |= {f"torque_{j + 1}": load[:, j] for j in range(3)}
+        covariates["time"] = t_s
+        return {name: np.nan_to_num(values) for name, values in covariates.items()}
 
-    def ports(self) -> dict[str, FloatArray]:
+    def inputs(self) -> dict[str, FloatArray]:
         """Joints through the linkage, and each sensor by itself."""
         names = self.readings.names
-        ports: dict[str, FloatArray] = {}
+        inputs: dict[str, FloatArray] = {}
         axes = self.robot.sensors.axes if self.robot.sensors else np.eye(3)
         seen = np.einsum("ij,njk->nik", axes, self._jacobian)
         for joint in range(3):
@@ -189,13 +189,13 @@ class DeltaModel:
                     block[:, column] = self._jacobian[:, POSITIONS.index(name), joint]
                 elif name == f"theta_{joint + 1}":
                     block[:, column] = 1.0
-            ports[f"motor{joint + 1}"] = np.nan_to_num(block)
+            inputs[f"motor{joint + 1}"] = np.nan_to_num(block)
         for column, name in enumerate(names):
             if name in RANGES:
                 block = np.zeros((len(self.readings.t_s), len(names)))
                 block[:, column] = 1.0
-                ports[name] = block
-        return ports
+                inputs[name] = block
+        return inputs
 
 
 def _somewhere(recordings: Sequence[FlatRecording], name: str) -> bool:

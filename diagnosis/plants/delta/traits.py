@@ -11,30 +11,30 @@ from diagnosis.plants.traits import Traits
 MOTOR, SENSOR = "motor", "range_"
 
 
-def delta_traits(ports: Iterable[str], channels: Iterable[str]) -> Traits:
+def delta_traits(inputs: Iterable[str], channels: Iterable[str]) -> Traits:
     """Of a delta with these input locations and channels."""
-    ports = list(ports)
-    motors = [port for port in ports if port.startswith(MOTOR)]
+    inputs = list(inputs)
+    motors = [location for location in inputs if location.startswith(MOTOR)]
     return Traits(
-        events={port: partial(lost_steps, port) for port in motors},
+        events={location: partial(lost_steps, location) for location in motors},
         repeating=tuple(name for name in channels if name.startswith(SENSOR)),
-        own_place={port: port.replace(MOTOR, "theta_") for port in ports},
+        own_place={location: location.replace(MOTOR, "theta_") for location in inputs},
         sensible=sensible,
-        units={port: "rad" if port in motors else "m" for port in ports},
+        units={location: "rad" if location in motors else "m" for location in inputs},
         build_effects=frozenset(TOLERANCES),
     )
 
 
-def sensible(port: str, driver: str, coarse: bool) -> bool:
+def sensible(location: str, covariate: str, coarse: bool) -> bool:
     """A joint's own motion, a sensor's all: what else is tried with few knots only, or never."""
-    elsewhere = driver[-1] != port[-1]
-    if port.startswith(MOTOR):
-        if driver.startswith("speed_range") or "," in driver:
+    elsewhere = covariate[-1] != location[-1]
+    if location.startswith(MOTOR):
+        if covariate.startswith("speed_range") or "," in covariate:
             return False
-        neighbour = driver.startswith("theta") and coarse
-        return neighbour or not (driver[-1] in "123" and elsewhere)
-    if port.startswith(SENSOR):
-        if driver.startswith("speed_range"):
+        neighbour = covariate.startswith("theta") and coarse
+        return neighbour or not (covariate[-1] in "123" and elsewhere)
+    if location.startswith(SENSOR):
+        if covariate.startswith("speed_range"):
             return coarse and not elsewhere
-        return not driver.startswith(("speed", "torque")) and (coarse or "," not in driver)
+        return not covariate.startswith(("speed", "torque")) and (coarse or "," not in covariate)
     return True

@@ -20,8 +20,8 @@ from diagnosis.observations.needed_columns import (
     refuse_still,
 )
 from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather, step_of
-from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes, Twin
-from diagnosis.plants.spline_terms import KeepsBeside, free_shapes
+from diagnosis.plants.regression import Columns, Equivalent, Regressor, Shown, Size, Sizes
+from diagnosis.plants.spline_terms import KeepsBeside, spline_terms
 from models.chain.axis import AxisChain
 from models.chain.commands import Commands
 from models.effects.axis_play import loose
@@ -184,18 +184,18 @@ class CommandedAxis(KeepsBeside):
                      0.0, WIDEST_PLAY * self.span, 0.01 * self.mismatch)  # fmt: skip
         starts = tuple(Size(name, "flat", 1.0, -1.0, 1.0, 0.05) for name in self._begins)
         late = (
-            Twin("sensor_latency", -1.0, only_if_zero="time"),
-            Twin("viscous_friction", -1.5, only_if_zero="dead_time"),
+            Equivalent("sensor_latency", -1.0, only_if_zero="time"),
+            Equivalent("viscous_friction", -1.5, only_if_zero="dead_time"),
         )
         known_pull = bool(np.ptp(self.pull[self.rows]) > 0.0)
         stepper = isinstance(self.robot, StepperAxis)
         found = [
             Regressor("ratio", "gear_ratio", -2.0 if stepper else -3.0),
-            Regressor("lag", "following_lag", -1.0, sizes=lag, twins=late),
+            Regressor("lag", "following_lag", -1.0, sizes=lag, equivalents=late),
         ]
         if self.robot.zero == "absolute":
-            yields = () if known_pull else (Twin("joint_compliance", -1.5),)
-            found.append(Regressor("offset", "home_offset", -1.0, twins=yields))
+            yields = () if known_pull else (Equivalent("joint_compliance", -1.5),)
+            found.append(Regressor("offset", "home_offset", -1.0, equivalents=yields))
         if known_pull:
             found += [
                 Regressor("droop", "joint_compliance", -1.0),
@@ -206,8 +206,10 @@ class CommandedAxis(KeepsBeside):
             # Tooth play is what a geared stepper has, stiction what a servo's loop leaves.
             names = ("gear_backlash", "joint_friction")
             first, second = names if stepper else names[::-1]
-            twin = Twin(second, -1.4 if stepper else -0.2)
-            found.append(Regressor("play", first, -1.0, sizes=(width, *starts), twins=(twin,)))
+            equivalent = Equivalent(second, -1.4 if stepper else -0.2)
+            found.append(
+                Regressor("play", first, -1.0, sizes=(width, *starts), equivalents=(equivalent,))
+            )
         places = (self._gear(), self._jump(), self._ringing())
         found += [one for one in places if one is not None]
         found.append(Regressor("drift", "unknown", -4.0, follows=("time",), alone=False))
@@ -223,7 +225,7 @@ class CommandedAxis(KeepsBeside):
             return None
         return Regressor(
             "gear", "transmission_error", -3.0, sizes=(waves,),
-            twins=(Twin("encoder_error", -1.0),), alone=False,
+            equivalents=(Equivalent("encoder_error", -1.0),), alone=False,
         )  # fmt: skip
 
     @cached_property
@@ -374,7 +376,7 @@ class CommandedAxis(KeepsBeside):
 
     @cached_property
     def _spanned(self) -> FloatArray:
-        """Named shapes that no free shape may take the place of, (n, j)."""
+        """Named shapes that no spline term may take the place of, (n, j)."""
         named = [np.ones_like(self.t_s), self.commanded, self._lateness]
         if np.ptp(self.pull[self.rows]) > 0.0:
             named.append(self.pull)
@@ -385,7 +387,7 @@ class CommandedAxis(KeepsBeside):
         found = {}
         for name, values in self.covariates.items():
             pieces = PIECES if name != "time" else 2 * PIECES
-            shapes = free_shapes(values, pieces, self._beside(name), self.rows)
+            shapes = spline_terms(values, pieces, self._beside(name), self.rows)
             found[name] = Columns(shapes, np.full(shapes.shape[1], 0.5 * self.mismatch))
         return found
 

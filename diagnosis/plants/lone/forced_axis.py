@@ -17,8 +17,8 @@ from scipy.ndimage import binary_dilation
 from diagnosis.observations.inverse_dynamics import Motion, motion_of
 from diagnosis.observations.needed_columns import filled, first_of, needed, refuse_still
 from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather
-from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes, Twin
-from diagnosis.plants.spline_terms import KeepsBeside, free_shapes
+from diagnosis.plants.regression import Columns, Equivalent, Regressor, Shown, Size, Sizes
+from diagnosis.plants.spline_terms import KeepsBeside, spline_terms
 from foundation.errors import RecordingError
 from models.chain.axis import gravity_pull
 from models.chain.effort_axis import Driven, EffortChain
@@ -141,20 +141,21 @@ class ForcedAxis(KeepsBeside):
 
     def _regressors(self) -> list[Regressor]:
         top = self.motion.top_speed
+        gain = (Equivalent("effort_gain", -0.7),)
         found = [
             Regressor("friction", "joint_friction", -1.0),
             Regressor("viscous", "viscous_friction", -1.0),
             Regressor("inertia", "inertia", -2.0,
-                      twins=() if self.let_go or self._pulls else (Twin("effort_gain", -0.7),)),
+                      equivalents=() if self.let_go or self._pulls else gain),
         ]  # fmt: skip
         if not self.let_go:
             speed = Size("speed", "flat", top, 0.005 * top, 0.6 * top, 0.002 * top)
             found += [
                 Regressor("offset", "effort_offset", -2.0,
-                          twins=(Twin("joint_friction", -2.5),)),
+                          equivalents=(Equivalent("joint_friction", -2.5),)),
                 *([Regressor("gain", "effort_gain", -3.0)] if self._pulls else []),
                 Regressor("lag", "following_lag", -4.0, alone=False,
-                          twins=(Twin("sensor_latency", -0.5),)),
+                          equivalents=(Equivalent("sensor_latency", -0.5),)),
                 Regressor("stribeck", "stribeck_friction", -3.0, sizes=(speed,),
                           beside=("friction",), alone=False),
             ]  # fmt: skip
@@ -219,7 +220,7 @@ class ForcedAxis(KeepsBeside):
 
     @property
     def _spanned(self) -> FloatArray:
-        """Named shapes that no free shape may take the place of, (n, j)."""
+        """Named shapes that no spline term may take the place of, (n, j)."""
         left_out = {"lag"} | ({"gain"} if not self._pulls else set())
         left_out |= {"offset"} if self.let_go else set()
         named = [c.values[:, 0] for key, c in self._shapes.items() if key not in left_out]
@@ -229,7 +230,7 @@ class ForcedAxis(KeepsBeside):
     def _unknown(self) -> dict[str, Columns]:
         found = {}
         for name, values in self.covariates.items():
-            shapes = free_shapes(values, PIECES, self._spanned, self.rows)
+            shapes = spline_terms(values, PIECES, self._spanned, self.rows)
             found[name] = Columns(shapes, np.full(shapes.shape[1], 0.3 * self.size))
         return found
 

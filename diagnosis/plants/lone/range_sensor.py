@@ -23,7 +23,7 @@ from diagnosis.observations.readings import (
     step_of,
 )
 from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes
-from diagnosis.plants.spline_terms import KeepsBeside, free_shapes
+from diagnosis.plants.spline_terms import KeepsBeside, spline_terms
 from models.chain.range_sensor import SensorChain
 from models.robot import RangeSensor
 from recording.flat import FlatRecording
@@ -187,7 +187,7 @@ class RangeSensorPlant(KeepsBeside):
     def _unknown(self) -> dict[str, Columns]:
         found = {}
         for name, values in self.covariates.items():
-            shapes = free_shapes(values, PIECES, self._spanned, self.rows)
+            shapes = spline_terms(values, PIECES, self._spanned, self.rows)
             found[name] = Columns(shapes, np.full(shapes.shape[1], 0.5 * self.mismatch))
         return found
 

@@ -14,7 +14,7 @@ import numpy as np
 from diagnosis.observations.readings import FEWEST_SAMPLES, FloatArray, IntArray, Readings
 from diagnosis.observations.servo_preprocessing import Signals, signals_of
 from diagnosis.plants.regression import Columns, Regressor, Shown, Sizes
-from diagnosis.plants.spline_terms import KeepsBeside, free_shapes
+from diagnosis.plants.spline_terms import KeepsBeside, spline_terms
 from foundation.errors import RecordingError
 from models.chain.active import Active, activate
 from models.chain.servo_delta import Course, ServoChain
@@ -203,7 +203,7 @@ class ServoDelta(KeepsBeside):
         for motor in MOTORS:
             own = self.rows[self.kinds[self.rows] == MOTORS.index(motor)]
             for name in UNKNOWNS:
-                shapes = free_shapes(self.covariates[name], PIECES, self._spanned(motor), own)
+                shapes = spline_terms(self.covariates[name], PIECES, self._spanned(motor), own)
                 shapes = shapes * self._joint(motor)[:, None]
                 found[motor, name] = Columns(shapes, np.full(shapes.shape[1], 0.5 * self._mismatch))
         return found

@@ -36,9 +36,9 @@ class Grid:
     after: FloatArray
 
 
-def place_maps(drivers: Mapping[str, FloatArray], channels: Sequence[Mismatch]) -> str:
+def place_maps(covariates: Mapping[str, FloatArray], channels: Sequence[Mismatch]) -> str:
     """From above and from the side, as HTML; empty where the positions are not known."""
-    bare = {words.bare(name): values for name, values in drivers.items()}
+    bare = {words.bare(name): values for name, values in covariates.items()}
     place = {axis: bare.get(f"range_{axis}", bare.get(f"pos_{axis}")) for axis in "xyz"}
     unchanged = all(one.unchanged for one in channels)
     # What is much smaller than the noise shall not look loud.

@@ -129,7 +129,7 @@ def _spans(picture: Picture, findings: Sequence[Finding], source: str) -> list[S
 def _by_place(picture: Picture, channels: Sequence[Mismatch], unit: str) -> list[str]:
     usable = {
         name: values
-        for name, values in picture.drivers.items()
+        for name, values in picture.covariates.items()
         if words.bare(name) not in ("time", "t", "t_s") and len(values) == len(picture.t_s)
     }
     place = {n: v for n, v in usable.items() if _PLACE.fullmatch(words.bare(n))}
@@ -145,10 +145,10 @@ def _by_place(picture: Picture, channels: Sequence[Mismatch], unit: str) -> list
 
 
 def _driver_section(
-    title: str, drivers: dict[str, FloatArray], channels: Sequence[Mismatch], unit: str
+    title: str, covariates: dict[str, FloatArray], channels: Sequence[Mismatch], unit: str
 ) -> list[str]:
-    """The clearest pairs of channel and driver; the rest behind a click."""
-    charts = [chart.html() for chart in _ranked(drivers, channels, unit)]
+    """The clearest pairs of channel and covariate; the rest behind a click."""
+    charts = [chart.html() for chart in _ranked(covariates, channels, unit)]
     if not charts:
         return []
     about = (
@@ -162,10 +162,10 @@ def _driver_section(
 
 
 def _ranked(
-    drivers: dict[str, FloatArray], channels: Sequence[Mismatch], unit: str
+    covariates: dict[str, FloatArray], channels: Sequence[Mismatch], unit: str
 ) -> list[LineChart]:
     found = []
-    for name, values in drivers.items():
+    for name, values in covariates.items():
         scale = scale_of(_driver_unit(name, unit))
         for one in channels:
             curve = binned(values * scale.factor, one)
@@ -177,7 +177,7 @@ def _ranked(
 
 
 def _driver_chart(name: str, unit: str, one: Mismatch, curve: Curve, lone: bool) -> LineChart:
-    driver = words.followed(name)
+    covariate = words.followed(name)
     wide = 2.0 * curve.spread
     series = [
         Series("noise alone", curve.x, np.zeros(len(curve.x)), Colour.QUIET, low=-wide, high=wide),
@@ -188,8 +188,8 @@ def _driver_chart(name: str, unit: str, one: Mismatch, curve: Curve, lone: bool)
         series = [series[0], replace(series[1], name="mismatch")]
     of = f" [{unit}]" if unit else ""
     return LineChart(
-        f"Against {driver}" if lone else f"{one.name.capitalize()} against {driver}",
-        f"{driver.removeprefix('the ')}{of}",
+        f"Against {covariate}" if lone else f"{one.name.capitalize()} against {covariate}",
+        f"{covariate.removeprefix('the ')}{of}",
         f"measured \u2212 predicted [{one.unit}]",
         series,
         height_px=220,
@@ -213,8 +213,8 @@ def _by_regime(
     diagnosis: Diagnosis, picture: Picture, channels: Sequence[Mismatch]
 ) -> list[str]:  # fmt: skip
     chosen = [one for one in channels if one.source_unit == diagnosis.fit.unit] or [channels[0]]
-    drivers = {n: v for n, v in picture.drivers.items() if len(v) == len(picture.t_s)}
-    found = regimes(picture.t_s, drivers, list(chosen))
+    covariates = {n: v for n, v in picture.covariates.items() if len(v) == len(picture.t_s)}
+    found = regimes(picture.t_s, covariates, list(chosen))
     if len(found) < 2:
         return []
     noise = diagnosis.fit.noise_floor_m * scale_of(chosen[0].source_unit).factor

@@ -29,11 +29,11 @@ class Regime:
 
 
 def regimes(
-    t_s: FloatArray, drivers: Mapping[str, FloatArray], channels: list[Mismatch]
+    t_s: FloatArray, covariates: Mapping[str, FloatArray], channels: list[Mismatch]
 ) -> list[Regime]:
     """RMS over the given channels (all in one unit) in every regime that occurs."""
     found = []
-    for name, chosen in _selections(t_s, drivers):
+    for name, chosen in _selections(t_s, covariates):
         seen = sum(int((chosen & np.isfinite(one.before)).sum()) for one in channels)
         if seen < FEWEST:
             continue
@@ -49,19 +49,19 @@ def regimes(
 
 
 def _selections(
-    t_s: FloatArray, drivers: Mapping[str, FloatArray]
+    t_s: FloatArray, covariates: Mapping[str, FloatArray]
 ) -> Iterator[tuple[str, BoolArray]]:
     yield "all the time", np.ones(len(t_s), dtype=np.bool_)
     speeds = {
         words.bare(name): np.nan_to_num(values)
-        for name, values in drivers.items()
+        for name, values in covariates.items()
         if re.match(r"(speed|velocity)", words.bare(name))
     }
     for name, speed in speeds.items():
         yield from _of_speed(t_s, _who(name), speed)
     if speeds:
         yield from _slow_and_fast(speeds)
-    for name, values in drivers.items():
+    for name, values in covariates.items():
         if re.match(r"(torque|load|effort)", words.bare(name)):
             yield from _of_load(_who(words.bare(name)), np.nan_to_num(values))
 

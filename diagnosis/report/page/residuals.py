@@ -22,7 +22,7 @@ FEWEST_IN_BUCKET = 3
 BINS = 24
 FEWEST_IN_BIN = 12
 NARROWEST = 0.01
-"""Share of a driver's range that a bin spans at least."""
+"""Share of a covariate's range that a bin spans at least."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +51,7 @@ class Mismatch:
     def spread(self) -> float:
         """Standard deviation of what is left, widened so that means of n scatter by it / sqrt n."""
         left = self.after[np.isfinite(self.after)]
-        return float(np.std(left)) * inflation(left) if len(left) else 0.0
+        return float(np.std(left)) * variance_inflation(left) if len(left) else 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,15 +135,15 @@ def _rolling(where: Any, values: FloatArray, count: int, buckets: int) -> FloatA
     return mean
 
 
-def binned(driver: FloatArray, one: Mismatch) -> Curve:
-    """Mean mismatch over stretches of a driver that hold equally many readings."""
+def binned(covariate: FloatArray, one: Mismatch) -> Curve:
+    """Mean mismatch over stretches of a covariate that hold equally many readings."""
     nothing = np.zeros(0)
-    good = np.isfinite(driver) & np.isfinite(one.before) & np.isfinite(one.after)
-    if good.sum() < 2 * FEWEST_IN_BIN or np.ptp(driver[good]) <= 0.0:
+    good = np.isfinite(covariate) & np.isfinite(one.before) & np.isfinite(one.after)
+    if good.sum() < 2 * FEWEST_IN_BIN or np.ptp(covariate[good]) <= 0.0:
         return Curve(nothing, nothing, nothing, nothing)
-    values = driver[good]
+    values = covariate[good]
     bins = int(np.clip(good.sum() // FEWEST_IN_BIN, 2, BINS))
-    # A driver that mostly holds one value (a speed of 0) gives fewer, fuller bins.
+    # A covariate that mostly holds one value (a speed of 0) gives fewer, fuller bins.
     edges = _apart(np.quantile(values, np.linspace(0.0, 1.0, bins + 1)))
     where = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
     numbers = np.bincount(where, minlength=len(edges) - 1)
@@ -168,7 +168,7 @@ def _apart(edges: FloatArray) -> FloatArray:
     return np.array([*kept, float(edges[-1])])
 
 
-def inflation(values: FloatArray) -> float:
+def variance_inflation(values: FloatArray) -> float:
     """How much more the mean of correlated readings scatters (first-order correlation)."""
     steps = values - values.mean()
     power = float(steps @ steps)

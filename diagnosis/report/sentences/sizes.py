@@ -14,7 +14,7 @@ DEG = math.degrees(1.0)
 SMALL_S = 1.0
 """Times under a second are given in ms."""
 
-HIDDEN = frozenset({"phase", "start", "drag", "friction", "stiffness"})
+UNTOLD = frozenset({"phase", "start", "drag", "friction", "stiffness"})
 """Second parameters that tell a mechanic nothing; they stand in the table of all numbers."""
 
 FINEST_S = 2
@@ -187,9 +187,9 @@ def decimals(value: float, low: float, high: float) -> int:
 
 
 def told(parameters: Mapping[str, ParameterResult]) -> dict[str, ParameterResult]:
-    """The parameters worth telling: the first (the main one), and what is not HIDDEN."""
+    """The parameters to tell: the first (the main one), and what is not UNTOLD."""
     first = next(iter(parameters), "")
-    return {name: p for name, p in parameters.items() if name == first or name not in HIDDEN}
+    return {name: p for name, p in parameters.items() if name == first or name not in UNTOLD}
 
 
 def _component(k: int, of: int) -> str:

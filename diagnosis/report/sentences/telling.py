@@ -60,9 +60,9 @@ def sentence(finding: Finding, kinds: Mapping[str, EffectKind] = VOCABULARY) -> 
 
 
 def _unknown(finding: Finding, part: str) -> str:
-    drivers = [words.followed(name) for name in finding.depends_on if name not in finding.tied]
+    covariates = [words.followed(name) for name in finding.depends_on if name not in finding.tied]
     tied = [words.followed(name) for name in finding.tied]
-    which = words.listed(drivers)
+    which = words.listed(covariates)
     if tied:
         which += f" (or {', '.join(tied)}: this recording cannot tell which)"
     size = finding.parameters["size_rms"]

@@ -114,9 +114,9 @@ def rival(finding: str, other: str, component: str) -> str:
     return effect(other, component)
 
 
-def followed(driver: str) -> str:
+def followed(covariate: str) -> str:
     """A quantity that a mismatch follows: 'theta_2' -> 'the angle of arm 2'."""
-    name = bare(driver)
+    name = bare(covariate)
     for pattern, text in _FOLLOWED:
         if found := re.fullmatch(pattern, name):
             return text.format(*found.groups())
@@ -145,9 +145,9 @@ def channel(name: str) -> str:
     return name.replace("_", " ")
 
 
-def bare(driver: str) -> str:
-    """A driver's name without its unit: 'theta_1 [rad]' -> 'theta_1'."""
-    return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", driver).strip()
+def bare(covariate: str) -> str:
+    """A covariate's name without its unit: 'theta_1 [rad]' -> 'theta_1'."""
+    return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", covariate).strip()
 
 
 def listed(items: Sequence[str], word: str = "and") -> str:

@@ -1,4 +1,4 @@
-"""The whole story once: conceal, draw, record, diagnose, correct, draw again, compare."""
+"""The whole way once: conceal, draw, record, diagnose, correct, draw again, compare."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ RECORDING, CORRECTED = "survey.csv.gz", "corrected.yaml"
 
 
 @dataclass(frozen=True, eq=False)
-class Story:
+class Demonstration:
     """One robot, before and after; `possible` is the same robot without what was concealed."""
 
     answers: Sequence[Hidden]
@@ -46,7 +46,7 @@ class Story:
         return 1.0 if above <= 0.0 else (self.before.rms_m - self.after.rms_m) / above
 
 
-def tell(
+def demonstrate(
     job: Path,
     robot_file: Path,
     folder: Path,
@@ -55,7 +55,7 @@ def tell(
     unknown: bool = False,
     survey_s: float = 120.0,
     progress: Progress = lambda _: None,
-) -> Story:
+) -> Demonstration:
     """Run it all and leave recording and corrected robot file in `folder`.
 
     Raises ConfigError for an effect that cannot be concealed, or any error of the steps.
@@ -79,7 +79,7 @@ def tell(
     save_corrected(robot_file, answer, corrected)
     progress("drawing with the corrected robot")
     after = _again(job, corrected, machine, path, before)
-    return Story(
+    return Demonstration(
         answers=machine.answers,
         before=before,
         after=after,

@@ -1,4 +1,4 @@
-"""Columns of free shapes are not kept, and come out as if they were."""
+"""Columns of spline terms are not kept, and come out as if they were."""
 
 from __future__ import annotations
 

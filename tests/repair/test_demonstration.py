@@ -1,4 +1,4 @@
-"""The story on another make of robot: what is found is corrected, else nothing is changed."""
+"""The demonstration on another make of robot: what is found is corrected, else nothing changes."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ pytest.importorskip("mujoco", reason="the robot of the proof is MuJoCo's")
 from firmware_py.planner.check import plan_of
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import ConfigError
+from repair.demonstration import demonstrate
 from repair.machine import conceal
 from repair.page import page_html
 from repair.played import played
-from repair.story import tell
 from repair.tracking import Drawn
 
 JOB, ROBOT = CONFIG_FOLDER / "demo-heart.yaml", CONFIG_FOLDER / "zhao-2023.yaml"
 
 
 def test_a_wrong_home_is_found_and_the_heart_is_drawn_as_well_as_it_can_be(tmp_path: Path) -> None:
-    story = tell(JOB, ROBOT, tmp_path, ["home_offset"], seed=3, survey_s=60.0)
-    assert story.before.rms_m > 2e-3
-    assert story.after.rms_m < 1.3 * story.possible.rms_m + 2e-5
-    assert story.gain > 0.98
-    assert [one.effect for one in story.coverage.compensated] == ["home_offset"]
-    page = page_html(story)
+    shown = demonstrate(JOB, ROBOT, tmp_path, ["home_offset"], seed=3, survey_s=60.0)
+    assert shown.before.rms_m > 2e-3
+    assert shown.after.rms_m < 1.3 * shown.possible.rms_m + 2e-5
+    assert shown.gain > 0.98
+    assert [one.effect for one in shown.coverage.compensated] == ["home_offset"]
+    page = page_html(shown)
     assert "The heart" in page
     assert "home_offset" in page
     assert "http" not in page.replace("http://www.w3.org", "").replace("http-equiv", "")
 
 
 def test_where_nothing_is_wrong_nothing_is_changed(tmp_path: Path) -> None:
-    story = tell(JOB, ROBOT, tmp_path, [], seed=5, survey_s=60.0)
-    assert story.corrected.read_text() == ROBOT.read_text()
-    assert story.after is story.before
+    shown = demonstrate(JOB, ROBOT, tmp_path, [], seed=5, survey_s=60.0)
+    assert shown.corrected.read_text() == ROBOT.read_text()
+    assert shown.after is shown.before
 
 
 def test_what_is_played_are_the_counts_of_the_plan_with_rotors_that_turn_evenly() -> None:

@@ -1,4 +1,4 @@
-"""Free shapes where small errors everywhere are held by priors, and where they make these idle."""
+"""Spline terms where build tolerances are held by priors, and where they make these idle."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.search.search import Search
-from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_free_shapes
+from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_spline_terms
 from diagnosis.selection.tolerance_rival import ToleranceRival
 from models.robot import DeltaRobot
 from recording.flat import FlatRecording
@@ -32,7 +32,7 @@ def loosely(delta: DeltaRobot, record: Record) -> ToleranceRival:
     return ToleranceRival(Search(prepared, delta.drive.rad_per_step))
 
 
-def test_a_shape_that_takes_over_lets_small_errors_spring_back(loosely: ToleranceRival) -> None:
+def test_a_shape_that_takes_over_lets_tolerances_spring_back(loosely: ToleranceRival) -> None:
     other = loosely.other
     free, gain, _ = max(other.tests.fine_scores(other.tests.empty), key=lambda one: one[1])
     found = other.fitter.solve((), (free,), other.tests.empty.nuisances)
@@ -48,8 +48,8 @@ def test_a_shape_that_explains_it_all_needs_no_loosely_built_machine(
     solution = search.run()
     told = search.criterion.fully_penalised(solution)
     assert shape_promises(search, solution, told)
-    shaped = with_free_shapes(search, solution)
-    assert [free.port for free in shaped.frees] == ["range_y"]
+    shaped = with_spline_terms(search, solution)
+    assert [free.location for free in shaped.frees] == ["range_y"]
     assert explains_it_all(search, shaped, told)
     assert not explains_it_all(search, shaped, search.criterion.fully_penalised(shaped))
     assert not explains_it_all(search, solution, np.inf), "no shape explains anything here"

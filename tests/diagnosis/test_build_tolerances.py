@@ -10,7 +10,7 @@ from diagnosis.api import diagnose_recordings
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta.candidates import TOLERANCES
 from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.priors.build_tolerances import WITHIN, usual
+from diagnosis.priors.build_tolerances import WITHIN, within_tolerance
 from models.robot import DeltaRobot, EffectEntry
 from recording.flat import FlatRecording
 
@@ -21,10 +21,10 @@ def test_what_is_usual_is_a_wrong_size_within_its_spread(delta: DeltaRobot, reco
     model = DeltaModel(delta, [record(seconds=10.0)])
     own = {c.effect: c for c in model.candidates}
     most_m = WITHIN * TOLERANCES["forearm_length"]
-    assert usual(model, Term(own["forearm_length"], np.array([0.99 * most_m])))
-    assert not usual(model, Term(own["forearm_length"], np.array([-1.01 * most_m])))
+    assert within_tolerance(model, Term(own["forearm_length"], np.array([0.99 * most_m])))
+    assert not within_tolerance(model, Term(own["forearm_length"], np.array([-1.01 * most_m])))
     backlash = own["gear_backlash"]
-    assert not usual(model, Term(backlash, np.array(backlash.shapes[0].origin)))
+    assert not within_tolerance(model, Term(backlash, np.array(backlash.shapes[0].origin)))
 
 
 def test_a_late_sensor_is_not_taken_for_the_usual_lateness(
