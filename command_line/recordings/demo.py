@@ -50,8 +50,8 @@ def demo(
     ```
     """
     with needs("proof", "demo"):
-        from repair.page import write_page
         from repair.demonstration import demonstrate
+        from repair.page import write_page
     from firmware_py.job_file import load_job
     from firmware_py.robot_file import find
 
