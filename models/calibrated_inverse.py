@@ -9,6 +9,7 @@ from models.chain.commands import Commands
 from models.chain.delta import Chain
 from models.effects.flow import Flow, Load
 from models.effects.port import Port
+from models.effects.tables import shifted
 from models.inverse_kinematics import targets_of
 from models.linkage import Linkage, forward, inverse, inverse_one
 from models.robot import ARMS, DeltaRobot, EffectEntry, FloatArray
@@ -17,10 +18,11 @@ INVERTIBLE = frozenset(
     {
         *("gear_ratio", "transmission_error", "joint_compliance", "payload", "home_offset"),
         *("upper_arm_length", "forearm_length", "base_radius", "motor_azimuth"),
+        *("joint_table", "platform_table"),
     }
 )
 """Effects that give every commanded angle one true angle, and every pose one position."""
-ROUNDS = 12
+ROUNDS = 30
 CLOSE_RAD = 1e-9
 """Angles are right to a ten-thousandth of a microstep and better."""
 
@@ -53,9 +55,12 @@ class CalibratedInverse:
         self._angle_effects = [
             active for port in (Port.MOTOR, Port.GEAR, Port.ARM) for active in at(known, port)
         ]
+        self._place_effects = at(known, Port.PLATFORM)
 
     def angles_rad(self, x_m: float, y_m: float, z_m: float) -> tuple[float, float, float]:
         """Commanded arm angles [rad] of one target [m]. Raises UnreachablePoint."""
+        if self._place_effects:
+            x_m, y_m, z_m = self._assembled_m(np.array([[x_m, y_m, z_m]]))[0].tolist()
         wanted = inverse_one(self.linkage, x_m, y_m, z_m)
         if not self._angle_effects:
             return wanted
@@ -72,12 +77,33 @@ class CalibratedInverse:
 
     def angles_rad_at_once(self, position_m: FloatArray) -> FloatArray:
         """The same for studies: fast, NaN where unreachable, not equal to the last bit."""
-        return self._commanded(inverse(self.linkage, position_m).angles_rad)
+        assembled_m = self._assembled_m(np.asarray(position_m, dtype=np.float64))
+        return self._commanded(inverse(self.linkage, assembled_m).angles_rad)
 
     def position_m(self, commanded_rad: FloatArray) -> FloatArray:
         """Where the platform is [m] when arms are commanded to angles [rad], both (n, 3)."""
         commanded_rad = np.asarray(commanded_rad, dtype=np.float64)
-        return forward(self.linkage, self.achieved_rad(commanded_rad)).position_m
+        return self.place_m(self.achieved_rad(commanded_rad))
+
+    def place_m(self, true_rad: FloatArray) -> FloatArray:
+        """Where the platform is [m] when arms stand at angles [rad], both (..., 3)."""
+        position_m = forward(self.linkage, true_rad).position_m
+        if not self._place_effects:
+            return position_m
+        rows_m = position_m.reshape(-1, 3)
+        for active in self._place_effects:
+            rows_m = shifted(active.values, rows_m)
+        return rows_m.reshape(position_m.shape)
+
+    def _assembled_m(self, wanted_m: FloatArray) -> FloatArray:
+        """Where the linkage is to put the platform, (n, 3), so that tables bring it to targets."""
+        assembled_m = wanted_m
+        for _ in range(ROUNDS if self._place_effects else 0):
+            reached_m = assembled_m
+            for active in self._place_effects:
+                reached_m = shifted(active.values, reached_m)
+            assembled_m = assembled_m + wanted_m - reached_m
+        return assembled_m
 
     def _commanded(self, wanted_rad: FloatArray) -> FloatArray:
         commanded = wanted_rad

@@ -13,7 +13,7 @@ from diagnosis.observations.column_mapping import IN_SI, Mapping
 from firmware_py.daemon.protocol import ARGUMENTS, SLOW
 from firmware_py.job_file import JobFile
 from firmware_py.robot_file import SAID_FOR_HARDWARE, RobotFile
-from models.effects import PORT_TEXT, VOCABULARY
+from models.effects import PORT_TEXT, TABLES, VOCABULARY
 from models.effects.kind import EffectKind
 from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 from models.robot import KINDS
@@ -148,6 +148,10 @@ def _effects() -> str:
         "simulated robot may have under `as_built`. Values are in SI units.",
         "## Deltas",
         _effect_table(VOCABULARY),
+        "What has no name may stand there as a table over what it follows: of a joint over the"
+        " angle of an arm (1 to 3), of the platform over x, y, z (1 to 3) or the distance from the"
+        " z axis (4). Places are evenly spaced, errors linear between them.",
+        _effect_table(TABLES),
         "## Axes that follow a command",
         "On a linear axis m, N and kg stand in place of rad, N m and kg m2.",
         _effect_table(command_effects("rotary")),

@@ -7,23 +7,20 @@ survey, diagnosed, corrected and run again; what is compared is where its platfo
 from __future__ import annotations
 
 import json
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from diagnosis.estimation.side_by_side import alone
-from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import DeltactlError
 from proof.hidden.build_in import SINGLES
 from proof.prove.workers import workers
-from repair.demonstration import Demonstration, demonstrate
+from repair.case import Case, run
 
-JOB, ROBOT = CONFIG_FOLDER / "demo-heart.yaml", CONFIG_FOLDER / "zhao-2023.yaml"
-SURVEY_S = 240.0
 ENOUGH, ENOUGH_M = 1.3, 0.15e-3
 """As good as can be asked: within this factor of the possible, or below this."""
 WORSE, WORSE_M = 1.05, 0.02e-3
@@ -34,7 +31,12 @@ Show = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class Row:
-    """One case. `compensable`: whether all that is concealed can be compensated by commands."""
+    """One case; distances from the target, RMS [m].
+
+    possible_m: of the same robot with nothing concealed. limit_m: what the corrected robot file
+    believes to be possible. network: before and after of the job with a network; tables_m: after,
+    with tables of what has no name. NaN where it was not worked out.
+    """
 
     number: int
     concealed: tuple[str, ...]
@@ -42,17 +44,35 @@ class Row:
     before_m: float
     after_m: float
     possible_m: float
+    limit_m: float = np.nan
+    network_before_m: float = np.nan
+    network_after_m: float = np.nan
+    tables_m: float = np.nan
+    corrected: tuple[str, ...] = ()
     failure: str = ""
 
     @property
     def enough(self) -> bool:
         """Whether it draws as well as could be asked."""
-        return self.after_m <= max(ENOUGH * self.possible_m, ENOUGH_M)
+        return self._is_enough(self.after_m)
+
+    @property
+    def network_enough(self) -> bool:
+        """The same with a network."""
+        return self._is_enough(self.network_after_m)
 
     @property
     def worse(self) -> bool:
-        """Whether the job got worse."""
-        return self.after_m > max(WORSE * self.before_m, self.before_m + WORSE_M)
+        """Whether a job got worse, in whatever way it was corrected."""
+        pairs = (
+            (self.before_m, self.after_m),
+            (self.before_m, self.tables_m),
+            (self.network_before_m, self.network_after_m),
+        )
+        return any(after > max(WORSE * before, before + WORSE_M) for before, after in pairs)
+
+    def _is_enough(self, after_m: float) -> bool:
+        return after_m <= max(ENOUGH * self.possible_m, ENOUGH_M)
 
 
 def kinds_of(seed: int, number: int) -> tuple[list[str], bool]:
@@ -69,46 +89,40 @@ def kinds_of(seed: int, number: int) -> tuple[list[str], bool]:
     return [], group == "unknown"
 
 
-def run_case(seed: int, number: int) -> dict[str, Any]:
+def run_case(seed: int, number: int, folder: Path, networks: bool) -> dict[str, Any]:
     """One case as JSON; an error of the program is a result, not the end."""
     effects, unknown = kinds_of(seed, number)
-    named = [*effects, *(["unknown"] if unknown else [])]
-    with tempfile.TemporaryDirectory(prefix="repair-") as folder, alone():
+    case = Case(number, seed, tuple(effects), unknown, folder)
+    with alone():
         try:
-            shown = demonstrate(
-                JOB, ROBOT, Path(folder), effects, 1000 * seed + number, unknown, SURVEY_S
-            )
+            return run(case, networks)
         except DeltactlError as error:
+            named = [*effects, *(["unknown"] if unknown else [])]
             return {"number": number, "concealed": named, "failure": str(error)}
-    return _as_json(number, shown)
-
-
-def _as_json(number: int, shown: Demonstration) -> dict[str, Any]:
-    return {
-        "number": number,
-        "concealed": [f"{one.effect} on {one.where}" for one in shown.answers],
-        "found": [f"{one.effect} on {one.component}" for one in shown.diagnosis.findings],
-        "before_m": shown.before.rms_m,
-        "after_m": shown.after.rms_m,
-        "possible_m": shown.possible.rms_m,
-        "failure": "",
-    }
 
 
 def prove_repair(
-    cases: int, seed: int, out: Path, workers_here: int, scheduler: str | None, show: Show,
-    say: Callable[[str], None],
+    cases: int, seed: int, out: Path, networks: bool, workers_here: int, scheduler: str | None,
+    show: Show, say: Callable[[str], None],
 ) -> list[Row]:  # fmt: skip
     """Run what is not in `out` yet; returns all rows in order."""
     out.mkdir(parents=True, exist_ok=True)
-    missing = [number for number in range(cases) if not _file(out, seed, number).exists()]
+    missing = [number for number in range(cases) if not _is_there(out, seed, number, networks)]
     show(cases - len(missing), cases)
-    with workers(workers_here, scheduler, say) as run:
-        jobs = [(run_case, seed, number) for number in missing]
-        for done, (place, result) in enumerate(run(jobs), start=1):
+    case = partial(run_case, folder=out.resolve(), networks=networks)
+    with workers(workers_here, scheduler, say) as at_work:
+        jobs = [(case, seed, number) for number in missing]
+        for done, (place, result) in enumerate(at_work(jobs), start=1):
             _file(out, seed, missing[place]).write_text(json.dumps(result, indent=1) + "\n")
             show(cases - len(missing) + done, cases)
     return list(read_rows(out, seed, cases))
+
+
+def _is_there(out: Path, seed: int, number: int, networks: bool) -> bool:
+    path = _file(out, seed, number)
+    if not path.exists():
+        return False
+    return not networks or "network_after_m" in json.loads(path.read_text())
 
 
 def read_rows(out: Path, seed: int, cases: int) -> Iterator[Row]:
@@ -123,22 +137,35 @@ def summary(rows: Sequence[Row]) -> list[tuple[str, str]]:
     """The figures of all rows in words."""
     ran = [row for row in rows if not row.failure]
     gone = sum(row.worse for row in ran)
+    by_network = [row for row in ran if np.isfinite(row.network_after_m)]
+    tables = [row for row in ran if np.isfinite(row.tables_m)]
+    sound = [row for row in ran if not row.concealed]
+    changed = sum(bool(row.corrected) for row in sound)
     return [
         ("as good as can be asked", f"{sum(row.enough for row in ran)} of {len(ran)}"),
+        ("the same with a network", f"{sum(row.network_enough for row in by_network)}"
+         f" of {len(by_network)}"),
+        ("better with a table", f"{sum(row.tables_m < row.after_m for row in tables)}"
+         f" of {len(tables)}"),
         ("made worse", f"{gone} of {len(ran)}"),
+        ("changed with nothing wrong", f"{changed} of {len(sound)}"),
         ("failed", str(len(rows) - len(ran))),
-    ]
+    ]  # fmt: skip
 
 
 def _row(found: dict[str, Any]) -> Row:
+    names = (
+        *("before_m", "after_m", "possible_m", "limit_m", "tables_m"),
+        *("network_before_m", "network_after_m"),
+    )
+    sizes = {name: found.get(name) for name in names}
     return Row(
         number=found["number"],
         concealed=tuple(found["concealed"]),
         found=tuple(found.get("found", ())),
-        before_m=found.get("before_m", np.nan),
-        after_m=found.get("after_m", np.nan),
-        possible_m=found.get("possible_m", np.nan),
-        failure=found["failure"],
+        corrected=tuple(found.get("corrected", ())),
+        failure=found.get("failure", ""),
+        **{name: np.nan if size is None else float(size) for name, size in sizes.items()},
     )
 
 

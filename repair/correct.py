@@ -10,12 +10,13 @@ import yaml
 
 from diagnosis.answer.corrected_robot import corrected_text, lasts, sure
 from diagnosis.answer.records import Diagnosis, Finding
+from diagnosis.answer.tables import Tables, table_of
 from diagnosis.api import diagnose
-from firmware_py.robot_file import TRAINED_FOLDER, RobotFile, load_robot
-from foundation.errors import ConfigError, DeltactlError, RecordingError
+from firmware_py.robot_file import RobotFile, load_robot
+from foundation.errors import ConfigError, RecordingError
 from models.calibrated_inverse import corrections_of
-from models.network.file import NetworkFile
 from repair.coverage import Coverage, robot_coverage
+from repair.network import trained
 
 Progress = Callable[[str], None]
 
@@ -41,6 +42,7 @@ def correct(
     out: Path,
     all_of_them: bool = False,
     train: bool = True,
+    tables: Tables = Tables.NONE,
     progress: Progress = lambda _: None,
 ) -> Corrected:
     """Diagnose, write the robot file, train. Raises ConfigError, RecordingError, NetworkError."""
@@ -48,7 +50,7 @@ def correct(
         raise RecordingError(f"{out}: exists already; choose another name")
     before = load_robot(robot_file)
     answer = diagnose(recordings, robot_file, progress=progress)
-    text = corrected_text(robot_file, answer, all_of_them)
+    text = corrected_text(robot_file, answer, all_of_them, tables)
     try:
         out.write_text(text, encoding="utf-8")
     except OSError as error:
@@ -57,7 +59,7 @@ def correct(
     changed = robot.effects != before.effects
     learned = None
     if train and corrections_of(robot) != corrections_of(before):
-        learned = _trained(robot, out, progress)
+        learned = trained(robot, out.with_suffix(".tflite"), progress)
     if learned is not None:
         name, network, _ = learned
         block = yaml.safe_dump({"networks": {name: str(network.resolve())}}, sort_keys=False)
@@ -69,19 +71,23 @@ def correct(
         robot=robot,
         changed=changed,
         coverage=robot_coverage(robot),
-        held_back=tuple(_held_back(answer, all_of_them)),
+        held_back=tuple(_held_back(answer, before, all_of_them, tables)),
         network=learned[1] if learned else None,
         network_error_deg=learned[2] if learned else None,
         instead_of=learned[0] if learned else "",
     )
 
 
-def _held_back(answer: Diagnosis, all_of_them: bool) -> list[tuple[Finding, str]]:
+def _held_back(
+    answer: Diagnosis, robot: RobotFile, all_of_them: bool, tables: Tables
+) -> list[tuple[Finding, str]]:
     """Findings that were not written, and why."""
     held = []
     for finding in answer.findings:
         if finding.effect == "unknown":
-            held.append((finding, "it has no name, so no command is known that makes it better"))
+            why_not = table_of(finding, robot, tables)
+            if isinstance(why_not, str):
+                held.append((finding, why_not))
         elif not lasts(finding):
             held.append((finding, "it happened once: home the robot, and look why"))
         elif not all_of_them and not sure(finding):
@@ -89,37 +95,6 @@ def _held_back(answer: Diagnosis, all_of_them: bool) -> list[tuple[Finding, str]
             why = f"it could as well be {rivals}" if rivals else "it is not probable enough"
             held.append((finding, f"{why} (--all writes it all the same)"))
     return held
-
-
-def _trained(robot: RobotFile, out: Path, progress: Progress) -> tuple[str, Path, float] | None:
-    """Train for the network that jobs of this robot name; its name, the new file, its error."""
-    shipped = _shipped_network(robot)
-    if shipped is None:
-        return None
-    from models.training.corrected import train_corrected
-    from models.training.recipe import Task
-
-    metadata = shipped.metadata
-    task = Task(robot, metadata.domain, metadata.training.seed, metadata.angle_deg)
-
-    def follow(done: int, total: int, text: str) -> None:
-        progress(f"training the network: {100 * done // max(total, 1)} %, {text}")
-
-    network = out.with_suffix(".tflite")
-    written = train_corrected(task, network, follow=follow)
-    return shipped.path.name, network, written.file.metadata.validation.rmse_deg
-
-
-def _shipped_network(robot: RobotFile) -> NetworkFile | None:
-    """The network in models/trained that is of this robot."""
-    for path in sorted(TRAINED_FOLDER.glob("*.tflite")):
-        file = NetworkFile.load(path)
-        try:
-            file.check(robot)
-        except DeltactlError:
-            continue
-        return file
-    return None
 
 
 def _loaded(path: Path) -> RobotFile:

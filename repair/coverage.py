@@ -11,7 +11,7 @@ from firmware_py.job_file import JobFile, NetworkIk, load_job
 from firmware_py.planner.kinematics import network_file
 from firmware_py.robot_file import RobotFile, find, load_robot
 from models.calibrated_inverse import INVERTIBLE, corrections_of
-from models.effects import VOCABULARY
+from models.effects import effect_kind
 from models.robot import EffectEntry
 
 READINGS = frozenset(
@@ -148,6 +148,6 @@ def _left(entry: EffectEntry, why: str) -> Covered:
 
 
 def _sentence(entry: EffectEntry) -> str:
-    kind = VOCABULARY[entry.effect]
+    kind = effect_kind(entry.effect)
     given = {p.name: p.default for p in kind.parameters if p.default is not None}
     return kind.sentence(entry.component, {**given, **entry.parameters})

@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from diagnosis.answer.corrected_robot import save_corrected
 from diagnosis.answer.records import Diagnosis
 from diagnosis.api import diagnose
@@ -96,8 +94,4 @@ def demonstrate(
 def _again(job: Path, corrected: Path, machine: Concealing, path: Played, before: Drawn) -> Drawn:
     """The corrected run; where the same counts are sent it is the same run."""
     new = played(plan_of(job, load_robot(corrected)))
-    if new.counts.shape == path.counts.shape and np.array_equal(new.counts, path.counts):
-        same_times = np.array_equal(new.due_s, path.due_s)
-        if same_times and np.array_equal(new.target_s, path.target_s):
-            return before
-    return machine.draw(new)
+    return before if new.is_same_as(path) else machine.draw(new)

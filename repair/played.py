@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +35,13 @@ class Played:
     def seconds(self) -> float:
         """How long the motion lasts."""
         return float(max(self.due_s[-1], self.target_s[-1])) + REST_S
+
+    def is_same_as(self, other: Played) -> bool:
+        """Whether the same counts are sent at the same times for the same targets."""
+        pairs = (
+            (self.counts, other.counts), (self.due_s, other.due_s), (self.target_s, other.target_s)
+        )  # fmt: skip
+        return all(np.array_equal(mine, theirs) for mine, theirs in pairs)
 
     def at(self, t_s: FloatArray) -> IntArray:
         """Commanded counts at given times, (n, 3)."""
@@ -68,8 +76,11 @@ class Played:
         return turned
 
 
-def played(plan: Plan) -> Played:
-    """A plan from home on. Raises MotionError where the plan does not hold any more."""
+def played(plan: Plan, most_s: float = math.inf) -> Played:
+    """A plan from home on, its first `most_s` at least.
+
+    Raises MotionError where the plan does not hold any more.
+    """
     start = home_counts(plan.robot)
     due, steps, target_s, target_m = [], [], [], []
     for chunk in MotionStream(plan, start):
@@ -78,6 +89,8 @@ def played(plan: Plan) -> Played:
         mine = chunk.reached.number >= 0
         target_s.append(chunk.reached.t_ns[mine] / NS_PER_S)
         target_m.append(chunk.reached.position_m[mine])
+        if len(due[-1]) and due[-1][-1] > most_s * NS_PER_S:
+            break
     counts = np.array(start) + np.cumsum(np.concatenate(steps), axis=0, dtype=np.int64)
     timing = plan.job.timing
     return Played(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import click
 import typer
 
 from command_line.output import console, print_json, say, waiting
@@ -30,6 +31,14 @@ def correct(
     train: Annotated[
         bool, typer.Option(help="Train the network that belongs to the corrected file.")
     ] = True,
+    tables: Annotated[
+        str,
+        typer.Option(
+            click_type=click.Choice(["none", "joints", "platform"]),
+            help="What has no name, as a table: of joints, or of the platform as well (if you know"
+            " that it is the platform that is off, and not a sensor).",
+        ),
+    ] = "none",
     job: Annotated[
         str | None, typer.Option(help="Check this job with the corrected robot.")
     ] = None,
@@ -45,12 +54,13 @@ def correct(
     ```
     """
     with needs("training", "correct"), needs("diagnosis", "correct"):
+        from diagnosis.answer.tables import Tables
         from repair.correct import correct as run
     from firmware_py.planner.check import check_job
     from firmware_py.robot_file import find
 
     with waiting("reading", json_out) as show:
-        found = run(recordings, find(robot), out, all_of_them, train, show)
+        found = run(recordings, find(robot), out, all_of_them, train, Tables(tables), show)
     if job is not None:
         check_job(find(job), robot_file=out)
     if json_out:

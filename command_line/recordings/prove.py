@@ -35,6 +35,9 @@ def prove(
         bool,
         typer.Option("--repair", help="Correct each robot and compare what it draws instead."),
     ] = False,
+    networks: Annotated[
+        bool, typer.Option(help="With --repair: train each robot's network and run it, too.")
+    ] = False,
 ) -> None:
     """Conceal effects in a simulated robot of another make, diagnose them blind, and count.
 
@@ -47,7 +50,7 @@ def prove(
     if repair:
         from command_line.recordings.prove_repair import prove_repair
 
-        prove_repair(cases, seed, out, workers, scheduler)
+        prove_repair(cases, seed, out, networks, workers, scheduler)
         return
     with needs("proof", "prove"):
         from proof.prove.campaign import prove as run

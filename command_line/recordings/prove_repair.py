@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE_HEAD
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
@@ -11,8 +14,13 @@ from rich.table import Table
 from command_line.output import console, errors, facts, millimetres
 from foundation.extras import needs
 
+if TYPE_CHECKING:
+    from repair.campaign import Row
 
-def prove_repair(cases: int, seed: int, out: Path, workers: int, scheduler: str | None) -> None:
+
+def prove_repair(
+    cases: int, seed: int, out: Path, networks: bool, workers: int, scheduler: str | None
+) -> None:
     """Run the cases and print the table."""
     with needs("proof", "prove"):
         from repair.campaign import prove_repair as run
@@ -24,24 +32,42 @@ def prove_repair(cases: int, seed: int, out: Path, workers: int, scheduler: str 
         def show(done: int, total: int) -> None:
             bars.update(bar, completed=done, total=total)
 
-        rows = run(cases, seed, out, workers, scheduler, show, errors.print)
+        rows = run(cases, seed, out, networks, workers, scheduler, show, errors.print)
     table = Table(
         box=SIMPLE_HEAD,
         title="Distance from the target while drawing the heart, RMS",
         title_justify="left",
     )
-    for heading in ("concealed", "found", "before", "after", "possible", "enough"):
+    for heading, _ in COLUMNS:
         table.add_column(heading, justify="right" if heading in MEASURED else "left")
     for row in rows:
-        verdict = row.failure or ("worse" if row.worse else "yes" if row.enough else "no")
-        table.add_row(
-            "\n".join(row.concealed) or "nothing",
-            "\n".join(row.found) or "nothing",
-            *(millimetres(value) for value in (row.before_m, row.after_m, row.possible_m)),
-            verdict,
-        )
+        table.add_row(*(cell(row) for _, cell in COLUMNS))
     console.print(table)
     console.print(facts("", summary(rows)))
 
 
-MEASURED = ("before", "after", "possible")
+def _names(names: tuple[str, ...]) -> str:
+    return "\n".join(names) or "nothing"
+
+
+def _size(size_m: float) -> str:
+    return "" if math.isnan(size_m) else millimetres(size_m)
+
+
+def _verdict(row: Row) -> str:
+    return row.failure or ("worse" if row.worse else "yes" if row.enough else "no")
+
+
+COLUMNS: tuple[tuple[str, Callable[[Row], str]], ...] = (
+    ("concealed", lambda row: _names(row.concealed)),
+    ("found", lambda row: _names(row.found)),
+    ("before", lambda row: _size(row.before_m)),
+    ("after", lambda row: _size(row.after_m)),
+    ("limit", lambda row: _size(row.limit_m)),
+    ("above it", lambda row: _size(max(row.after_m - row.limit_m, 0.0))),
+    ("sound robot", lambda row: _size(row.possible_m)),
+    ("by network", lambda row: _size(row.network_after_m)),
+    ("with tables", lambda row: _size(row.tables_m)),
+    ("enough", _verdict),
+)
+MEASURED = ("before", "after", "limit", "above it", "sound robot", "by network", "with tables")

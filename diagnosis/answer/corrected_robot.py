@@ -12,11 +12,12 @@ from typing import Any
 import yaml
 
 from diagnosis.answer.records import Alternative, Diagnosis, Finding
+from diagnosis.answer.tables import Tables, table_of
 from foundation.errors import RecordingError
 from foundation.strict_yaml import Document
 from models.belief import merged
 from models.effects import VOCABULARY, Port
-from models.robot import EffectEntry, FoundBy, load_robot_model
+from models.robot import DeltaRobot, EffectEntry, FoundBy, load_robot_model
 
 HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
 SURE = 0.8
@@ -26,20 +27,38 @@ MOVED = (Port.MOTOR, Port.GEAR, Port.ARM, Port.LINKAGE)
 _SECTION = re.compile(r"^effects:.*\n?(?:(?:[ \t#-].*)?\n)*", re.MULTILINE)
 
 
-def corrected_text(robot_file: Path, diagnosis: Diagnosis, all_of_them: bool = False) -> str:
+def corrected_text(
+    robot_file: Path,
+    diagnosis: Diagnosis,
+    all_of_them: bool = False,
+    tables: Tables = Tables.NONE,
+) -> str:
     """The robot file with every lasting, sure finding in its `effects` section.
 
     What is found again is one entry with the size that both amount to, and says where it comes
     from. Comments outside the section are kept. One-off events (lost steps, stale readings) and
     unknown mismatches are no property of the robot: left out. all_of_them: ties and improbable
-    findings as well.
+    findings as well. tables: what has no name as well, as the table it is.
     """
-    document = Document.read(robot_file)
+    document, robot = Document.read(robot_file), load_robot_model(robot_file)
     kept = [one for one in diagnosis.findings if lasts(one) and (all_of_them or sure(one))]
-    if not kept:
-        return document.text
     found = [_entry(finding, diagnosis.recordings) for finding in kept]
-    return with_effects(document.text, merged(load_robot_model(robot_file).effects, found))
+    if isinstance(robot, DeltaRobot):
+        found += _tables(robot, diagnosis, tables)
+    if not found:
+        return document.text
+    return with_effects(document.text, merged(robot.effects, found))
+
+
+def _tables(robot: DeltaRobot, diagnosis: Diagnosis, asked: Tables) -> list[EffectEntry]:
+    entries = []
+    for finding in diagnosis.findings:
+        if finding.effect == "unknown":
+            entry = table_of(finding, robot, asked)
+            if isinstance(entry, EffectEntry):
+                found = _origin(finding, diagnosis.recordings, {})
+                entries.append(entry.model_copy(update={"found": found}))
+    return entries
 
 
 def with_effects(text: str, entries: Iterable[EffectEntry]) -> str:
@@ -51,12 +70,16 @@ def with_effects(text: str, entries: Iterable[EffectEntry]) -> str:
 
 
 def save_corrected(
-    robot_file: Path, diagnosis: Diagnosis, out: Path, all_of_them: bool = False
+    robot_file: Path,
+    diagnosis: Diagnosis,
+    out: Path,
+    all_of_them: bool = False,
+    tables: Tables = Tables.NONE,
 ) -> None:
     """Write the corrected robot file. Raises RecordingError when it exists or cannot be written."""
     try:
         with out.open("x", encoding="utf-8") as file:
-            file.write(corrected_text(robot_file, diagnosis, all_of_them))
+            file.write(corrected_text(robot_file, diagnosis, all_of_them, tables))
     except FileExistsError:
         raise RecordingError(f"{out}: exists already; choose another name") from None
     except OSError as error:
@@ -99,14 +122,20 @@ def _entry(finding: Finding, recordings: list[str]) -> EffectEntry:
         for n, one in sizes.items()
         if all(math.isfinite(low) and math.isfinite(high) for _, low, high in one.components)
     }
-    origin = FoundBy(
+    return EffectEntry(
+        effect=finding.effect,
+        component=finding.component,
+        parameters=values,
+        found=_origin(finding, recordings, intervals),
+    )
+
+
+def _origin(finding: Finding, recordings: list[str], intervals: dict[str, Any]) -> FoundBy:
+    return FoundBy(
         recordings=tuple(Path(name).name for name in recordings),
         on=date.today().isoformat(),
         ci95=intervals,
         probability=finding.probability,
-    )
-    return EffectEntry(
-        effect=finding.effect, component=finding.component, parameters=values, found=origin
     )
 
 

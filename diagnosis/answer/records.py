@@ -105,6 +105,19 @@ class Alternative(_Record):
     """Posterior that this acts instead; None where it was not worked out."""
 
 
+class Table(_Record):
+    """What was found of something without a name: a size over what it follows, in SI units.
+
+    follows: the names in `depends_on` that the numbers were fitted over. lowest, highest: ends of
+    evenly spaced places, as far as the recording went.
+    """
+
+    follows: str
+    lowest: float
+    highest: float
+    size: list[float]
+
+
 class Finding(_Record):
     """One effect. `unknown` is in no vocabulary: `depends_on` says what it follows."""
 
@@ -125,6 +138,8 @@ class Finding(_Record):
     tied: list[str] = Field(default_factory=list)
     """Those of them that it may follow instead of the others."""
     has_memory: bool | None = None
+    table: Table | None = None
+    """Of an unknown that follows one quantity."""
 
 
 class Fit(_Record):

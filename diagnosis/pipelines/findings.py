@@ -14,6 +14,7 @@ from diagnosis.answer.records import (
     Finding,
     ParameterResult,
     Picture,
+    Table,
     Where,
 )
 from diagnosis.answer.verdict import Rest, seen
@@ -33,6 +34,8 @@ from diagnosis.selection.ambiguity import Standing
 from diagnosis.selection.model_choice import Explained
 
 SHARE_OF_AXIS = 0.2
+IN_TABLE = 64
+"""Places in the table of an unknown."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -148,6 +151,23 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
         depends_on=list(dict.fromkeys([*free.depends_on, *instead])),
         tied=[name for name in instead if name not in free.depends_on],
         has_memory=has_memory(outcome.fitter, solution, free, gain),
+        table=_table(outcome.fitter, free, solution.coefficients[first : first + free.size]),
+    )
+
+
+def _table(fitter: Fitter, free: FreeShape, coefficients: FloatArray) -> Table | None:
+    """A spline as numbers over its driver, where readings decided them; None for other shapes."""
+    if free.kind != "spline":
+        return None
+    model = fitter.model
+    driver = model.drivers()[free.driver][_decided(fitter, free)]
+    places = np.linspace(float(driver.min()), float(driver.max()), IN_TABLE)
+    size = np.asarray(free.basis_for(places) @ coefficients)
+    return Table(
+        follows=free.driver,
+        lowest=float(places[0]),
+        highest=float(places[-1]),
+        size=size.tolist(),
     )
 
 

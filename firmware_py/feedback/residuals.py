@@ -13,7 +13,6 @@ from drivers.steps.contract import Counts, Ticks
 from firmware_py.robot_file import RobotFile
 from foundation.clock import ns
 from models.calibrated_inverse import CalibratedInverse
-from models.linkage import forward
 from models.robot import AXES, FloatArray
 
 Int64Array = np.ndarray[Any, np.dtype[np.int64]]
@@ -103,7 +102,7 @@ class Expectation:
         angles_rad = self._belief.achieved_rad(counts * self._step_rad)
         turned_rad = (counts - self._counts_at(t_ns - ns(RATE_S))) * self._step_rad
         nudged = angles_rad[:, np.newaxis, :] + NUDGE_RAD * np.vstack([np.zeros(3), np.eye(3)])
-        positions_m = forward(self._belief.linkage, nudged).position_m
+        positions_m = self._belief.place_m(nudged)
         axis = np.array([AXES.index(one.axis) for one in readings])
         ranges_m = np.einsum("nki,ni->nk", positions_m, self._sensors.axes[axis])
         slope_m = (ranges_m[:, 1:] - ranges_m[:, :1]) / NUDGE_RAD

@@ -7,7 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from models.belief.rules import ALSO_SUMMED, RULES, Rule
-from models.effects import VOCABULARY
+from models.effects import effect_kind
+from models.effects.tables import looked_up
 from models.robot import EffectEntry, FoundBy
 
 Number = float | tuple[float, ...]
@@ -38,7 +39,7 @@ def together(old: EffectEntry, new: EffectEntry) -> EffectEntry:
     before, after = _filled(old), _filled(new)
     # What little is left says little about the other parameters: those believed stay.
     values = before | after if rule is None else after | before
-    main = VOCABULARY[new.effect].main.name
+    main = effect_kind(new.effect).main.name
     if rule is Rule.SUM:
         values[main] = _sum(before[main], after[main])
     elif rule is Rule.PRODUCT:
@@ -51,6 +52,8 @@ def together(old: EffectEntry, new: EffectEntry) -> EffectEntry:
         values["stiffness"] = k
     elif rule is Rule.PHASOR:
         values |= _phasor(before, after)
+    elif rule is Rule.TABLE:
+        values |= _table(before, after)
     also = ALSO_SUMMED.get(new.effect)
     if also is not None:
         values[also] = _sum(before[also], after[also])
@@ -65,7 +68,11 @@ def together(old: EffectEntry, new: EffectEntry) -> EffectEntry:
 def _is_again(old: EffectEntry, new: EffectEntry) -> bool:
     if (old.effect, old.component) != (new.effect, new.component):
         return False
-    if RULES.get(new.effect) is not Rule.PHASOR:
+    rule = RULES.get(new.effect)
+    if rule is Rule.TABLE:
+        same = ("follows", "direction")
+        return all(old.parameters.get(name) == new.parameters.get(name) for name in same)
+    if rule is not Rule.PHASOR:
         return True
     one, other = _one(_filled(old)["period"]), _one(_filled(new)["period"])
     return abs(one - other) <= SAME_PERIOD * one
@@ -73,7 +80,7 @@ def _is_again(old: EffectEntry, new: EffectEntry) -> bool:
 
 def _filled(entry: EffectEntry) -> dict[str, Number]:
     """Parameters with the defaults of the vocabulary."""
-    kind = VOCABULARY[entry.effect]
+    kind = effect_kind(entry.effect)
     given = {p.name: p.default for p in kind.parameters if p.default is not None}
     # A file cannot say infinity; it leaves out what has it for a default.
     finite = {name: value for name, value in given.items() if np.isfinite(value)}
@@ -89,6 +96,16 @@ def _phasor(before: dict[str, Number], after: dict[str, Number]) -> dict[str, Nu
         "phase": float(np.angle(total)),
         "period": before["period"],
     }
+
+
+def _table(before: dict[str, Number], after: dict[str, Number]) -> dict[str, Number]:
+    both = [{name: np.asarray(value) for name, value in one.items()} for one in (before, after)]
+    low = min(_one(before["lowest"]), _one(after["lowest"]))
+    high = max(_one(before["highest"]), _one(after["highest"]))
+    count = max(len(one["error"]) for one in both)
+    places = np.linspace(low, high, count)
+    total = sum(looked_up(one, places) for one in both)
+    return {"error": tuple(np.asarray(total).tolist()), "lowest": low, "highest": high}
 
 
 def _moved(

@@ -16,6 +16,8 @@ class Rule(Enum):
     """Sine waves of one period; of two periods both stay."""
     RATE = "rate"
     """Size per stiffness adds up, at the stiffness that was believed."""
+    TABLE = "table"
+    """Tables over one quantity add up; beyond its ends a table is constant."""
 
 
 RULES: dict[str, Rule] = {
@@ -40,6 +42,8 @@ RULES: dict[str, Rule] = {
     "sensor_crosstalk": Rule.SUM,
     "sensor_drift": Rule.SUM,
     "sensor_latency": Rule.SUM,
+    "joint_table": Rule.TABLE,
+    "platform_table": Rule.TABLE,
 }
 """Of effects that are not here (resonance, contact) the newest is kept. Widths of play and of
 wound-up shafts in series add up exactly (Brokate and Sprekels 1996, stop and play operators),

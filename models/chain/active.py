@@ -10,7 +10,7 @@ import numpy as np
 from foundation.errors import ConfigError
 from models.effects import EffectKind, effect_kind
 from models.effects.flow import Flow
-from models.effects.kind import Memory
+from models.effects.kind import Memory, Parameter
 from models.effects.port import Port
 from models.robot import EffectEntry, FloatArray
 
@@ -51,15 +51,26 @@ def activate(
         if value is None:
             raise ConfigError(f"{where}: parameter '{parameter.name}' [{parameter.unit}] is needed")
         array = np.asarray(value, dtype=np.float64)
-        if array.shape != ((parameter.size,) if parameter.size > 1 else ()):
-            raise ConfigError(f"{where}: '{parameter.name}' must be {parameter.size} number(s)")
+        if not _has_size(array, parameter):
+            most = "2 to " if parameter.up_to else ""
+            raise ConfigError(
+                f"{where}: '{parameter.name}' must be {most}{parameter.size} number(s)"
+            )
         if not ((array >= parameter.low) & (array <= parameter.high)).all():
             raise ConfigError(
                 f"{where}: '{parameter.name}' must be between {parameter.low:g} and "
                 f"{parameter.high:g} {parameter.unit} (got {array.tolist()})"
             )
         values[parameter.name] = array
+    if kind.refuses is not None and (why := kind.refuses(values)):
+        raise ConfigError(f"{where}: {why}")
     return Active(kind, component, values)
+
+
+def _has_size(array: FloatArray, parameter: Parameter) -> bool:
+    if parameter.up_to:
+        return array.ndim == 1 and 2 <= len(array) <= parameter.size
+    return array.shape == ((parameter.size,) if parameter.size > 1 else ())
 
 
 def of_entries(entries: Iterable[EffectEntry]) -> list[Active]:

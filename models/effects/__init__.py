@@ -35,6 +35,7 @@ from models.effects import (
 )
 from models.effects.kind import EffectKind, Memory, Parameter, Values
 from models.effects.port import PORT_TEXT, Port
+from models.effects.tables import JOINT_TABLE, PLATFORM_TABLE
 
 _MODULES = (
     following_lag,
@@ -68,15 +69,23 @@ VOCABULARY: dict[str, EffectKind] = {module.EFFECT.name: module.EFFECT for modul
 """Effects of a delta by name. Those of single axes stand with their chains."""
 
 
+TABLES: dict[str, EffectKind] = {kind.name: kind for kind in (JOINT_TABLE, PLATFORM_TABLE)}
+"""What a robot file may say of errors that have no name. No diagnosis looks for these."""
+
+
 def effect_kind(name: str) -> EffectKind:
-    """An effect of the vocabulary. Raises ConfigError naming those there are."""
+    """An effect of the vocabulary, or a table. Raises ConfigError naming those there are."""
+    if name in TABLES:
+        return TABLES[name]
     if name not in VOCABULARY:
-        raise ConfigError(f"effect '{name}' must be one of {', '.join(sorted(VOCABULARY))}")
+        there = ", ".join(sorted([*VOCABULARY, *TABLES]))
+        raise ConfigError(f"effect '{name}' must be one of {there}")
     return VOCABULARY[name]
 
 
 __all__ = [
     "PORT_TEXT",
+    "TABLES",
     "VOCABULARY",
     "EffectKind",
     "Memory",

@@ -41,6 +41,9 @@ class Parameter:
     default: float | None = None
     """Value when it is not given; None: it must be."""
     size: int = 1
+    """How many numbers."""
+    up_to: bool = False
+    """`size` is the most there may be; two at least."""
     reciprocal: bool = False
     """A fit moves in 1 / value, where the effect is linear."""
 
@@ -99,6 +102,8 @@ class EffectKind:
     """Acts now and then only, so that its operator misleads only near where it acts."""
     itself: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Parameter -> the range in which the effect does what it is called after."""
+    refuses: Callable[[Values], str] | None = None
+    """Why values that are in bounds one by one do not fit together; empty where they do."""
 
     @property
     def main(self) -> Parameter:

@@ -1,0 +1,114 @@
+"""What tracking is possible: the distance from the target that no correction takes away.
+
+Three things are left when a robot file is right and all it says is compensated: counts are whole
+microsteps; sizes are known only as well as the sensors told them; and some effects no command makes
+better. The first and the last are seen by letting the believed chain follow the very counts of the
+plan, the second by moving each size by its standard deviation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from firmware_py.paths.path import Space
+from firmware_py.planner.plan import Plan
+from models.chain import Chain, Commands
+from models.linkage import Linkage, jacobian
+from models.robot import DeltaRobot, EffectEntry, FloatArray
+from repair.coverage import READINGS
+from repair.played import Played, played
+
+SAMPLE_S = 0.005
+MOST_S = 60.0
+"""So much of a job stands for the whole of it."""
+INTERVAL = 2.0 * 1.96
+"""Width of a 95 % interval in standard deviations."""
+TO_WHOLE = 1.0 / np.sqrt(12.0)
+"""Standard deviation of what is rounded to whole numbers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """Distances from the target [m], RMS.
+
+    step_m: whole microsteps, spread evenly over a step. sizes_m: what the intervals of the sizes
+    in the robot file leave open. left_m: what is known and not compensated, with what the
+    compensation cannot do. rms_m: all together.
+    """
+
+    rms_m: float
+    step_m: float
+    sizes_m: float
+    left_m: float
+
+    def as_json(self) -> dict[str, float]:
+        """Plain types."""
+        return asdict(self)
+
+
+def limit_of(plan: Plan) -> Limit | None:
+    """Of a plan; None for a path in arm angles, which has no targets in space.
+
+    Raises MotionError where the plan does not hold any more.
+    """
+    if plan.first.lap.space is Space.JOINT:
+        return None
+    path, robot = played(plan, MOST_S), plan.robot
+    believed = tuple(one for one in robot.effects if one.effect not in READINGS)
+    reached_m = _reached_m(robot, believed, path)
+    known_rms_m = _rms_m(reached_m - path.target_m)
+    step_m = _step_m(robot, path)
+    opened_m = [
+        _rms_m(_reached_m(robot, moved, path) - reached_m) for moved in _moved_by_sigma(believed)
+    ]
+    sizes_m = float(np.sqrt(np.sum(np.square(opened_m))))
+    return Limit(
+        rms_m=float(np.hypot(known_rms_m, sizes_m)),
+        step_m=step_m,
+        sizes_m=sizes_m,
+        left_m=float(np.sqrt(max(known_rms_m**2 - step_m**2, 0.0))),
+    )
+
+
+def _reached_m(robot: DeltaRobot, effects: tuple[EffectEntry, ...], path: Played) -> FloatArray:
+    """Where the platform is when targets are due if the robot is so, (k, 3) [m]."""
+    assert robot.drive is not None
+    t_s = np.arange(0.0, path.target_s[-1] + SAMPLE_S, SAMPLE_S)
+    commands = Commands.of_counts(t_s, path.smooth(t_s), robot.drive)
+    plain = robot.model_copy(update={"effects": ()})
+    position_m = Chain(plain).simulate(commands, effects).position
+    columns = [np.interp(path.target_s, t_s, column) for column in position_m.T]
+    return np.stack(columns, axis=1)
+
+
+def _moved_by_sigma(effects: tuple[EffectEntry, ...]) -> list[tuple[EffectEntry, ...]]:
+    """The effects with one size after the other off by its standard deviation."""
+    moved = []
+    for number, entry in enumerate(effects):
+        intervals = entry.found.ci95 if entry.found is not None else {}
+        for name, interval in intervals.items():
+            low, high = (end for end in interval)
+            value = entry.parameters.get(name)
+            if not isinstance(value, float) or not isinstance(low, float):
+                continue
+            assert isinstance(high, float)
+            parameters = entry.parameters | {name: value + (high - low) / INTERVAL}
+            off = entry.model_copy(update={"parameters": parameters})
+            moved.append((*effects[:number], off, *effects[number + 1 :]))
+    return moved
+
+
+def _step_m(robot: DeltaRobot, path: Played) -> float:
+    """What rounding to whole microsteps does at the platform, RMS [m]."""
+    assert robot.drive is not None
+    linkage = Linkage.of(robot.geometry)
+    angles_rad = path.at(path.target_s) * robot.drive.rad_per_step
+    slopes = jacobian(linkage, angles_rad, path.target_m)
+    off_m = TO_WHOLE * robot.drive.rad_per_step * slopes.reshape(len(slopes), -1)
+    return _rms_m(off_m)
+
+
+def _rms_m(off_m: FloatArray) -> float:
+    return float(np.sqrt(np.nanmean(np.sum(off_m**2, axis=1))))
