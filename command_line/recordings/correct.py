@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import click
 import typer
 
 from command_line.output import console, print_json, say, waiting
@@ -32,9 +31,8 @@ def correct(
         bool, typer.Option(help="Train the network that belongs to the corrected file.")
     ] = True,
     tables: Annotated[
-        str,
+        Literal["none", "joints", "platform"],
         typer.Option(
-            click_type=click.Choice(["none", "joints", "platform"]),
             help="What has no name, as a table: of joints, or of the platform as well (if you know"
             " that it is the platform that is off, and not a sensor).",
         ),
