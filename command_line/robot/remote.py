@@ -21,10 +21,10 @@ def do(name: str, socket: Path | None) -> None:
         say(f"{name}: the robot is {client.status().state}")
 
 
-def home_robot(accept_unseen_deg: float, socket: Path | None) -> None:
+def home_robot(accept_unseen_deg: float, robot: Path | None, socket: Path | None) -> None:
     """Home, and say what the sensors saw."""
     with Client(socket) as client:
-        seen = client.home(accept_unseen_deg)
+        seen = client.home(accept_unseen_deg, robot)
         say(f"home: the robot is {client.status().state}; {seen}")
 
 

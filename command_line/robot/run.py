@@ -49,8 +49,8 @@ def run_job(
     if not simulate and daemon_answers(socket):
         if robot_file is not None:
             raise ConfigError(
-                f"--robot {robot}: the daemon runs the robot file it was started with; put this"
-                " file in its place ('deltactl off', then 'deltactl on'), or use --simulate"
+                f"--robot {robot}: the daemon runs a robot file of its own; 'deltactl home --robot"
+                f" {robot}' puts this one in its place, or use --simulate"
             )
         result = _through_daemon(path, record, socket, json_out)
     else:

@@ -49,18 +49,27 @@ def home(
             max=360.0,
         ),
     ] = 0.0,
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            help="Another robot file of this machine (a corrected one), in force from now on until"
+            " the daemon ends."
+        ),
+    ] = None,
     socket: SocketOption = None,
 ) -> None:
     """Learn where the arms are: put them against their stops first.
 
     ```
     deltactl home
+    deltactl home --robot mine.yaml
     deltactl home --accept-unseen 40
     ```
     """
     from command_line.robot.remote import home_robot
+    from firmware_py.robot_file import find
 
-    home_robot(accept_unseen, socket)
+    home_robot(accept_unseen, None if robot is None else find(robot), socket)
 
 
 def stop(

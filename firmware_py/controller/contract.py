@@ -82,11 +82,12 @@ class RobotController(Protocol):
     def power_off(self) -> None:
         """Release the drives: -> OFF. The arms may drop."""
 
-    def home(self, accept_unseen_deg: float = 0.0) -> str:
+    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> str:
         """Learn where the arms are; blocks until done: UNHOMED or READY -> READY.
 
         Returns what was seen. Sensors that leave an arm undetermined refuse, unless somebody
-        has looked, and accepts that an arm could be off by so much unseen.
+        has looked, and accepts that an arm could be off by so much unseen. robot: another file
+        of the same machine, which is in force from now on.
         """
 
     def submit(self, job: Path, record: Path | None = None) -> int:

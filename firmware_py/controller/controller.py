@@ -14,6 +14,7 @@ from pathlib import Path
 
 from drivers.steps.contract import OutputState, OutputStatus, Ticks
 from firmware_py.controller.active_job import ActiveJob, Phase
+from firmware_py.controller.belief import other_belief
 from firmware_py.controller.contract import JobResult, Status
 from firmware_py.controller.file_in_force import FileInForce
 from firmware_py.controller.homing import Homer
@@ -31,6 +32,7 @@ from firmware_py.planning.prepared import InForce, Prepare, prepare_here
 from firmware_py.robot_file import RobotFile
 from foundation.clock import NS_PER_S, Task, TaskHandle, ns
 from foundation.errors import DeltactlError, NotReady
+from models.calibrated_inverse import CalibratedInverse
 
 CONTROL_PERIOD_NS = 10_000_000
 MOST_QUEUED = 100
@@ -60,6 +62,7 @@ class Controller:
         self.job: ActiveJob | None = None
         self.queue: deque[QueuedJob] = deque()
         self.journal = Journal()
+        self._belief = CalibratedInverse(robot)
         self._observer = Observer(robot, machine, self.journal)
         self.ranging = RangingLoop(
             machine.sensors,
@@ -88,10 +91,18 @@ class Controller:
         self._control_task = self._start_control()
 
     def power_on(self) -> None:
-        """OFF -> UNHOMED. Raises BusDead, SensorFault, DriveAlarm or EmergencyStop."""
+        """OFF -> UNHOMED, with the robot file as it is by now, if that needs no restart.
+
+        Raises BusDead, SensorFault, DriveAlarm or EmergencyStop.
+        """
         with self._lock:
             require(Request.ON, self.state, self.why)
             turn = self._turns
+            newer = self._file.newer(self.robot)
+            if newer is not None:
+                self._believe(newer, FileInForce(self._file.path))
+                if self.machine.world is not None:
+                    self.machine.world.believed_anew(newer, self.clock.now_ns())
         self.machine.sensors.start()
         self.machine.output.enable()
         with self._lock:
@@ -111,16 +122,19 @@ class Controller:
         if self.machine.world is not None:
             self.machine.world.put_to_stops(self.clock.now_ns())
 
-    def home(self, accept_unseen_deg: float = 0.0) -> str:
+    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> str:
         """UNHOMED or READY -> READY, blocking; returns what was seen.
 
-        Raises NotReady when the sensors disagree, when they do not determine the arms to
+        robot: another file of the same machine, believed from now on. Raises ConfigError for
+        one of another, NotReady when the sensors disagree, when they do not determine the arms to
         `accept_unseen_deg`, and when a stop or another request came meanwhile.
         """
         with self._lock:
             require(Request.HOME, self.state, self.why)
             if self._homing:
                 raise NotReady("cannot home: the robot is homing already; wait, or stop it")
+            if robot is not None:
+                self._believe(other_belief(self.robot, robot), FileInForce(robot))
             was_ready, turn = self.state is State.READY, self._turns
             self._homing = True
             self._enter(State.UNHOMED, "homing")
@@ -149,6 +163,15 @@ class Controller:
                     self._enter(State.UNHOMED)
         self._note("home", seen.says())
         return seen.says()
+
+    def _believe(self, robot: RobotFile, file: FileInForce) -> None:
+        """Another robot file is in force from now on; counts mean nothing until homed."""
+        if self.queue:
+            raise NotReady("cannot take another robot file: jobs wait; cancel them first")
+        self.robot, self._file = robot, file
+        self._belief = CalibratedInverse(robot)
+        self._observer.believe(robot)
+        self._note("robot", f"{file.path} is in force")
 
     def submit(self, job: Path, record: Path | None = None) -> int:
         """Check a job against this robot and queue it; returns its number."""
@@ -247,9 +270,9 @@ class Controller:
                 else self.ranging.status(),
                 self.journal.failed,
                 self._observer.blind() if sensing else None,
-                self._file.changed(),
+                self._file.changed(self.robot),
             )
-            return snapshot(self.robot, self.machine, running)
+            return snapshot(self.robot, self._belief, self.machine, running)
 
     def fatal(self) -> str:
         """Why only a new process can go on; empty while this one can."""

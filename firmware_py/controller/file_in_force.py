@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from firmware_py.controller.belief import needs_restart
+from firmware_py.robot_file import RobotFile, load_robot
 from foundation.errors import DeltactlError
 from foundation.strict_yaml import Document
 
@@ -18,8 +20,30 @@ class FileInForce:
         self._stamp = self._stamp_now()
         self._same = True
 
-    def changed(self) -> str:
-        """In words, or empty. Reads the file again only when it was written to."""
+    def changed(self, believed: RobotFile) -> str:
+        """In words with what to do, or empty. Reads the file again only when it was written to."""
+        if not self._differs():
+            return ""
+        says = f"{self.path} has changed since it was read"
+        try:
+            section = needs_restart(believed, load_robot(self.path))
+        except DeltactlError as error:
+            return f"{says}, and cannot be used: {error}"
+        if section:
+            return f"{says} ({section}, too); restart the daemon to use it"
+        return f"{says}; 'deltactl off' and 'deltactl on' to use it"
+
+    def newer(self, believed: RobotFile) -> RobotFile | None:
+        """What the file says by now, where the robot may be switched on with it."""
+        if not self._differs():
+            return None
+        try:
+            new = load_robot(self.path)
+        except DeltactlError:
+            return None
+        return None if needs_restart(believed, new) else new
+
+    def _differs(self) -> bool:
         stamp = self._stamp_now()
         if stamp != self._stamp:
             self._stamp = stamp
@@ -27,9 +51,7 @@ class FileInForce:
                 self._same = Document.read(self.path).text == self.text
             except DeltactlError:
                 self._same = False
-        if self._same:
-            return ""
-        return f"{self.path} has changed since it was read; restart the daemon to use it"
+        return not self._same
 
     def _stamp_now(self) -> tuple[int, int, int]:
         try:

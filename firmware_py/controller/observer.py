@@ -25,6 +25,13 @@ class Observer:
         self.feedback: Feedback | None = None
         """Of the job that runs now, if it has one."""
 
+    def believe(self, robot: RobotFile) -> None:
+        """Another robot file is in force; `restart` follows when the counters are set."""
+        self.collect()
+        self._watch = StepWatch(robot) if self._machine.servo is None else None
+        self._sight = Sight(robot)
+        self._sight.restart(self._machine.clock.now_ns())
+
     def collect(self) -> None:
         """Take what the output has done since the last call."""
         sent = self._machine.output.take_sent()

@@ -14,7 +14,7 @@ from firmware_py.controller.states import State
 from firmware_py.machine import Machine
 from firmware_py.robot_file import RobotFile
 from foundation.clock import NS_PER_S
-from models.linkage import Linkage, forward
+from models.calibrated_inverse import CalibratedInverse
 
 Three = tuple[float, float, float]
 TRUSTED = frozenset({State.READY, State.RUNNING, State.PAUSED})
@@ -36,8 +36,10 @@ class Running:
     robot_file_changed: str = ""
 
 
-def snapshot(robot: RobotFile, machine: Machine, running: Running) -> Status:
-    """Everything a user may want to know now."""
+def snapshot(
+    robot: RobotFile, belief: CalibratedInverse, machine: Machine, running: Running
+) -> Status:
+    """Everything a user may want to know now. belief: of the same robot."""
     now_ns = machine.clock.now_ns()
     output = machine.output.status()
     homed = running.state in TRUSTED
@@ -50,7 +52,7 @@ def snapshot(robot: RobotFile, machine: Machine, running: Running) -> Status:
         time_s=now_ns / NS_PER_S,
         counts=output.counts,
         angles_rad=_angles(robot, output.counts) if homed else None,
-        position_m=_position(robot, output.counts) if homed else None,
+        position_m=_position(robot, belief, output.counts) if homed else None,
         job=job.name if job else None,
         job_id=job.number if job else None,
         progress=job.progress(now_ns) if job else 0.0,
@@ -70,9 +72,9 @@ def _angles(robot: RobotFile, counts: Counts) -> Three:
     return first, second, third
 
 
-def _position(robot: RobotFile, counts: Counts) -> Three | None:
-    pose = forward(Linkage.of(robot.geometry), np.array(_angles(robot, counts)))
-    if not np.isfinite(pose.position_m).all():
+def _position(robot: RobotFile, belief: CalibratedInverse, counts: Counts) -> Three | None:
+    position_m = belief.position_m(np.array([_angles(robot, counts)]))[0]
+    if not np.isfinite(position_m).all():
         return None
-    x_m, y_m, z_m = pose.position_m.tolist()
+    x_m, y_m, z_m = position_m.tolist()
     return x_m, y_m, z_m

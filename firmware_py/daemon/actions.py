@@ -92,7 +92,8 @@ class Actions:
         self._ending.set()
 
     def _write_down(self, request: Request, peer: Peer) -> None:
-        named = request.text("job") or request.text("name") or request.text("reason") or ""
+        given = (request.text(name) for name in ("job", "robot", "name", "reason"))
+        named = next((text for text in given if text), "")
         text = f"{request.do}{' ' + named[:200] if named else ''} asked for by {peer}"
         _log.info("%s", text)
         self._note(text)
@@ -112,7 +113,9 @@ class Actions:
 
     def _home(self, request: Request) -> Message:
         accepted_deg = float(request.arguments.get("accept_unseen_deg", 0.0))
-        return {"seen": self._controller.home(accepted_deg)}
+        named = request.text("robot")
+        robot = None if named is None else check_job(named)
+        return {"seen": self._controller.home(accepted_deg, robot)}
 
     def _run(self, request: Request) -> Message:
         record = request.text("record")

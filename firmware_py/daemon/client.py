@@ -60,9 +60,13 @@ class Client:
         """See RobotController."""
         self._ask("off")
 
-    def home(self, accept_unseen_deg: float = 0.0) -> str:
+    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> str:
         """See RobotController."""
-        extra = {"accept_unseen_deg": accept_unseen_deg} if accept_unseen_deg else {}
+        extra: dict[str, object] = {}
+        if accept_unseen_deg:
+            extra["accept_unseen_deg"] = accept_unseen_deg
+        if robot is not None:
+            extra["robot"] = str(robot.absolute())
         return str(self._ask("home", **extra).get("seen", ""))
 
     def submit(self, job: Path, record: Path | None = None) -> int:

@@ -44,7 +44,7 @@ ARGUMENTS: Final[dict[str, dict[str, Argument]]] = {
     "version": {},
     "on": {},
     "off": {},
-    "home": {"accept_unseen_deg": Argument(float, 360.0)},
+    "home": {"accept_unseen_deg": Argument(float, 360.0), "robot": _PATH},
     "run": {"job": _PATH, "job_text": Argument(str, MAX_TEXT, 1), "name": _PATH, "record": _PATH},
     "pause": {},
     "resume": {},

@@ -54,7 +54,7 @@ def prepare_here(job_file: Path, robot: InForce, manners: Manners | None = None)
     Raises ConfigError (also when the job is for another robot), NetworkError, MotionError.
     """
     how = manners or Manners()
-    with _discreet(job_file, how):
+    with discreet(job_file, how):
         document = Document.read(job_file, how.follow, how.most_bytes)
         job = document.check(JobFile)
     wanted = _wanted(job.robot, job_file, robot.path)
@@ -69,13 +69,13 @@ def prepare_here(job_file: Path, robot: InForce, manners: Manners | None = None)
 
 
 def _is_machine(robot: RobotFile, wanted: Path, how: Manners) -> bool:
-    with _discreet(wanted, how):
+    with discreet(wanted, how):
         return robot.is_machine_of(load_robot(wanted))
 
 
 @contextmanager
-def _discreet(path: Path, how: Manners) -> Iterator[None]:
-    """Refuse a file without a word of what stands in it."""
+def discreet(path: Path, how: Manners) -> Iterator[None]:
+    """Where Manners forbid quoting, refuse a file without a word of what stands in it."""
     try:
         yield
     except MissingFile:

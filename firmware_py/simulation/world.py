@@ -75,6 +75,15 @@ class SimulatedRobot:
             self._advance(t_ns)
             self._put(np.asarray(self._counts_at(t_ns), dtype=np.float64))
 
+    def believed_anew(self, robot: RobotFile, t_ns: int) -> None:
+        """Another robot file is in force; the drives must be released."""
+        with self._lock:
+            self._advance(t_ns)
+            self._robot = robot
+            self._home_rad = np.deg2rad(robot.homing.angle_deg)
+            self._rest_steps = (self._home_rad + self.droop_rad(robot)) / robot.drive.rad_per_step
+            self._put(np.asarray(self._counts_at(t_ns), dtype=np.float64))
+
     def _put(self, counts: FloatArray) -> None:
         self._zero_steps = self._zero_at(counts)
         robot, real = self._robot, self._robot.effects_as_built

@@ -57,7 +57,7 @@ class MemoryController:
     def power_off(self) -> None:
         self._request(Request.OFF, State.OFF)
 
-    def home(self, accept_unseen_deg: float = 0.0) -> str:
+    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> str:
         self._request(Request.HOME, State.UNHOMED)
         time.sleep(self.home_s)
         with self.lock:

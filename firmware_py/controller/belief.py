@@ -1,0 +1,47 @@
+"""Which robot file a controller believes, and when it may take another without a restart.
+
+Taking another is for a robot that is off, or that is about to be homed: counts mean nothing then.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from firmware_py.planning.prepared import Manners, discreet
+from firmware_py.robot_file import RobotFile, load_robot
+from foundation.errors import ConfigError
+
+BUILT_IN = ("name", "drive", "steps", "inputs", "ranging", "recordings")
+"""Sections from which pins, sensors, clocks and the keeper of recordings were built."""
+
+
+def needs_restart(believed: RobotFile, new: RobotFile) -> str:
+    """The section for which the process must start anew; empty where it can go on."""
+    for section in BUILT_IN:
+        if getattr(believed, section) != getattr(new, section):
+            return section
+    switches = [(one.homing.method, one.homing.switch_pins, one.homing.switch_active_high)
+                for one in (believed, new)]  # fmt: skip
+    if switches[0] != switches[1]:
+        return "homing"
+    built = [(one.as_built.noise, one.as_built.servo) for one in (believed, new)]
+    if built[0] != built[1] or (believed.drive.kind == "servo" and believed != new):
+        return "as_built"
+    return ""
+
+
+def other_belief(believed: RobotFile, path: Path) -> RobotFile:
+    """Another file of the same machine, to believe instead; what a simulated robot is stays.
+
+    Raises MissingFile or ConfigError.
+    """
+    with discreet(path, Manners(quote=False)):
+        new = load_robot(path)
+    if not believed.is_machine_of(new):
+        raise ConfigError(
+            f"{path}: describes another machine than the one that runs (only effects, networks,"
+            " as_built and recordings may differ); restart the daemon with it"
+        )
+    truth = believed.as_built.model_copy(update={"effects": believed.effects_as_built})
+    update = {"as_built": truth, "recordings": believed.recordings}
+    return new.model_copy(update=update)
