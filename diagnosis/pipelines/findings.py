@@ -155,16 +155,16 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
     )
 
 
-def _table(fitter: Fitter, free: FreeShape, coefficients: FloatArray) -> Table | None:
-    """A spline as numbers over its driver, where readings decided them; None for other shapes."""
+def _table(fitter: Fitter, free: SplineTerm, coefficients: FloatArray) -> Table | None:
+    """A spline as numbers over its covariate, where readings decided; None for other shapes."""
     if free.kind != "spline":
         return None
     model = fitter.model
-    driver = model.drivers()[free.driver][_decided(fitter, free)]
-    places = np.linspace(float(driver.min()), float(driver.max()), IN_TABLE)
+    covariate = model.covariates()[free.covariate][_decided(fitter, free)]
+    places = np.linspace(float(covariate.min()), float(covariate.max()), IN_TABLE)
     size = np.asarray(free.basis_for(places) @ coefficients)
     return Table(
-        follows=free.driver,
+        follows=free.covariate,
         lowest=float(places[0]),
         highest=float(places[-1]),
         size=size.tolist(),
