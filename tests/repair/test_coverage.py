@@ -13,7 +13,7 @@ from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from foundation.errors import ConfigError
 from models.calibrated_inverse import INVERTIBLE, CalibratedInverse
 from models.chain import Chain, Commands
-from models.effects import VOCABULARY
+from models.effects import TABLES, VOCABULARY
 from models.robot import EffectEntry
 from repair.coverage import LEFT, WAYS, coverage_of
 
@@ -56,7 +56,7 @@ def test_a_path_in_arm_angles_is_commanded_as_it_is(corrected: Path) -> None:
 
 
 def test_every_effect_of_the_vocabulary_has_its_words() -> None:
-    assert set(INVERTIBLE) | set(WAYS) | set(LEFT) == set(VOCABULARY)
+    assert set(INVERTIBLE) | set(WAYS) | set(LEFT) == {*VOCABULARY, *TABLES}
     assert not set(INVERTIBLE) & set(WAYS)
     assert not set(WAYS) & set(LEFT)
 
