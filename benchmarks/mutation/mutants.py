@@ -1,8 +1,9 @@
 """Do the tests notice mistakes? benchmarks/mutation/mutants.py [--folder steps] [--results FILE].
 
-Puts small mistakes into the program one at a time, in a copy of it, and runs the tests of the
-folder until one fails. Known mistakes come first (benchmarks/mutation/named.py), then ones made
-by rule, spread over the files of benchmarks/mutation/table.py. What survives is listed.
+Puts small mistakes into the program one at a time, in a copy of it, and runs those tests of the
+folder that run through the changed line, quickest first, until one fails. Known mistakes come
+first (benchmarks/mutation/named.py), then ones made by rule, spread over the files of
+benchmarks/mutation/table.py. What survives is listed.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from benchmarks.mutation.named import EQUIVALENT, NAMED
 from benchmarks.mutation.operators import Mutant, mutants_of
-from benchmarks.mutation.run import HUNG, KILLED, PROGRAM, SURVIVED, Copy, Outcome, limit_s
+from benchmarks.mutation.run import HUNG, KILLED, PROGRAM, SURVIVED, Copy
 from benchmarks.mutation.table import TABLE, Row
 
 Results = dict[str, dict[str, str]]
@@ -58,36 +59,18 @@ def _row(copy: Copy, row: Row, results: Results, options: argparse.Namespace) ->
     ]
     if not due:
         return
-    usual = [_untouched(copy, one) for one in row.tests]
-    took_s = sum(one.took_s for one in usual)
-    print(f"{row.folder}: {len(due)} mutants, {took_s:.0f} s without", flush=True)
+    paths = [f"{row.folder}/{name}" for name in row.files]
+    coverage = copy.watched(row.tests, list({*paths, *(one.path for one in due)}))
+    usual_s = sum(map(coverage.took, coverage.tests))
+    print(f"{row.folder}: {len(due)} mutants, {usual_s:.0f} s of tests", flush=True)
     for mutant in due:
+        tests = coverage.through(mutant.path, mutant.lines)
         with copy.with_mutant(mutant):
-            outcome = _first_to_notice(copy, row, usual)
+            outcome = copy.test(tests, sum(map(coverage.took, tests)))
         results[mutant.name] = {"folder": row.folder, "verdict": outcome.verdict}
         print(f"  {outcome.verdict:8} {outcome.took_s:5.1f} s  {mutant.name}", flush=True)
         if options.results:
             options.results.write_text(json.dumps(results, indent=1))
-
-
-def _untouched(copy: Copy, test: str) -> Outcome:
-    """A file of tests with the program as it is; once more on a machine that was too busy."""
-    for _ in range(3):
-        outcome = copy.test(test, 1800.0)
-        if outcome.verdict == SURVIVED:
-            return outcome
-    raise SystemExit(f"{test}: fails without any mistake")
-
-
-def _first_to_notice(copy: Copy, row: Row, usual: list[Outcome]) -> Outcome:
-    """The files of tests one after another, each in an interpreter of its own."""
-    took_s = 0.0
-    for test, known in zip(row.tests, usual, strict=True):
-        outcome = copy.test(test, limit_s(known.took_s))
-        took_s += outcome.took_s
-        if outcome.verdict != SURVIVED:
-            return Outcome(outcome.verdict, took_s)
-    return Outcome(SURVIVED, took_s)
 
 
 def _mutants(row: Row, named_only: bool) -> list[Mutant]:
@@ -104,7 +87,8 @@ def _placed(path: str, was: str, now: str) -> Mutant:
     if text.count(was) != 1:
         raise SystemExit(f"{path}: {was!r} stands there {text.count(was)} times; mend the table")
     start = text.index(was)
-    return Mutant(path, start, start + len(was), was, now, "named")
+    lines = range(text[:start].count("\n") + 1, text[: start + len(was.rstrip())].count("\n") + 2)
+    return Mutant(path, start, start + len(was), was, now, "named", lines)
 
 
 def _is_due(results: Results, mutant: Mutant, again: bool) -> bool:

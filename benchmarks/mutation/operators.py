@@ -44,6 +44,8 @@ class Mutant:
     was: str
     now: str
     line: str
+    lines: range
+    """Numbers of the lines that it stands on."""
 
     @property
     def name(self) -> str:
@@ -79,7 +81,13 @@ def _all(path: str, text: str) -> Iterator[Mutant]:
             # Offsets of bytes are those of characters in sources of plain ASCII.
             if len(raw) == len(text):
                 yield Mutant(
-                    path, first, last, text[first:last], changed, lines[node.lineno - 1].strip()
+                    path,
+                    first,
+                    last,
+                    text[first:last],
+                    changed,
+                    lines[node.lineno - 1].strip(),
+                    range(node.lineno, (node.end_lineno or node.lineno) + 1),
                 )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import compileall
+import importlib
 import os
 import py_compile
 import shutil
@@ -10,18 +11,22 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+import pytest
+
 from benchmarks.mutation.operators import Mutant
+from benchmarks.mutation.watching import Coverage, Watcher
 
 PROGRAM = Path(__file__).resolve().parents[2]
 KILLED, SURVIVED, HUNG = "killed", "survived", "hung"
 LOG = "pytest.log"
 """What the last tests said, in the copy."""
-PATIENCE, LEAST_S = 4.0, 30.0
+PATIENCE, LEAST_S = 4.0, 12.0
 """A mutant that takes so many times as long as the unchanged program hangs."""
 
 
@@ -62,43 +67,70 @@ class Copy:
         finally:
             path.write_text(text)
 
-    def test(self, test: str, limit_s: float) -> Outcome:
-        """Run a file of tests until the first that fails."""
-        start_s = time.monotonic()
-        child = os.fork()
-        if child == 0:
-            _run_tests(self.folder, test)
-        while time.monotonic() - start_s < limit_s:
-            ended, status = os.waitpid(child, os.WNOHANG)
-            if ended:
-                _end_group(child)
-                good = os.waitstatus_to_exitcode(status) == 0
-                return Outcome(SURVIVED if good else KILLED, time.monotonic() - start_s)
-            time.sleep(0.02)
-        _end_group(child)
-        os.waitpid(child, 0)
-        return Outcome(HUNG, time.monotonic() - start_s)
+    def watched(self, tests: Sequence[str], files: list[str]) -> Coverage:
+        """All tests of a folder with the program as it is, and which lines each runs through."""
+        left = self.folder / "watched.json"
+        outcome = _forked(
+            partial(_run_tests, self.folder, tests, Watcher(self.folder, files), left), 1800.0
+        )
+        if outcome.verdict != SURVIVED:
+            raise SystemExit(f"{' '.join(tests)}: fails without any mistake; see {self.log}")
+        seen = Coverage(left)
+        _load(seen.modules)
+        return seen
+
+    def test(self, tests: Sequence[str], usual_s: float) -> Outcome:
+        """Run tests, which usually take so long, until the first that fails."""
+        limit_s = max(LEAST_S, PATIENCE * usual_s)
+        return _forked(partial(_run_tests, self.folder, tests), limit_s)
+
+    @property
+    def log(self) -> str:
+        """What the last tests said."""
+        return (self.folder / LOG).read_text()[-2000:]
 
 
-def limit_s(usual_s: float) -> float:
-    """When a mutant counts as hanging."""
-    return max(LEAST_S, PATIENCE * usual_s)
+def _forked(work: Callable[[], None], limit_s: float) -> Outcome:
+    """Do it in a fork, which ends with the status of the tests."""
+    start_s = time.monotonic()
+    child = os.fork()
+    if child == 0:
+        work()
+    while time.monotonic() - start_s < limit_s:
+        ended, status = os.waitpid(child, os.WNOHANG)
+        if ended:
+            _end_group(child)
+            good = os.waitstatus_to_exitcode(status) == 0
+            return Outcome(SURVIVED if good else KILLED, time.monotonic() - start_s)
+        time.sleep(0.02)
+    _end_group(child)
+    os.waitpid(child, 0)
+    return Outcome(HUNG, time.monotonic() - start_s)
+
+
+def _load(modules: list[str]) -> None:
+    """Load what is not ours once, for all forks; the program's own modules are left out."""
+    for name in modules:
+        found = sys.modules.get(name) or _not_ours(name)
+        if found:
+            with suppress(Exception):
+                importlib.import_module(name)
+
+
+def _not_ours(name: str) -> bool:
+    top = name.split(".")[0]
+    return not (PROGRAM / top).exists() and top not in ("conftest", "tests")
 
 
 def _warm_up(folder: Path) -> None:
-    """Load what is not ours once, for all forks; the program's own modules are left out."""
-    import hypothesis
-    import numpy
-    import pydantic
-    import pytest
-    import yaml
-
-    del hypothesis, numpy, pydantic, pytest, yaml
+    """Forks take up the copy, and nothing of the program itself."""
     os.environ |= {"PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": str(folder)}
     sys.dont_write_bytecode = True
 
 
-def _run_tests(folder: Path, test: str) -> None:
+def _run_tests(
+    folder: Path, tests: Sequence[str], watcher: Watcher | None = None, left: Path | None = None
+) -> None:
     """In the fork; does not return. A group of its own, so that nothing is left behind."""
     code = 3
     try:
@@ -111,11 +143,11 @@ def _run_tests(folder: Path, test: str) -> None:
         silent = os.open(folder / LOG, os.O_RDWR | os.O_CREAT | os.O_TRUNC)
         for stream in (0, 1, 2):
             os.dup2(silent, stream)
-        import pytest
-
         known = "ignore::pytest.PytestAssertRewriteWarning"  # it was loaded once for all
         words = ["-x", "-q", "-p", "no:xdist", "-W", known, "-m", "not realtime and not hil"]
-        code = int(pytest.main([*words, test]))
+        code = int(pytest.main([*words, *tests], [watcher] if watcher else []))
+        if watcher and left:
+            watcher.write(left)
     finally:
         os._exit(code)
 
