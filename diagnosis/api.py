@@ -6,7 +6,9 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from diagnosis.admission.excerpt import excerpt, excerpts, most_rows, thinned
 from diagnosis.admission.robot_match import check_belongs
+from diagnosis.admission.step_counts import check_steps
 from diagnosis.answer.records import Diagnosis
 from diagnosis.estimation.side_by_side import only_here
 from diagnosis.experiment import MotionLimits
@@ -32,19 +34,25 @@ def diagnose(
     holdout: Sequence[Path] = (),
     json_out: Path | None = None,
     progress: Progress = lambda _: None,
-    read: Callable[[Path], FlatRecording] = read_flat,
+    read: Callable[[Path], FlatRecording] | None = None,
     thorough: bool = False,
 ) -> Diagnosis:
     """Diagnose recordings of one robot; writes the contract's JSON when asked.
 
-    `read` turns a file into columns, for tables of others (`observations.column_mapping`).
+    `read` turns a file into columns, for tables of others (`observations.column_mapping`). Of
+    recordings too long to be worked on stretches are used (`admission.excerpt`).
     thorough: go on beyond the limit of work (`estimation.budget`).
     Raises ConfigError, MissingFile or RecordingError, one line each.
     """
     belief = load_robot_model(robot)
     progress("reading")
+    most = most_rows(belief)
+
+    def kept(path: Path) -> FlatRecording:
+        return excerpt(read(path) if read else read_flat(path, progress), most)
+
     answer = diagnose_recordings(
-        belief, [read(path) for path in recordings], [read(path) for path in holdout],
+        belief, [kept(path) for path in recordings], [kept(path) for path in holdout],
         progress, MotionLimits.of(Document.read(robot).data), thorough,
     )  # fmt: skip
     answer = answer.model_copy(
@@ -68,8 +76,12 @@ def diagnose_recordings(
     """The same for recordings in memory. motion_limits: for the run that is proposed."""
     if not recordings:
         raise RecordingError("no recording was given")
+    recordings = excerpts(recordings, most_rows(belief))
+    holdout = excerpts(holdout, most_rows(belief))
+    for recording in (*recordings, *holdout):
+        check_steps(belief, recording, motion_limits)
     answer = _diagnosed(belief, recordings, holdout, only_here(progress), motion_limits, thorough)
-    return told(answer)
+    return told(answer.model_copy(update={"thinned": thinned(recordings)}))
 
 
 def _diagnosed(

@@ -2,38 +2,74 @@
 
 from __future__ import annotations
 
-import codecs
 import csv
 import gzip
 import io
 import math
 import re
-import zlib
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 from foundation.errors import RecordingError
-from recording.flat import UNITS, AnyArray, FlatRecording, from_columns
+from recording.flat import MOST_COLUMNS, UNITS, AnyArray, FlatRecording, from_columns
+from recording.text_file import Block, blocks
 
+Progress = Callable[[str], None]
 _EMPTY_CELL = re.compile(r"(?:^(?=,)|(?<=,)(?=,|$))", re.MULTILINE)
 _NO_VALUE = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 _FIRST_LINE = 2
 _GZIP_LEVEL = 6
-_MOST_BYTES = 2**29
-"""Unpacked: a day of rows at 50 Hz. Tables take about five times that in memory."""
+_MOST_BYTES = 2**30
+"""Unpacked: more than a day of rows at 50 Hz; the numbers take about as much in memory."""
 
 
-def read_csv(path: Path) -> FlatRecording:
-    """Read `.csv` or `.csv.gz`. Raises RecordingError, naming file and line."""
-    text = read_text(path)
-    head, _, body = text.partition("\n")
-    names = _heading(path, head)
-    if not body.strip():
+def read_csv(path: Path, progress: Progress = lambda _: None) -> FlatRecording:
+    """Read `.csv` or `.csv.gz`, block by block. Raises RecordingError, naming file and line."""
+    names: list[str] = []
+    parts: list[dict[str, AnyArray]] = []
+    rows, size = 0, max(path.stat().st_size, 1) if path.is_file() else 1
+    for block in _without_empty_end(blocks(path, _MOST_BYTES)):
+        body, line = block.text, block.line
+        if not names:
+            head, _, body = body.partition("\n")
+            names, line = _heading(path, head), line + 1
+            if not body:
+                continue
+        part = _fast(names, body) or _slow(path, names, Block(body, line, 0))
+        parts.append(part)
+        rows += len(part["t"])
+        if len(parts) > 1:
+            progress(f"reading {path.name}: {rows} rows, {block.read_bytes / size:.0%}")
+    if not names:
+        raise RecordingError(f"{path}: is empty")
+    if not parts:
         raise RecordingError(f"{path}: has a heading but no rows")
-    columns = _fast(names, body) or _slow(path, names, text)
+    columns = {name: _joined(parts, name) for name in names}
     return from_columns(columns, str(path), first_line=_FIRST_LINE)
+
+
+def _without_empty_end(found: Iterator[Block]) -> Iterator[Block]:
+    """Blocks without the empty lines at the end of the file."""
+    held: Block | None = None
+    for block in found:
+        if held is not None:
+            if not block.text.strip("\n"):
+                continue
+            yield held
+        held = block
+    if held is not None and (text := held.text.rstrip("\n")).strip():
+        yield held._replace(text=text)
+
+
+def _joined(parts: list[dict[str, AnyArray]], name: str) -> AnyArray:
+    """A column of all blocks, taken out of them; texts where any block has texts."""
+    found = [part.pop(name) for part in parts]
+    if any(values.dtype.kind == "U" for values in found):
+        found = [v if v.dtype.kind == "U" else np.array(_cells(v), dtype=np.str_) for v in found]
+    return found[0] if len(found) == 1 else np.concatenate(found)
 
 
 def write_csv(recording: FlatRecording, path: Path) -> None:
@@ -46,46 +82,10 @@ def write_csv(recording: FlatRecording, path: Path) -> None:
     data = f"{heading.getvalue()}{rows}\n".encode()
     try:
         # A gzip header without a time: the same table gives the same bytes.
-        path.write_bytes(gzip.compress(data, _GZIP_LEVEL, mtime=0) if _is_packed(path) else data)
+        packed = path.suffix == ".gz"
+        path.write_bytes(gzip.compress(data, _GZIP_LEVEL, mtime=0) if packed else data)
     except OSError as error:
         raise RecordingError(f"{path}: cannot be written ({error.strerror})") from error
-
-
-def _is_packed(path: Path) -> bool:
-    return path.suffix == ".gz"
-
-
-def read_text(path: Path, any_encoding: bool = False) -> str:
-    """Text of a file, unpacked if need be. Raises RecordingError when it is none.
-
-    any_encoding: also UTF-16 with its mark, and what older Windows programs write.
-    """
-    try:
-        with gzip.open(path) if _is_packed(path) else path.open("rb") as file:
-            data = file.read(_MOST_BYTES + 1)
-        if len(data) > _MOST_BYTES:
-            raise RecordingError(f"{path}: has more than {_MOST_BYTES // 2**20} MiB; cut it up")
-        text = _decoded(data, any_encoding)
-    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
-        raise RecordingError(f"{path}: is not a whole gzip file ({error})") from error
-    except UnicodeDecodeError as error:
-        raise RecordingError(f"{path}: is not a text file (byte {error.start})") from error
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be read ({error.strerror})") from error
-    if not text.strip():
-        raise RecordingError(f"{path}: is empty")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
-
-
-def _decoded(data: bytes, any_encoding: bool) -> str:
-    if any_encoding and data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
-        return data.decode("utf-16")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        if not any_encoding or b"\0" in data[:1000]:
-            raise
-        return data.decode("cp1252")
 
 
 def _heading(path: Path, head: str) -> list[str]:
@@ -95,7 +95,9 @@ def _heading(path: Path, head: str) -> list[str]:
             f"{path}:1: has no column 't'; it has {', '.join(names)[:200]};"
             f" type: deltactl diagnose --inspect {path}"
         )
-    twice = sorted({name for name in names if names.count(name) > 1})
+    if len(names) > MOST_COLUMNS:
+        raise RecordingError(f"{path}:1: has {len(names)} columns, at most {MOST_COLUMNS} are read")
+    twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if twice:
         raise RecordingError(f"{path}:1: column '{twice[0]}' stands here twice")
     return names
@@ -120,31 +122,34 @@ def _fast(names: list[str], body: str) -> dict[str, AnyArray] | None:
 
 def _lines(body: str) -> int:
     """Rows there should be: an empty line in between is an error that the slow way reports."""
-    return body.rstrip("\n").count("\n") + 1
+    return body.count("\n") + 1
 
 
-def _slow(path: Path, names: list[str], text: str) -> dict[str, AnyArray]:
+def _slow(path: Path, names: list[str], block: Block) -> dict[str, AnyArray]:
     """Cell by cell: texts in extra columns, quotes, and the line of whatever is wrong."""
     cells: list[list[str]] = [[] for _ in names]
-    for line, row in _rows(path, text):
+    for line, row in _rows(path, block):
         if len(row) != len(names):
             raise RecordingError(f"{path}:{line}: has {len(row)} cells, the heading {len(names)}")
         for column, cell in zip(cells, row, strict=True):
             column.append(cell.strip())
-    return {name: _column(path, name, values) for name, values in zip(names, cells, strict=True)}
+    return {
+        name: _column(path, name, values, block.line)
+        for name, values in zip(names, cells, strict=True)
+    }
 
 
-def _rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
-    lines = csv.reader(io.StringIO(text.rstrip("\n")))
+def _rows(path: Path, block: Block) -> Iterator[tuple[int, list[str]]]:
+    lines = csv.reader(io.StringIO(block.text))
+    before = block.line - 1
     try:
-        next(lines)
         for row in lines:
-            yield lines.line_num, row
+            yield before + lines.line_num, row
     except csv.Error as error:
-        raise RecordingError(f"{path}:{lines.line_num}: is not CSV ({error})") from error
+        raise RecordingError(f"{path}:{before + lines.line_num}: is not CSV ({error})") from error
 
 
-def _column(path: Path, name: str, cells: list[str]) -> AnyArray:
+def _column(path: Path, name: str, cells: list[str], first_line: int) -> AnyArray:
     values = np.empty(len(cells))
     for row, cell in enumerate(cells):
         try:
@@ -153,7 +158,7 @@ def _column(path: Path, name: str, cells: list[str]) -> AnyArray:
             if name not in UNITS:
                 return np.array(cells, dtype=np.str_)
             raise RecordingError(
-                f"{path}:{row + _FIRST_LINE}: {name} must be a number (got {cell[:40]!r})"
+                f"{path}:{row + first_line}: {name} must be a number (got {cell[:40]!r})"
             ) from None
     return values
 

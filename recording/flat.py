@@ -40,6 +40,10 @@ UNITS: dict[str, str] = {
 WHOLE_NUMBERS = frozenset(
     name for name in UNITS if name.startswith(("steps_", "status_")) or name == "segment"
 )
+MOST_COLUMNS = 1000
+"""More are a matrix, not a recording."""
+MOST_SPAN_S = 366 * 86400.0
+"""A recording of more than a year has its times in another unit, or wrong."""
 GAP_PERIODS = 20.0
 """A gap in `t` longer than this many sample periods starts a new stretch (contract)."""
 
@@ -50,12 +54,14 @@ class FlatRecording:
 
     t_s: shape (n,), strictly increasing. columns: contract name -> shape (n,), without `t`.
     extra: columns the contract does not know, numbers or texts. source: file it came from.
+    taken_from: rows that the file has, where these are only some of them; else 0.
     """
 
     t_s: FloatArray
     columns: dict[str, FloatArray]
     extra: dict[str, AnyArray] = field(default_factory=dict)
     source: str = ""
+    taken_from: int = 0
 
     def __len__(self) -> int:
         return len(self.t_s)
@@ -125,6 +131,7 @@ class FlatRecording:
             columns={name: values[which] for name, values in self.columns.items()},
             extra={name: values[which] for name, values in self.extra.items()},
             source=self.source,
+            taken_from=self.taken_from,
         )
 
     def _optional(self, names: list[str]) -> FloatArray | None:
@@ -140,13 +147,15 @@ def from_columns(
     it rows are counted from 1. Raises RecordingError, naming the row.
     """
     if "t" not in named:
-        raise RecordingError(f"{source}: has no column 't'; it has {', '.join(named) or 'none'}")
+        raise RecordingError(f"{source}: has no column 't'; it has {_listed(named)}")
+    if len(named) > MOST_COLUMNS:
+        raise RecordingError(f"{source}: has {len(named)} columns, at most {MOST_COLUMNS} are read")
     known = {
         name: _numbers(values, name, source) for name, values in named.items() if name in UNITS
     }
     if len(known) == 1:
         raise RecordingError(
-            f"{source}: none of its columns {', '.join(name for name in named if name != 't')} "
+            f"{source}: none of its columns {_listed(name for name in named if name != 't')} "
             "is one of the contract's (steps_1, range_x, position, ...); "
             f"type: deltactl diagnose --inspect {source}"
         )
@@ -161,6 +170,10 @@ def from_columns(
             raise where.fail(row, f"{name} is infinite; leave the cell empty instead")
     extra = {name: values for name, values in named.items() if name not in UNITS}
     return FlatRecording(t_s, known, extra, source)
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(names)[:200] or "none"
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,3 +204,7 @@ def _check_time(t_s: FloatArray, where: _Where) -> None:
     if len(late):
         row = int(late[0]) + 1
         raise where.fail(row, f"t does not increase ({t_s[row]:g} after {t_s[row - 1]:g})")
+    if float(t_s[-1]) - float(t_s[0]) > MOST_SPAN_S:
+        raise where.fail(
+            len(t_s) - 1, f"t ends {t_s[-1] - t_s[0]:g} s after it began; it must be in seconds"
+        )

@@ -12,16 +12,21 @@ from recording.reader import read_run
 from recording.rounds import flatten
 from recording.tables import read_mat, read_parquet, write_mat, write_parquet
 
+Progress = Callable[[str], None]
+MOST_BYTES = 2**26
+"""Messages of a recorded run that are read for its table: half an hour. Of a longer one,
+stretches spread over all of it."""
 
-def _read_mcap(path: Path) -> FlatRecording:
-    return flatten(read_run(path))
+
+def _read_mcap(path: Path, progress: Progress) -> FlatRecording:
+    return flatten(read_run(path, MOST_BYTES, progress))
 
 
-READERS: dict[str, Callable[[Path], FlatRecording]] = {
+READERS: dict[str, Callable[[Path, Progress], FlatRecording]] = {
     ".csv": read_csv,
     ".csv.gz": read_csv,
-    ".parquet": read_parquet,
-    ".mat": read_mat,
+    ".parquet": lambda path, _: read_parquet(path),
+    ".mat": lambda path, _: read_mat(path),
     ".mcap": _read_mcap,
 }
 WRITERS: dict[str, Callable[[FlatRecording, Path], None]] = {
@@ -32,12 +37,12 @@ WRITERS: dict[str, Callable[[FlatRecording, Path], None]] = {
 }
 
 
-def read_flat(path: Path) -> FlatRecording:
-    """Read a flat recording, or flatten a recorded run.
+def read_flat(path: Path, progress: Progress = lambda _: None) -> FlatRecording:
+    """Read a flat recording, or flatten a recorded run: of one of a day, stretches.
 
     Raises RecordingError (one line, with file and row) for anything that is not one.
     """
-    return READERS[_ending(path, READERS)](path)
+    return READERS[_ending(path, READERS)](path, progress)
 
 
 def write_flat(recording: FlatRecording, path: Path) -> None:

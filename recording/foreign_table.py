@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from foundation.errors import RecordingError
-from recording.csv_table import read_text
 from recording.flat import AnyArray
 from recording.table_format import is_moment, split
+from recording.text_file import read_text
 
 
 def read_table(

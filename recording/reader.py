@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -26,16 +27,25 @@ from recording.columns import Columns, Int64Array
 from recording.run import Commanded, Edges, Event, Readings, Run, Servo, Settings, Targets, Truth
 from recording.scan import Scan
 
+_MOST_NS = 366 * 86400 * 10**9
+"""Run time counts from the start of the run; more than a year is no run time."""
+_OFTEN = 100
 
-def read_run(path: Path) -> Run:
+
+def read_run(
+    path: Path, most_bytes: int | None = None, progress: Callable[[str], None] = lambda _: None
+) -> Run:
     """Read a recording up to its end, or up to where it was cut off.
 
+    most_bytes: of a recording whose messages have more, stretches spread over all of it.
     Raises RecordingError (one line) when the file is empty, not MCAP, not a deltactl
     recording, or holds messages that contradict their schema.
     """
-    scan = Scan(path)
+    scan = Scan(path, most_bytes=most_bytes)
     columns = {channel.topic: Columns(channel) for channel in CHANNELS}
-    for chunk in scan.chunks():
+    for number, chunk in enumerate(scan.chunks()):
+        if number % _OFTEN == _OFTEN - 1:
+            progress(f"reading {path.name}: {number + 1} chunks")
         for channel_id, payloads in chunk.items():
             channel = scan.channels.get(channel_id)
             if channel is not None and channel.topic in columns:
@@ -67,6 +77,7 @@ def _build(scan: Scan, columns: dict[str, Columns]) -> Run:
             truth=_truth(columns[TRUTH.topic]),
             servo=_servo(columns[SERVO.topic]),
             settings=_settings(columns[SETTINGS.topic]),
+            share=scan.share,
         )
     except ValueError as error:
         raise RecordingError(f"{scan.path}: {error}") from error
@@ -89,6 +100,8 @@ def _order(columns: Columns) -> tuple[Int64Array, Int64Array]:
     Several threads record, so neighbours may stand in the file the other way round.
     """
     t_ns = columns.integers("t_ns")
+    if len(t_ns) and (t_ns.min() < -_MOST_NS or t_ns.max() > _MOST_NS):
+        raise ValueError("t_ns of a message is more than a year after the start of the run")
     order = np.argsort(t_ns, kind="stable")
     return t_ns[order], order
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -49,7 +50,7 @@ def gather(run: Run) -> Rounds:
     sensors = (x, y, z)
     if not any(len(samples.t_ns) for samples in sensors):
         raise RecordingError(f"{run.path}: holds no readings of the ranging sensors")
-    chosen = _choose(list(sensors))
+    chosen = _choose(list(sensors), run.path)
     t_s = np.nanmean(Rounds(sensors, chosen, np.zeros(0)).pick("t_ns"), axis=1) * _NS
     rising = np.concatenate([[True], np.diff(t_s) > 0.0])
     return Rounds(sensors, chosen[rising], t_s[rising])
@@ -77,7 +78,7 @@ def flatten(run: Run, with_truth: bool = False) -> FlatRecording:
     extra: dict[str, AnyArray] = dict(_named("t", rounds.pick("t_ns") * _NS))
     if with_truth:
         extra |= _truth(run, rounds.t_ns)
-    return FlatRecording(rounds.t_s, columns, extra, str(run.path))
+    return FlatRecording(rounds.t_s, columns, extra, str(run.path), _whole(run, len(rounds.t_s)))
 
 
 def _flatten_servo(run: Run, with_truth: bool) -> FlatRecording:
@@ -85,7 +86,12 @@ def _flatten_servo(run: Run, with_truth: bool) -> FlatRecording:
     t_ns, columns, extra = servo_rows(run, fresh)
     if with_truth:
         extra |= _truth(run, t_ns)
-    return FlatRecording(t_ns * _NS, columns, extra, str(run.path))
+    return FlatRecording(t_ns * _NS, columns, extra, str(run.path), _whole(run, len(t_ns)))
+
+
+def _whole(run: Run, rows: int) -> int:
+    """About how many rows the whole file has, where only stretches of it were read; else 0."""
+    return round(rows / run.share) if run.share < 1.0 else 0
 
 
 def _fresh(samples: Readings) -> Readings:
@@ -93,10 +99,12 @@ def _fresh(samples: Readings) -> Readings:
     return samples.where(~samples.stale)
 
 
-def _choose(sensors: list[Readings]) -> Int64Array:
+def _choose(sensors: list[Readings], path: Path) -> Int64Array:
     """Which sample of each sensor belongs to which round; shape (rounds, 3), -1 = none."""
     leader = max(sensors, key=lambda samples: len(samples.t_ns))
     period_ns = _period_ns(leader.t_ns)
+    if period_ns <= 0.0:
+        raise RecordingError(f"{path}: readings of {leader.axis} have no times apart")
     grid_ns = _grid(leader.t_ns, sensors, period_ns)
     chosen = np.stack([_nearest(samples.t_ns, grid_ns, period_ns) for samples in sensors], axis=1)
     some: BoolArray = (chosen >= 0).any(axis=1)
@@ -108,17 +116,34 @@ def _period_ns(t_ns: Int64Array) -> float:
 
 
 def _grid(leader_ns: Int64Array, sensors: list[Readings], period_ns: float) -> FloatArray:
-    """Middles of the rounds: the busiest sensor's times, continued where it was silent."""
-    first = min(samples.t_ns[0] for samples in sensors if len(samples.t_ns))
-    last = max(samples.t_ns[-1] for samples in sensors if len(samples.t_ns))
-    before = leader_ns[0] - period_ns * np.arange(round((leader_ns[0] - first) / period_ns), 0, -1)
-    after = leader_ns[-1] + period_ns * np.arange(1, round((last - leader_ns[-1]) / period_ns) + 1)
+    """Middles of the rounds: the busiest sensor's times, continued where it was silent and
+    another was not.
+    """
+    seen = np.sort(np.concatenate([samples.t_ns for samples in sensors]))
+    before = _round_numbers((leader_ns[0] - seen[seen < leader_ns[0]]) / period_ns)
+    after = _round_numbers((seen[seen > leader_ns[-1]] - leader_ns[-1]) / period_ns)
     inside = [leader_ns.astype(np.float64)]
     for gap in np.flatnonzero(np.diff(leader_ns) > 1.5 * period_ns):
         start, end = leader_ns[gap : gap + 2]
-        inside.append(np.linspace(start, end, round((end - start) / period_ns) + 1)[1:-1])
-    grid_ns: FloatArray = np.concatenate([before, np.sort(np.concatenate(inside)), after])
+        count = round((end - start) / period_ns)
+        first, last = np.searchsorted(seen, (start, end))
+        numbers = _round_numbers((seen[first:last] - start) / (end - start) * count)
+        inside.append(start + (end - start) / count * numbers[numbers < count])
+    grid_ns: FloatArray = np.concatenate(
+        [
+            (leader_ns[0] - period_ns * before)[::-1],
+            np.sort(np.concatenate(inside)),
+            leader_ns[-1] + period_ns * after,
+        ]
+    )
     return grid_ns + _shift_ns(leader_ns, sensors, period_ns)
+
+
+def _round_numbers(turns: FloatArray) -> FloatArray:
+    """Numbers from 1 of the rounds that samples may fall into, so many periods away."""
+    nearest = np.rint(turns)
+    numbers: FloatArray = np.unique(np.concatenate([nearest - 1.0, nearest, nearest + 1.0]))
+    return numbers[numbers >= 1.0]
 
 
 def _shift_ns(leader_ns: Int64Array, sensors: list[Readings], period_ns: float) -> float:

@@ -154,6 +154,8 @@ class Run:
     truth: Truth
     servo: Servo
     settings: Settings
+    share: float = 1.0
+    """How much of the file was read; less than 1 where stretches of a long one were asked for."""
 
     @property
     def end_ns(self) -> int:

@@ -28,6 +28,10 @@ _MAXIMUM_RECORD_BYTES = 2**28
 """A longer record is damage; it must not make a reader ask for that much memory."""
 _MAXIMUM_CHUNK_BYTES = 2**26
 """Of one chunk, unpacked; ours have about 30 kB, other writers' some MB."""
+_TIMES = struct.Struct("<QQQ")
+"""How a chunk begins: its first and last time, and the bytes that it unpacks to."""
+STRETCHES = 12
+"""So many, evenly spread, are read of a recording that is too long to be read whole."""
 _SLACK_BYTES, _MAXIMUM_RATIO = 2**23, 100
 """All chunks together may unpack to so much, and to so many times what they take in the file:
 ours have 5 to 15 times. A bomb of a few kB may not become gigabytes, or hours of parsing."""
@@ -44,6 +48,9 @@ class Scan:
     channels: dict[int, records.Channel] = field(default_factory=dict)
     complete: bool = False
     damage: list[str] = field(default_factory=list)
+    share: float = 1.0
+    """How much of the messages is read; less than 1 where `most_bytes` holds them."""
+    most_bytes: int | None = None
     _packed: int = 0
     _unpacked: int = 0
 
@@ -55,11 +62,31 @@ class Scan:
         try:
             with self.path.open("rb") as stream:
                 _check_magic(self.path, stream.read(len(MAGIC)))
-                yield from self._read(stream)
+                left_out = self._left_out(stream)
+                stream.seek(len(MAGIC))
+                yield from self._read(stream, left_out)
         except OSError as error:
             raise RecordingError(f"{self.path}: cannot be read ({error.strerror})") from error
 
-    def _read(self, stream: BinaryIO) -> Iterator[dict[int, list[bytes]]]:
+    def _left_out(self, stream: BinaryIO) -> frozenset[int]:
+        """Where the chunks begin that are not read, so that the others have `most_bytes`."""
+        if self.most_bytes is None:
+            return frozenset()
+        starts, sizes = [], []
+        while len(head := stream.read(_HEAD.size)) == _HEAD.size:
+            opcode, length = _HEAD.unpack(head)
+            if opcode in (Opcode.DATA_END, Opcode.FOOTER) or length > _MAXIMUM_RECORD_BYTES:
+                break
+            begin = stream.read(min(length, _TIMES.size))
+            if opcode == Opcode.CHUNK and len(begin) == _TIMES.size:
+                starts.append(stream.tell() - len(begin) - len(head))
+                sizes.append(min(_TIMES.unpack(begin)[2], _MAXIMUM_CHUNK_BYTES))
+            stream.seek(length - len(begin), 1)
+        kept = _spread(sizes, self.most_bytes)
+        self.share = sum(map(sizes.__getitem__, kept)) / max(sum(sizes), 1) if sizes else 1.0
+        return frozenset(starts) - {starts[number] for number in kept}
+
+    def _read(self, stream: BinaryIO, left_out: frozenset[int]) -> Iterator[dict[int, list[bytes]]]:
         while head := stream.read(_HEAD.size):
             start = stream.tell() - len(head)
             if len(head) < _HEAD.size:
@@ -68,6 +95,10 @@ class Scan:
             if length > _MAXIMUM_RECORD_BYTES:
                 self.damage.append(f"damaged at byte {start}; what follows is not read")
                 return
+            if start in left_out:
+                self._packed += length
+                stream.seek(length, 1)
+                continue
             body = stream.read(length)
             if opcode in (Opcode.DATA_END, Opcode.FOOTER) and len(body) == length:
                 # The summary repeats what the data section has said.
@@ -131,6 +162,22 @@ _UNREADABLE = (
 )
 """What damaged bytes make the decoders raise (lz4 raises RuntimeError, a length of 2**63 bytes
 OverflowError)."""
+
+
+def _spread(sizes: list[int], most: int) -> list[int]:
+    """Numbers of the chunks to read: the first, which says whose they are, and STRETCHES of them
+    spread evenly, which together have no more than `most` bytes.
+    """
+    total = sum(sizes)
+    if total <= most:
+        return list(range(len(sizes)))
+    starts = [k * (total - most / STRETCHES) / (STRETCHES - 1) for k in range(STRETCHES)]
+    kept, before = [0], sizes[0]
+    for number, size in enumerate(sizes[1:], 1):
+        if any(start <= before and before + size <= start + most / STRETCHES for start in starts):
+            kept.append(number)
+        before += size
+    return kept
 
 
 def _stream(data: bytes) -> ReadDataStream:

@@ -241,6 +241,19 @@ class Picture(_Record):
         return self.shift_s[number - 1] if number <= len(self.shift_s) else 0.0
 
 
+class Thinned(_Record):
+    """A recording too long to be worked on whole: how much of it was."""
+
+    recording: int
+    """Its number, from 1."""
+    rows_used: int
+    rows: int
+    """Rows that it has; about so many, where it was not even read whole."""
+    stretches: int
+    """Stretches that the rows lie in, spread over all of it."""
+    span_s: float
+
+
 class Diagnosis(_Record):
     """The whole answer."""
 
@@ -255,6 +268,8 @@ class Diagnosis(_Record):
     """Build tolerances everywhere were fitted beside the findings."""
     ended_early: bool = False
     """The search came to its limit of work before everything was compared."""
+    thinned: list[Thinned] = Field(default_factory=list)
+    """Recordings of which only stretches were used."""
     not_read: list[str] = Field(default_factory=list)
     """Why parts of the recording (torques) were left aside."""
     next_experiment: NextExperiment | None = None

@@ -12,7 +12,7 @@ import numpy as np
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.splines import Score, SplineTerm, waves
-from diagnosis.observations.readings import FloatArray
+from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.score_tests.chi2_tail import log_sf
 from diagnosis.score_tests.score_test import explained_by
 
@@ -22,6 +22,9 @@ FASTEST = 0.2
 """Turns a sample, at most."""
 FINER = 4
 """Frequencies looked at, for each that the length of the recording tells apart."""
+MOST_SAMPLES = 2**18
+"""Of the stretches that the frequency is looked for in: an hour and a half at 50 Hz. Stretches of
+a day keep no phase with each other."""
 BETWEEN = 16
 """Frequencies tried on either side of the strongest."""
 
@@ -54,8 +57,10 @@ def _strongest(
     power = float(pull @ pull)
     if power == 0.0:
         return None, 0
+    near = _fullest(at)
+    at = at[near] - at[near].min()
     length = int(at.max()) + 1
-    series = np.asarray(np.bincount(at, pull * residual, length), dtype=np.float64)
+    series = np.asarray(np.bincount(at, (pull * residual)[near], length), dtype=np.float64)
     size = int(2 ** np.ceil(np.log2(FINER * length)))
     lines = np.abs(np.fft.rfft(series, size)) ** 2
     first = int(np.ceil(FEWEST_TURNS * size / length))
@@ -67,6 +72,16 @@ def _strongest(
     turns: FloatArray = (best + np.linspace(-1.0, 1.0, 2 * BETWEEN + 1)) / size
     nearest = float(turns[np.argmax(_strength(series, turns))])
     return nearest / readings.period_s, last - first
+
+
+def _fullest(at: IntArray) -> slice | BoolArray:
+    """Of sample numbers the MOST_SAMPLES with most rows in them; all where there are no more."""
+    if at.max() - at.min() < MOST_SAMPLES:
+        return slice(None)
+    ordered = np.sort(at)
+    ends = np.searchsorted(ordered, ordered + MOST_SAMPLES)
+    first = ordered[np.argmax(ends - np.arange(len(ordered)))]
+    return np.asarray((at >= first) & (at < first + MOST_SAMPLES), dtype=np.bool_)
 
 
 def _strength(series: FloatArray, turns: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from rich.markup import escape
 
-from diagnosis.answer.records import Diagnosis, Finding, Where
+from diagnosis.answer.records import Diagnosis, Finding, Thinned, Where
 from diagnosis.report.sentences import sureness, words
 from diagnosis.report.sentences.fit_words import fit_lines, fit_title
 from diagnosis.report.sentences.limit_words import faintest_line, untested_line
@@ -120,8 +120,19 @@ def remarks(diagnosis: Diagnosis) -> list[str]:
     """What is to be said of the machine and of the search as a whole, beside the findings."""
     lines = [LOOSE] if diagnosis.loosely_built else []
     lines += [ENDED_EARLY] if diagnosis.ended_early else []
+    lines += [thinned_line(one) for one in diagnosis.thinned]
     lines += [f"The torques were not read: {why}." for why in diagnosis.not_read]
     return [*lines, *tie_lines(diagnosis)]
+
+
+def thinned_line(thinned: Thinned) -> str:
+    """That only stretches of a recording were used, and what follows from it."""
+    return (
+        f"Recording {thinned.recording} is long: {thinned.rows_used} of its {thinned.rows} rows "
+        f"were used, in {thinned.stretches} stretches spread over {thinned.span_s / 3600:.2g} h. "
+        "What happened between them is known only by what it changed; diagnose a part of it to "
+        "look closer."
+    )
 
 
 def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> list[str]:

@@ -1,0 +1,161 @@
+"""However long a recording is: bounded memory, stretches spread over all of it, and it is said."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from diagnosis.admission import excerpt as admission
+from diagnosis.admission.excerpt import excerpt, excerpts, thinned
+from diagnosis.api import diagnose, diagnose_recordings
+from diagnosis.experiment import MotionLimits
+from diagnosis.report.sentences.summary import plain_lines
+from foundation.errors import RecordingError
+from models.robot import DeltaRobot
+from recording.flat import FlatRecording
+from recording.flat_files import read_flat, write_flat
+
+ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
+CHILD = """
+import resource, sys
+from pathlib import Path
+from diagnosis.api import diagnose
+from diagnosis.estimation.side_by_side import alone
+def peak_mb(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+with alone():
+    answer = diagnose([Path(sys.argv[1])], Path(sys.argv[2]))
+print(peak_mb())
+"""
+READS = """
+import resource, sys
+from pathlib import Path
+from recording.flat_files import read_flat
+def peak_mb(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+before = peak_mb()
+recording = read_flat(Path(sys.argv[1]))
+print(peak_mb() - before)
+"""
+Record = Callable[..., FlatRecording]
+
+
+def peak_mb(code: str, *files: Path) -> float:
+    """What a child that runs `code` prints at its end."""
+    root = Path(__file__).parents[2]
+    done = subprocess.run(
+        [sys.executable, "-c", code, *map(str, files)],
+        cwd=root, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    return float(done.stdout.split()[-1])
+
+
+def ramp(rows: int, period_s: float = 0.02) -> FlatRecording:
+    t_s = period_s * np.arange(rows)
+    return FlatRecording(t_s, {"position": np.arange(rows, dtype=float)}, {}, "ramp")
+
+
+def test_a_gap_of_three_days_costs_no_memory(record: Record, tmp_path: Path) -> None:
+    whole = record(seconds=24.0)
+    t_s = whole.t_s.copy()
+    t_s[len(t_s) // 2 :] += 3 * 86400.0
+    path = tmp_path / "gap.csv"
+    write_flat(FlatRecording(t_s, whole.columns, {}, "gap"), path)
+    assert peak_mb(CHILD, path, ZHAO) < 400.0
+
+
+def test_a_table_is_read_block_by_block(tmp_path: Path) -> None:
+    rows = 300_000
+    line = ",".join(["0.123456"] * 9)
+    path = tmp_path / "long.csv"
+    names = ["t", *(f"range_{a}" for a in "xyz"), *(f"pos_{a}" for a in "xyz"),
+             *(f"theta_{n}" for n in (1, 2, 3))]  # fmt: skip
+    with path.open("w") as file:
+        file.write(",".join(names) + "\n")
+        file.writelines(f"{0.02 * row:.2f},{line}\n" for row in range(rows))
+    table_mb = rows * len(names) * 8 / 2**20
+    assert peak_mb(READS, path) < 3.0 * table_mb + 40.0
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, 20_000), st.integers(600, 6000))
+def test_an_excerpt_is_stretches_of_it(rows: int, most: int) -> None:
+    whole = ramp(rows)
+    kept = excerpt(whole, most)
+    assert len(kept) <= most
+    if rows <= most:
+        assert kept is whole
+        return
+    assert kept.taken_from == rows
+    assert len(kept) > 0.9 * most - admission.STRETCHES
+    np.testing.assert_array_equal(kept.t_s, whole.t_s[kept.columns["position"].astype(int)])
+    # In every tenth of the recording there is something of it.
+    tenths = np.unique((kept.columns["position"] * admission.STRETCHES / rows).astype(int))
+    assert len(tenths) == admission.STRETCHES
+
+
+def test_stretches_are_those_in_which_something_moves() -> None:
+    t_s = 0.02 * np.arange(20_000)
+    moving = (t_s > 31.0) & (t_s < 38.0)
+    position = np.where(moving, t_s, 0.0)
+    kept = excerpt(FlatRecording(t_s, {"position": position}, {}, "x"), 4000)
+    assert np.isin(t_s[moving], kept.t_s).all()
+
+
+def test_each_stretch_starts_afresh() -> None:
+    kept = excerpt(ramp(50_000), 5000)
+    assert len(kept.stretches()) == admission.STRETCHES
+    assert thinned([ramp(10), kept])[0].model_dump() == {
+        "recording": 2, "rows_used": 5000, "rows": 50_000, "stretches": 10,
+        "span_s": pytest.approx(kept.t_s[-1] - kept.t_s[0]),
+    }  # fmt: skip
+
+
+def test_the_longest_of_several_are_cut_to_one_length() -> None:
+    kept = excerpts([ramp(1000), ramp(9000), ramp(5000)], 9000)
+    assert [len(one) for one in kept] == [1000, 4000, 4000]
+    assert excerpts(kept, 9000) == kept
+    with pytest.raises(RecordingError, match=r"40 recordings .* give fewer"):
+        excerpts([ramp(1000)] * 40, 9000)
+
+
+def test_the_answer_says_what_was_left_out(
+    delta: DeltaRobot, record: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(admission, "DELTA_ROWS", 900)
+    path = tmp_path / "long.csv"
+    write_flat(record(seconds=24.0), path)
+    answer = diagnose([path], ZHAO)
+    (left,) = answer.to_json()["thinned"]
+    assert (left["recording"], left["rows"]) == (1, len(read_flat(path)))
+    assert left["rows_used"] <= 900
+    assert any("rows were used, in 10 stretches" in line for line in plain_lines(answer))
+
+
+@pytest.mark.parametrize(
+    ("at", "count", "words"),
+    [
+        (5, 0.5, r"steps_2 is .*5 at 0\.1\d* s: a count of microsteps is a whole number"),
+        (7, 1e7, r"steps_2 is 1e\+07 .* the arm would stand at"),
+        (7, -1e7, "steps_2 is .* the arm would stand at"),
+    ],
+)
+def test_counts_that_no_controller_sends_are_refused(
+    delta: DeltaRobot, record: Record, at: int, count: float, words: str
+) -> None:
+    whole = record(seconds=10.0)
+    columns = {name: values.copy() for name, values in whole.columns.items()}
+    columns["steps_2"][at] = columns["steps_2"][at] + 0.5 if count == 0.5 else count
+    with pytest.raises(RecordingError, match=words):
+        diagnose_recordings(delta, [FlatRecording(whole.t_s, columns, {}, "bad")])
+
+
+def test_limits_of_the_robot_file_count(delta: DeltaRobot, record: Record) -> None:
+    narrow = MotionLimits(arm_deg=(-20.0, 30.0))
+    with pytest.raises(RecordingError, match=r"steps_\d is .* limits are -20 to 30 deg"):
+        diagnose_recordings(delta, [record(seconds=10.0)], motion_limits=narrow)
