@@ -1,87 +1,95 @@
 """A fleet: benchmarks/costs/fleet_throughput.py [--robots 40] [--recordings 50] [--keep FOLDER].
 
-Simulates half a year of geared axes with code of its own (play as a backlash operator, a wrong
-ratio, white noise; nothing of models/), among them three whose play grows, a batch of five with a
-wrong ratio, and some files cut off. Diagnoses them and prints: recordings an hour and core with 1
-and 2 local workers and through a scheduler's address, memory of the workers over time, and whether
-trends and batch were found. A whole fleet is --robots 40 --recordings 50
---once (2 000 recordings).
+Simulates half a year of machines with code of its own (`fleet_machines`; nothing of models/):
+among them three whose play grows, a batch of five with a wrong ratio (`--machine axis`) or with
+wrong arms (`--machine delta`), and some files cut off. Diagnoses them and prints: recordings an hour and core
+with 1 and 2 local workers and through a scheduler's address, memory of the workers over time, and
+whether trends and batch were found. A whole fleet of deltas is
+--machine delta --robots 40 --recordings 50 --once --keep FOLDER (2 000 recordings, an hour on two
+cores; asked again, it goes on where it stopped).
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
-import math
 import shutil
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 import psutil
 
+from benchmarks.costs.fleet_machines import (
+    AXIS_FILE,
+    AXIS_SPAN_S,
+    DELTA_FILE,
+    DELTA_SPAN_S,
+    Concealed,
+    record_axis,
+    record_delta,
+)
 from fleet.groups import groups
 from fleet.run import diagnose_fleet
 from fleet.trends import courses, trends
 
-RAD_PER_STEP = 2.0 * math.pi / 16_000
-SPAN_S, PERIOD_S, NOISE_RAD = 12.0, 0.02, 2e-4
 DAYS = 180
 GROWING, BATCH = 3, 5
-RATIO = 1.004
-PLAY_RAD = (0.0005, 0.006)
-"""Of a growing play: at the start and at the end of the half year."""
 FIRST = datetime(2026, 1, 1, 8, tzinfo=UTC)
-LIMIT = {"gear_backlash.width": 0.0087}
 
 
-def play(angles_rad: np.ndarray, width_rad: float) -> np.ndarray:
-    """The classical backlash operator, sample by sample."""
-    out, here = np.empty_like(angles_rad), float(angles_rad[0])
-    for k, angle in enumerate(angles_rad):
-        here = min(max(here, angle - 0.5 * width_rad), angle + 0.5 * width_rad)
-        out[k] = here
-    return out
+@dataclass(frozen=True)
+class Kind:
+    """Machines of one kind: their file, how they record, what grows and what a batch has."""
+
+    file: str
+    record: Callable[[Path, np.random.Generator, Concealed], None]
+    play_rad: tuple[float, float]
+    """At the start and at the end of the half year."""
+    batch: Concealed
+    span_s: float
+    limit: dict[str, float]
 
 
-def make_fleet(folder: Path, robots: int, recordings: int, seed: int = 1) -> int:
+KINDS = {
+    "axis": Kind(AXIS_FILE, record_axis, (0.0005, 0.006), Concealed(ratio=1.004), AXIS_SPAN_S,
+                 {"gear_backlash.width": 0.0087}),
+    "delta": Kind(DELTA_FILE, record_delta, (0.001, 0.012), Concealed(arm=1.012), DELTA_SPAN_S,
+                  {"gear_backlash.width": 0.0175}),
+}  # fmt: skip
+
+
+def make_fleet(
+    folder: Path, robots: int, recordings: int, seed: int = 1, machine: str = "axis"
+) -> int:
     """Write robot files and recordings; returns how many files are broken on purpose."""
+    kind = KINDS[machine]
     rng = np.random.default_rng(seed)
     (folder / "robots").mkdir(parents=True)
     broken = 0
     for robot in range(robots):
-        name = f"axis-{robot:02d}"
-        (folder / "robots" / f"{name}.yaml").write_text(
-            f"kind: stepper_axis\nname: {name}\nzero: arbitrary\n"
-            "drive: {microsteps_per_rev: 1600, gear_ratio: 10}\n"
-        )
+        name = f"{machine}-{robot:02d}"
+        (folder / "robots" / f"{name}.yaml").write_text(kind.file.format(name=name))
         (folder / "runs" / name).mkdir(parents=True)
         for number in range(recordings):
             part = number / max(1, recordings - 1)
-            width = PLAY_RAD[0] + part * (PLAY_RAD[1] - PLAY_RAD[0]) if robot < GROWING else 0.0
-            ratio = RATIO if GROWING <= robot < GROWING + BATCH else 1.0
+            low, high = kind.play_rad
+            its = Concealed()
+            if robot < GROWING:
+                its = Concealed(play_rad=low + part * (high - low))
+            elif robot < GROWING + BATCH:
+                its = kind.batch
             when = FIRST + timedelta(days=part * DAYS, hours=float(rng.uniform(0, 6)))
             path = folder / "runs" / name / f"{name}-{when:%Y-%m-%dT%H-%M-%S}.csv"
-            _record(path, rng, width, ratio)
+            kind.record(path, rng, its)
             if number == 1 and robot % 10 == 9:
                 path.write_bytes(path.read_bytes()[:40])
                 broken += 1
     return broken
-
-
-def _record(path: Path, rng: np.random.Generator, width_rad: float, ratio: float) -> None:
-    t_s = np.arange(0.0, SPAN_S, PERIOD_S)
-    slow, fast = rng.uniform(4.0, 8.0), rng.uniform(1.5, 3.0)
-    asked = 0.5 * np.sin(2 * np.pi * t_s / slow) + 0.2 * np.sin(2 * np.pi * t_s / fast)
-    steps = np.round(asked / RAD_PER_STEP)
-    theta = play(steps * RAD_PER_STEP * ratio, width_rad)
-    theta += NOISE_RAD * rng.standard_normal(len(t_s))
-    table = np.stack([t_s, steps, theta], axis=1)
-    np.savetxt(path, table, fmt=("%.3f", "%d", "%.7f"), delimiter=",", comments="",
-               header="t,steps_1,theta_1")  # fmt: skip
 
 
 class Watch:
@@ -111,15 +119,12 @@ def _memory_mb() -> float:
     return found / 2**20
 
 
-def _measured(
-    name: str, folder: Path, out: Path, cores: int, call: Callable[[Watch], object]
-) -> None:
-    shutil.rmtree(out, ignore_errors=True)
+def _measured(name: str, cores: int, call: Callable[[Watch], object]) -> None:
     watch = Watch()
     call(watch)
-    hour, memory = watch.an_hour(), watch.memory_mb
+    hour, memory = watch.an_hour(), watch.memory_mb or [_memory_mb()]
     print(f"{name:<34}{hour:>9.0f} an hour{hour / cores:>9.0f} a worker"
-          f"   memory {memory[0]:.0f} to {memory[-1]:.0f} MB", flush=True)  # fmt: skip
+          f"   memory {', '.join(f'{one:.0f}' for one in memory)} MB", flush=True)  # fmt: skip
 
 
 def main() -> None:
@@ -127,41 +132,49 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--robots", type=int, default=10)
     parser.add_argument("--recordings", type=int, default=10)
-    parser.add_argument("--keep", type=Path, help="folder for the last fleet and its page")
+    parser.add_argument("--machine", choices=list(KINDS), default="axis")
+    parser.add_argument("--keep", type=Path, help="folder for the fleet, its answers and its page")
     parser.add_argument("--once", action="store_true", help="2 local workers and nothing else")
     given = parser.parse_args()
+    kind = KINDS[given.machine]
     with tempfile.TemporaryDirectory(prefix="fleet-") as place:
         folder = given.keep or Path(place)
-        broken = make_fleet(folder, given.robots, given.recordings)
+        broken = given.robots // 10
+        if not (folder / "robots").is_dir():
+            broken = make_fleet(folder, given.robots, given.recordings, machine=given.machine)
         pattern, robots, out = str(folder / "runs/**/*.csv"), folder / "robots", folder / "out"
         count = given.robots * given.recordings
-        print(f"{count} recordings of {given.robots} robots, {SPAN_S:g} s each")
+        print(f"{count} recordings of {given.robots} robots, {kind.span_s:g} s each")
         for workers in (2,) if given.once else (1, 2):
-            _measured(f"{workers} local worker{'s' * (workers > 1)}", folder, out, workers,
+            if not given.once:
+                shutil.rmtree(out, ignore_errors=True)
+            _measured(f"{workers} local worker{'s' * (workers > 1)}", workers,
                       lambda watch, count=workers: diagnose_fleet(
-                          pattern, robots, out, count, limits=LIMIT, progress=watch))  # fmt: skip
+                          pattern, robots, out, count, None, kind.limit, watch))  # fmt: skip
         if not given.once:
-            _through_scheduler(pattern, robots, folder, out)
-        _judge(pattern, robots, out, broken)
+            shutil.rmtree(out, ignore_errors=True)
+            _through_scheduler(pattern, robots, out, kind)
+        _judge(pattern, robots, out, broken, given.machine)
 
 
-def _through_scheduler(pattern: str, robots: Path, folder: Path, out: Path) -> None:
+def _through_scheduler(pattern: str, robots: Path, out: Path, kind: Kind) -> None:
     from distributed import LocalCluster
 
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
-        _measured("2 workers behind --scheduler", folder, out, 2, lambda watch: diagnose_fleet(
-            pattern, robots, out, 0, str(cluster.scheduler_address), LIMIT, watch))  # fmt: skip
+        _measured("2 workers behind --scheduler", 2, lambda watch: diagnose_fleet(
+            pattern, robots, out, 0, cluster.scheduler_address, kind.limit, watch))  # fmt: skip
 
 
-def _judge(pattern: str, robots: Path, out: Path, broken: int) -> None:
+def _judge(pattern: str, robots: Path, out: Path, broken: int, machine: str) -> None:
+    kind = KINDS[machine]
     again = Watch()
-    rows = diagnose_fleet(pattern, robots, out, 0, limits=LIMIT, progress=again)
+    rows = diagnose_fleet(pattern, robots, out, 0, limits=kind.limit, progress=again)
     found = courses(rows)
-    moving = trends(found, LIMIT)
+    moving = trends(found, kind.limit)
     names = sorted({trend.course.key[0] for trend in moving})
-    wanted = [f"axis-{number:02d}" for number in range(GROWING)]
+    wanted = [f"{machine}-{number:02d}" for number in range(GROWING)]
     print(f"growing play: found on {', '.join(names) or 'none'}; built into {', '.join(wanted)}")
-    true_rate = (PLAY_RAD[1] - PLAY_RAD[0]) / DAYS * 7.0
+    true_rate = (kind.play_rad[1] - kind.play_rad[0]) / DAYS * 7.0
     for trend in moving:
         low, high = (7.0 * rate for rate in (trend.low_per_day, trend.high_per_day))
         print(f"  {trend.course.name}: {7 * trend.per_day:.2e} a week ({low:.2e} to {high:.2e}), "
@@ -171,7 +184,7 @@ def _judge(pattern: str, robots: Path, out: Path, broken: int) -> None:
     healthy = [
         row
         for row in rows
-        if "error" not in row and row["robot"] > f"axis-{GROWING + BATCH - 1:02d}"
+        if "error" not in row and row["robot"] > f"{machine}-{GROWING + BATCH - 1:02d}"
     ]
     alarms = sum(row["verdict"] != "nothing_missing" for row in healthy)
     print(f"false alarms: {alarms} of {len(healthy)} recordings of healthy robots")
