@@ -2,9 +2,9 @@
 
 Simulates half a year of machines with code of its own (`fleet_machines`; nothing of models/):
 among them three whose play grows, a batch of five with a wrong ratio (`--machine axis`) or with
-wrong arms (`--machine delta`), and some files cut off. Diagnoses them and prints: recordings an hour and core
-with 1 and 2 local workers and through a scheduler's address, memory of the workers over time, and
-whether trends and batch were found. A whole fleet of deltas is
+wrong arms (`--machine delta`), and some files cut off. Diagnoses them and prints: recordings an
+hour and core with 1 and 2 local workers and through a scheduler's address, memory of the workers
+over time, and whether trends and batch were found. A whole fleet of deltas is
 --machine delta --robots 40 --recordings 50 --once --keep FOLDER (2 000 recordings, an hour on two
 cores; asked again, it goes on where it stopped).
 """
