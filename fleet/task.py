@@ -34,6 +34,9 @@ def diagnose_one(recording: str, robot: str) -> Row:
         "rms_after": fit.rms_after_m,
         "noise_floor": fit.noise_floor_m,
         "findings": [row for finding in answer.findings for row in _sizes(finding)],
+        "detectable": {
+            f"{one.effect} {one.component}": one.value for one in answer.smallest_detectable
+        },
         "seconds": time.monotonic() - started_s,
     }
 
