@@ -11,6 +11,8 @@ import json
 from dataclasses import dataclass
 from typing import Literal
 
+from recording.viewed import VIEWED, ViewedChannel
+
 FORMAT = 1
 """Version of this table; grows when a field changes its meaning. New fields do not count."""
 
@@ -37,6 +39,11 @@ class Channel:
     says: str
     fields: tuple[Field, ...]
 
+    @property
+    def schema_name(self) -> str:
+        """As MCAP knows it."""
+        return SCHEMA_PREFIX + self.schema
+
     def json_schema(self) -> bytes:
         """JSON schema of a message, as MCAP stores it."""
         properties = {
@@ -45,7 +52,7 @@ class Channel:
         required = [field.name for field in self.fields if field.kind != "number"]
         schema = {
             "$schema": "https://json-schema.org/draft/2020-12/schema",
-            "title": SCHEMA_PREFIX + self.schema,
+            "title": self.schema_name,
             "description": self.says,
             "type": "object",
             "properties": properties,
@@ -196,6 +203,9 @@ CHANNELS: tuple[Channel, ...] = (
     SERVO,
 )
 
+WRITTEN: tuple[Channel | ViewedChannel, ...] = (*CHANNELS, *VIEWED)
+"""All channels of a file: those that are read back, and those for viewers."""
+
 CHANNEL_IDS: dict[str, int] = {
-    channel.topic: number for number, channel in enumerate(CHANNELS, start=1)
+    channel.topic: number for number, channel in enumerate(WRITTEN, start=1)
 }

@@ -20,7 +20,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 
 from recording.append_file import AppendFile
-from recording.channels import CHANNEL_IDS, CHANNELS, SCHEMA_PREFIX, Channel
+from recording.channels import CHANNEL_IDS, WRITTEN
 from recording.mcap_chunk import McapChunk
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -174,7 +174,7 @@ class Container:
     def _statistics(self) -> records.Statistics:
         return records.Statistics(
             attachment_count=len(self._attachments),
-            channel_count=len(CHANNELS),
+            channel_count=len(WRITTEN),
             channel_message_counts=self._counts,
             chunk_count=self._chunks,
             message_count=sum(self._counts.values()),
@@ -199,17 +199,17 @@ def _message_index(block: McapChunk, offset: int) -> tuple[dict[int, int], bytes
 
 
 def _schema_ids() -> dict[str, int]:
-    names = dict.fromkeys(channel.schema for channel in CHANNELS)
+    names = dict.fromkeys(channel.schema_name for channel in WRITTEN)
     return {name: number for number, name in enumerate(names, start=1)}
 
 
 def _schemas() -> list[bytes]:
-    by_name: dict[str, Channel] = {channel.schema: channel for channel in CHANNELS}
+    by_name = {channel.schema_name: channel for channel in WRITTEN}
     return [
         record_bytes(
             records.Schema(
                 id=number,
-                name=SCHEMA_PREFIX + name,
+                name=name,
                 encoding="jsonschema",
                 data=by_name[name].json_schema(),
             )
@@ -227,8 +227,8 @@ def _channels() -> list[bytes]:
                 topic=channel.topic,
                 message_encoding="json",
                 metadata={},
-                schema_id=ids[channel.schema],
+                schema_id=ids[channel.schema_name],
             )
         )
-        for channel in CHANNELS
+        for channel in WRITTEN
     ]

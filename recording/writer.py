@@ -40,6 +40,7 @@ from recording.disk import DiskThread
 from recording.edges import Int8Array, Int64Array, blocks, counts_set
 from recording.messages import Message, ReadingLike, ServoLike, Steps, Three
 from recording.spool import WAITING_BYTES, Spool
+from recording.viewed import ViewedChannel
 
 RESERVE_BYTES = 64 * 2**20
 """What a recording leaves free: a Pi with a full card does not boot."""
@@ -145,6 +146,14 @@ class RunRecorder:
         """The step period from `t_ns` on; None where every motor has its own."""
         self._add(SETTINGS, messages.settings(self._run_ns(t_ns), t_pwm_s))
 
+    def wall_ns(self, t_ns: int) -> int:
+        """Nanoseconds since 1970 at a time of the run's clock."""
+        return max(0, self._epoch_ns + self._run_ns(t_ns))
+
+    def viewed(self, t_ns: int, channel: ViewedChannel, message: Message) -> None:
+        """A message for viewers, in the form of its schema; not read back."""
+        self._put(channel.topic, self.wall_ns(t_ns), message)
+
     def flush(self, timeout_s: float = CLOSE_S) -> bool:
         """Wait until the system has everything so far. False after `timeout_s` or a failure."""
         self._spool.cut()
@@ -172,8 +181,10 @@ class RunRecorder:
         return int(t_ns) - self._start_ns
 
     def _add(self, channel: Channel, message: Message) -> None:
-        log_ns = max(0, self._epoch_ns + message["t_ns"])
-        if not self._spool.add(CHANNEL_IDS[channel.topic], log_ns, _encode(message).encode()):
+        self._put(channel.topic, max(0, self._epoch_ns + message["t_ns"]), message)
+
+    def _put(self, topic: str, log_ns: int, message: Message) -> None:
+        if not self._spool.add(CHANNEL_IDS[topic], log_ns, _encode(message).encode()):
             reason = f"the disk is too slow, {WAITING_BYTES // 2**20} MiB are waiting"
             # Not from here: the caller may hold locks that the listener wants.
             threading.Thread(target=self._fail, args=(reason,), daemon=True).start()

@@ -9,6 +9,7 @@ from firmware_py.controller.feeder import Feeder
 from firmware_py.controller.job_queue import QueuedJob
 from firmware_py.controller.journal import Journal
 from firmware_py.controller.step_watch import StepLoss
+from firmware_py.controller.view import View
 from firmware_py.feedback.feedback import Feedback
 from firmware_py.job_file import Together
 from firmware_py.machine import Machine
@@ -67,7 +68,9 @@ class ActiveJob:
             counts=counts,
             wait_when_behind=isinstance(self._machine.clock, VirtualClock),
         )
-        self._journal.open(recorder)
+        view = View(self._robot, recorder)
+        view.begin(now_ns, counts)
+        self._journal.open(recorder, view)
         timing = plan.job.timing
         t_pwm_s = timing.t_pwm_s if isinstance(timing, Together) else None
         recorder.settings(now_ns, t_pwm_s)

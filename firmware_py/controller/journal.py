@@ -10,6 +10,7 @@ from collections.abc import Iterable
 
 from drivers.ranging.contract import Reading
 from drivers.steps.contract import Counts, Ticks
+from firmware_py.controller.view import View
 from firmware_py.servo.samples import ServoSample
 from firmware_py.simulation.world import Truth
 from recording.writer import RunRecorder
@@ -25,6 +26,7 @@ class Journal:
 
     def __init__(self) -> None:
         self._recorder: RunRecorder | None = None
+        self._view: View | None = None
         self._waiting: list[Note] = []
         self._lock = threading.Lock()
 
@@ -38,18 +40,20 @@ class Journal:
         """Why nothing more is written; empty while all is well."""
         return self._recorder.failed if self._recorder else ""
 
-    def open(self, recorder: RunRecorder) -> None:
-        """Start writing to `recorder`."""
+    def open(self, recorder: RunRecorder, view: View | None = None) -> None:
+        """Start writing to `recorder`, and beside it what viewers draw."""
         with self._lock:
-            self._recorder = recorder
+            self._recorder, self._view = recorder, view
             waiting, self._waiting = self._waiting, []
         for note in waiting:
             recorder.event(*note)
+            if view is not None:
+                view.event(*note)
 
     def detach(self) -> RunRecorder | None:
         """Write to it no longer; whoever takes it closes it, as long as the disk may take."""
         with self._lock:
-            recorder, self._recorder = self._recorder, None
+            recorder, self._recorder, self._view = self._recorder, None, None
         return recorder
 
     def close(self) -> None:
@@ -62,6 +66,8 @@ class Journal:
         """Note something that happened."""
         if self._recorder is not None:
             self._recorder.event(t_ns, kind, text)
+            if (view := self._view) is not None:
+                view.event(t_ns, kind, text)
         else:
             self._waiting = [*self._waiting[-99:], (t_ns, kind, text)]
 
@@ -74,6 +80,8 @@ class Journal:
         """Where the motors were told to be."""
         if self._recorder is not None:
             self._recorder.commanded(t_ns, counts)
+            if (view := self._view) is not None:
+                view.counts(t_ns, counts)
 
     def target(
         self, t_ns: int, index: int, position_m: tuple[float, float, float], counts: Counts
@@ -81,11 +89,15 @@ class Journal:
         """A target of the path, at the time it is due."""
         if self._recorder is not None:
             self._recorder.target(t_ns, index, position_m, counts)
+            if (view := self._view) is not None:
+                view.target(t_ns, position_m)
 
     def reading(self, reading: Reading) -> None:
         """A sample of a ranging sensor."""
         if self._recorder is not None:
             self._recorder.reading(reading)
+            if (view := self._view) is not None:
+                view.reading(reading)
 
     def servo(self, samples: Iterable[ServoSample]) -> None:
         """What the servos' loop did."""

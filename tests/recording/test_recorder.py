@@ -13,7 +13,7 @@ import pytest
 from mcap.reader import make_reader
 
 from foundation.errors import RecordingError
-from recording.channels import CHANNELS
+from recording.channels import CHANNELS, WRITTEN
 from recording.configuration import RunConfiguration
 from recording.names import fresh_path
 from recording.reader import read_run
@@ -71,7 +71,7 @@ def test_official_reader_finds_summary_and_messages(recorded: Callable[[int], Pa
         assert summary is not None
         assert summary.statistics is not None
         assert {found.topic for found in summary.channels.values()} == {
-            channel.topic for channel in CHANNELS
+            channel.topic for channel in WRITTEN
         }
         messages = list(reader.iter_messages())
         assert len(messages) == summary.statistics.message_count

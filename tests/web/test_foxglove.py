@@ -17,11 +17,11 @@ from websockets.sync.client import connect
 from firmware_py.controller.contract import SensorStatus, Status
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import RecordingError
+from models.linkage.skeleton import quaternion
 from recording.configuration import RunConfiguration
 from recording.reader import read_run
 from recording.writer import RunRecorder
 from web.belief import Beliefs
-from web.foxglove.channels import four_parts
 from web.foxglove.convert import convert
 from web.foxglove.live import LiveServer
 from web.link import Seen
@@ -78,7 +78,7 @@ def test_quaternions_turn_as_their_matrix(seed: int) -> None:
     rng = np.random.default_rng(seed)
     matrix, _ = np.linalg.qr(rng.standard_normal((3, 3)))
     matrix = matrix * np.sign(np.linalg.det(matrix))
-    *imaginary, w = four_parts(matrix)
+    *imaginary, w = quaternion(matrix)
     vector = rng.standard_normal(3)
     u = np.array(imaginary)
     turned = vector + 2.0 * np.cross(u, np.cross(u, vector) + w * vector)

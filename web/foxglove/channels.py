@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Final
 
@@ -33,9 +32,10 @@ from foxglove.messages import (
     Vector3,
 )
 
+from models.linkage import skeleton
+from models.linkage.skeleton import Placed, Skeleton
 from models.robot import AXES, FloatArray
 from web.belief import Belief, Three
-from web.drawing import Placed, Skeleton
 
 BASE: Final = "base"
 ARM_M, ROD_M, PLATE_M = 0.024, 0.010, 0.012
@@ -121,7 +121,7 @@ class RobotChannels:
             sensor = getattr(described, name)
             axis = np.array(sensor.axis)
             x_m, y_m, z_m = (-sensor.offset_m * axis).tolist()
-            found[name] = ((x_m, y_m, z_m), _turn_x_to(axis))
+            found[name] = ((x_m, y_m, z_m), _quaternion(skeleton.turn_x_to(axis)))
         return found
 
     def _transform(
@@ -165,33 +165,12 @@ def stamp(t_ns: int) -> Timestamp:
 
 def quaternion(rotation: FloatArray) -> Quaternion:
     """Of a rotation matrix."""
-    x, y, z, w = four_parts(rotation)
+    return _quaternion(skeleton.quaternion(rotation))
+
+
+def _quaternion(parts: tuple[float, float, float, float]) -> Quaternion:
+    x, y, z, w = parts
     return Quaternion(x=x, y=y, z=z, w=w)
-
-
-def four_parts(rotation: FloatArray) -> tuple[float, float, float, float]:
-    """Quaternion x, y, z, w of a rotation matrix (Shepperd 1978: by the largest part)."""
-    r = rotation
-    parts = np.array([
-        1.0 + r[0, 0] - r[1, 1] - r[2, 2], 1.0 - r[0, 0] + r[1, 1] - r[2, 2],
-        1.0 - r[0, 0] - r[1, 1] + r[2, 2], 1.0 + r[0, 0] + r[1, 1] + r[2, 2],
-    ])  # fmt: skip
-    big = int(np.argmax(parts))
-    rows = {
-        0: (parts[0], r[1, 0] + r[0, 1], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]),
-        1: (r[1, 0] + r[0, 1], parts[1], r[2, 1] + r[1, 2], r[0, 2] - r[2, 0]),
-        2: (r[0, 2] + r[2, 0], r[2, 1] + r[1, 2], parts[2], r[1, 0] - r[0, 1]),
-        3: (r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], parts[3]),
-    }[big]
-    x, y, z, w = (float(part) / (2.0 * math.sqrt(parts[big])) for part in rows)
-    return x, y, z, w
-
-
-def _turn_x_to(axis: FloatArray) -> Quaternion:
-    other = np.array([0.0, 0.0, 1.0]) if abs(axis[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
-    y = np.cross(other, axis)
-    y = y / np.linalg.norm(y)
-    return quaternion(np.stack([axis, y, np.cross(axis, y)], axis=1))
 
 
 def _vector(point: Three) -> Vector3:

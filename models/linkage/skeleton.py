@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,3 +86,29 @@ class Skeleton:
         rotation = np.stack([sideways, along, np.cross(sideways, along)], axis=1)
         x_m, y_m, z_m = (0.5 * (start + end)).tolist()
         return Placed((x_m, y_m, z_m), np.round(rotation, 5).tolist())
+
+
+def quaternion(rotation: FloatArray) -> tuple[float, float, float, float]:
+    """Quaternion x, y, z, w of a rotation matrix (Shepperd 1978: by the largest part)."""
+    r = rotation
+    parts = np.array([
+        1.0 + r[0, 0] - r[1, 1] - r[2, 2], 1.0 - r[0, 0] + r[1, 1] - r[2, 2],
+        1.0 - r[0, 0] - r[1, 1] + r[2, 2], 1.0 + r[0, 0] + r[1, 1] + r[2, 2],
+    ])  # fmt: skip
+    big = int(np.argmax(parts))
+    rows = {
+        0: (parts[0], r[1, 0] + r[0, 1], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]),
+        1: (r[1, 0] + r[0, 1], parts[1], r[2, 1] + r[1, 2], r[0, 2] - r[2, 0]),
+        2: (r[0, 2] + r[2, 0], r[2, 1] + r[1, 2], parts[2], r[1, 0] - r[0, 1]),
+        3: (r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], parts[3]),
+    }[big]
+    x, y, z, w = (float(part) / (2.0 * math.sqrt(parts[big])) for part in rows)
+    return x, y, z, w
+
+
+def turn_x_to(axis: FloatArray) -> tuple[float, float, float, float]:
+    """Quaternion of a turn that brings the x axis into a unit vector."""
+    other = np.array([0.0, 0.0, 1.0]) if abs(axis[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    y = np.cross(other, axis)
+    y = y / np.linalg.norm(y)
+    return quaternion(np.stack([axis, y, np.cross(axis, y)], axis=1))
