@@ -8,6 +8,7 @@ from diagnosis.answer.consistency import LEAST_STEPS
 from diagnosis.estimation.estimate import Solution
 from diagnosis.plants.candidate import Term
 from diagnosis.selection.ambiguity import stands_of
+from diagnosis.selection.credible_set import credible
 from diagnosis.selection.model_choice import Explained
 
 
@@ -43,4 +44,6 @@ def less(explained: Explained, number: int) -> Explained:
     search, old = explained.search, explained.solution
     terms = (*old.terms[:number], *old.terms[number + 1 :])
     solution = search.fitter.solve(terms, old.frees, old.nuisances)
-    return replace(explained, solution=solution, stands=stands_of(search, solution))
+    stands = stands_of(search, solution)
+    chances = credible(search, solution, stands)
+    return replace(explained, solution=solution, stands=stands, credible=chances)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from diagnosis.answer.records import (
+    Alternative,
     Channel,
     Evidence,
     Finding,
@@ -31,6 +32,7 @@ from diagnosis.score_tests.change_points import Stale, moment
 from diagnosis.score_tests.chi2_tail import log_sf
 from diagnosis.score_tests.hysteresis import has_memory, tied_drivers
 from diagnosis.selection.ambiguity import Standing
+from diagnosis.selection.credible_set import Name
 from diagnosis.selection.model_choice import Explained
 
 SHARE_OF_AXIS = 0.2
@@ -96,6 +98,7 @@ def _named(
     change = model.predict([*solution.nuisances, *solution.terms]) - model.predict(
         [*solution.nuisances, *rest]
     )
+    chances = outcome.explained.credible
     return Finding(
         effect=candidate.effect,
         component=candidate.component,
@@ -107,8 +110,19 @@ def _named(
         ),
         evidence=Evidence(delta_chi2=stand.gain, p=stand.p),
         share_of_mismatch=float(np.clip(stand.gain / total, 0.0, 1.0)),
-        alternatives=stand.alternatives,
+        probability=chances.terms[number],
+        alternatives=_with_chances(stand.alternatives, chances.rivals[number]),
     )
+
+
+def _with_chances(
+    alternatives: Sequence[Alternative], chances: Mapping[Name, float]
+) -> list[Alternative]:
+    """Alternatives with their probabilities."""
+    return [
+        one.model_copy(update={"probability": chances.get((one.effect, one.component), 0.0)})
+        for one in alternatives
+    ]
 
 
 def _axes(fitter: Fitter, change: FloatArray) -> list[str]:
@@ -148,6 +162,7 @@ def _free(outcome: Outcome, number: int, total: float) -> Finding:
         ),
         evidence=Evidence(delta_chi2=gain, p=search.tests.p(_log_p(gain, free))),
         share_of_mismatch=float(np.clip(gain / total, 0.0, 1.0)),
+        probability=outcome.explained.credible.shapes[number],
         depends_on=list(dict.fromkeys([*free.depends_on, *instead])),
         tied=[name for name in instead if name not in free.depends_on],
         has_memory=has_memory(outcome.fitter, solution, free, gain),
@@ -216,6 +231,7 @@ def _stale(outcome: Outcome, run: Stale) -> Finding:
         evidence=Evidence(
             delta_chi2=float(np.nansum(miss**2)) / noise.spread**2, p=float(np.exp(run.log_p))
         ),
+        probability=1.0 - float(np.exp(run.log_p)),
         share_of_mismatch=1.0 if not (outcome.solution.terms or outcome.solution.frees) else 0.0,
     )  # fmt: skip
 

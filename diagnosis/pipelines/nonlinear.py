@@ -65,6 +65,7 @@ def diagnose_model(
     p = min([explained.first_p, *(run_p for run_p in _stale_p(found))])
     return assembled(
         found, fit, p, left,
+        probability_nothing_missing=_nothing(explained, found),
         loosely_built=explained.with_tolerances,
         ended_early=budget.ended,
         next_experiment=plan.experiment,
@@ -73,6 +74,12 @@ def diagnose_model(
         smallest_detectable=smallest,
         picture=picture(outcome, model.covariates()),
     )  # fmt: skip
+
+
+def _nothing(explained: Explained, found: list[Finding]) -> float:
+    """Posterior that nothing is missing: no effect, and no reading that was repeated."""
+    stale = [f.probability or 0.0 for f in found if f.effect == "stale_reading"]
+    return explained.credible.nothing * (1.0 - max(stale, default=0.0))
 
 
 def _stale_p(found: list[Finding]) -> list[float]:

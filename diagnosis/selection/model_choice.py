@@ -16,6 +16,7 @@ from diagnosis.search.exchange import best_of, group_instead, pairs_for_one
 from diagnosis.search.search import Search
 from diagnosis.selection.ambiguity import Standing, in_parts, resolved
 from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_spline_terms
+from diagnosis.selection.credible_set import Credible, credible
 from diagnosis.selection.tolerance_rival import Needed, ToleranceRival
 
 
@@ -33,6 +34,8 @@ class Explained:
     """The machine of the robot file, without even the tolerances."""
     stands: list[Standing]
     """How each term of the solution stands against its rivals, in their order."""
+    credible: Credible
+    """How probable all that is."""
 
 
 def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Explained:
@@ -46,7 +49,8 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     told, solution = _told(tolerances, *_reviewed(tolerances, solution))
     progress("what else it could be")
     settled, stands = resolved(told, in_parts(told, solution))
-    return Explained(told, settled, first_p, told is not search, nominal, stands)
+    chances = credible(told, settled, stands)
+    return Explained(told, settled, first_p, told is not search, nominal, stands, chances)
 
 
 def _told(

@@ -15,7 +15,7 @@ EFFECT = EffectKind(
     name="base_radius",
     port=Port.LINKAGE,
     components=("frame",),
-    parameters=(Parameter("length_error", "m", -0.3, 0.3),),
+    parameters=(Parameter("length_error", "m", -0.3, 0.3, typical=0.002),),
     operate=_operate,
     says=lambda component, v: (
         f"base radius minus platform radius is {1e3 * v['length_error']:+.2f} mm off"

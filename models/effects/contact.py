@@ -75,8 +75,8 @@ EFFECT = EffectKind(
     port=Port.PLATFORM,
     components=("platform",),
     parameters=(
-        Parameter("height", "m", -5.0, 5.0, step=5e-4),
-        Parameter("grip", "1", 0.0, 100.0, step=0.05, default=0.0),
+        Parameter("height", "m", -5.0, 5.0, step=5e-4, spread=0.1),
+        Parameter("grip", "1", 0.0, 100.0, step=0.05, default=0.0, spread=3),
     ),
     operate=_operate,
     says=lambda component, v: (

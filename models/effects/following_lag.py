@@ -32,8 +32,8 @@ EFFECT = EffectKind(
     port=Port.MOTOR,
     components=MOTORS,
     parameters=(
-        Parameter("time", "s", 0.0, 2.0, starts=(0.02,), step=1e-3),
-        Parameter("dead_time", "s", 0.0, 2.0, starts=(0.0,), step=1e-3, default=0.0),
+        Parameter("time", "s", 0.0, 2.0, starts=(0.02,), step=1e-3, typical=0.05),
+        Parameter("dead_time", "s", 0.0, 2.0, starts=(0.0,), step=1e-3, default=0.0, typical=0.05),
     ),
     operate=_operate,
     says=lambda component, v: (

@@ -17,7 +17,7 @@ EFFECT = EffectKind(
     name="forearm_length",
     port=Port.LINKAGE,
     components=ARM_NAMES,
-    parameters=(Parameter("length_error", "m", -0.2, 0.2),),
+    parameters=(Parameter("length_error", "m", -0.2, 0.2, typical=0.0015),),
     operate=_operate,
     says=lambda component, v: (
         f"the forearm of {component} is {1e3 * abs(v['length_error']):.2f} mm too "

@@ -27,7 +27,7 @@ EFFECT = EffectKind(
     name="frame_tilt",
     port=Port.PLATFORM,
     components=("frame",),
-    parameters=(Parameter("rotation", "rad", -0.6, 0.6, size=3),),
+    parameters=(Parameter("rotation", "rad", -0.6, 0.6, size=3, typical=0.01),),
     operate=_operate,
     says=lambda component, v: (
         "the sensor frame is turned against the robot by "

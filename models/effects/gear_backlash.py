@@ -51,10 +51,19 @@ EFFECT = EffectKind(
     port=Port.GEAR,
     components=MOTORS,
     parameters=(
-        Parameter("width", "rad", 0.0, 0.2, starts=(0.004,)),
-        Parameter("drag", "N m s/rad", 1e-3, 1e4, starts=(8.0, 20.0, 1e4), step=1.0, default=10.0),
+        Parameter("width", "rad", 0.0, 0.2, starts=(0.004,), typical=0.005),
+        Parameter(
+            "drag",
+            "N m s/rad",
+            1e-3,
+            1e4,
+            starts=(8.0, 20.0, 1e4),
+            step=1.0,
+            default=10.0,
+            spread=1.5,
+        ),
         Parameter("friction", "N m", 0.0, 100.0, step=0.05, default=0.0),
-        Parameter("stiffness", "N m/rad", 1e3, float("inf"), default=float("inf")),
+        Parameter("stiffness", "N m/rad", 1e3, float("inf"), default=float("inf"), spread=0.0003),
     ),
     operate=_operate,
     says=lambda component, v: (

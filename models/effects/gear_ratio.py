@@ -15,7 +15,7 @@ EFFECT = EffectKind(
     name="gear_ratio",
     port=Port.GEAR,
     components=MOTORS,
-    parameters=(Parameter("scale", "1", 0.2, 5.0, starts=(1.0,)),),
+    parameters=(Parameter("scale", "1", 0.2, 5.0, starts=(1.0,), typical=0.005),),
     operate=_operate,
     says=lambda component, v: (
         f"the gear of {component} turns the arm {100 * (v['scale'] - 1):+.2f} % "

@@ -17,7 +17,7 @@ EFFECT = EffectKind(
     name="home_offset",
     port=Port.ARM,
     components=MOTORS,
-    parameters=(Parameter("angle", "rad", -0.6, 0.6),),
+    parameters=(Parameter("angle", "rad", -0.6, 0.6, typical=0.01),),
     operate=_operate,
     says=lambda component, v: (
         f"{component} stands {np.degrees(v['angle']):+.3f} degrees "

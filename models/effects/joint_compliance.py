@@ -25,7 +25,11 @@ EFFECT = EffectKind(
     name="joint_compliance",
     port=Port.GEAR,
     components=("joints", *MOTORS),
-    parameters=(Parameter("stiffness", "N m/rad", 1.0, 1e12, starts=(1e12,), reciprocal=True),),
+    parameters=(
+        Parameter(
+            "stiffness", "N m/rad", 1.0, 1e12, starts=(1e12,), reciprocal=True, typical=0.0003
+        ),
+    ),
     operate=_operate,
     says=lambda component, v: (
         f"{'all joints yield' if component == 'joints' else component + ' yields'} under load, "

@@ -52,11 +52,11 @@ EFFECT = EffectKind(
     port=Port.GEAR,
     components=MOTORS,
     parameters=(
-        Parameter("width", "rad", 0.0, 0.2, starts=(0.004,)),
+        Parameter("width", "rad", 0.0, 0.2, starts=(0.004,), typical=0.003),
         Parameter("asymmetry", "1", -1.0, 1.0, step=0.05, default=0.0),
         Parameter("start", "1", -1.0, 1.0, step=0.1, default=0.0),
-        Parameter("overshoot", "s", 0.0, 0.1, step=5e-4, default=0.0),
-        Parameter("stiffness", "N m/rad", 1e3, float("inf"), default=float("inf")),
+        Parameter("overshoot", "s", 0.0, 0.1, step=5e-4, default=0.0, spread=0.01),
+        Parameter("stiffness", "N m/rad", 1e3, float("inf"), default=float("inf"), spread=0.0003),
     ),
     operate=_operate,
     says=lambda component, v: (

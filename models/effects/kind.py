@@ -46,6 +46,13 @@ class Parameter:
     """`size` is the most there may be; two at least."""
     reciprocal: bool = False
     """A fit moves in 1 / value, where the effect is linear."""
+    typical: float | None = None
+    """Median size where a machine has the effect, in SI units: how far it is from `nothing` (of
+    1 / value where `reciprocal`). Sizes of faults spread by a factor of some three either way:
+    a log-normal prior, as a fault of no size is none."""
+    spread: float | None = None
+    """Prior standard deviation of what is no size: of log(value) for periods, frequencies, times of
+    warming and drags, of a place (a height), of 1 / stiffness beside a play."""
 
 
 EXACT = 1e-4
@@ -94,6 +101,9 @@ class EffectKind:
     """Value of the main (first) parameter with which nothing happens."""
     penalty: float = 0.0
     """Chi-square that naming it costs beside its coordinates: the rarer of two that fit alike."""
+    odds: float = 0.02
+    """Prior odds that a machine has it at one component. One to two faults among some seventy
+    places; `penalty` is what makes one kind rarer than another."""
     discrepancy: Discrepancy = Discrepancy()
     pose_alone: bool = False
     """The same whenever the machine is in the same place: play and lag are not, so what play

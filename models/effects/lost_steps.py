@@ -17,7 +17,7 @@ EFFECT = EffectKind(
     port=Port.MOTOR,
     components=MOTORS,
     parameters=(
-        Parameter("steps", "microsteps", -20000.0, 20000.0, step=1.0),
+        Parameter("steps", "microsteps", -20000.0, 20000.0, step=1.0, typical=100),
         Parameter("time", "s", -1e9, 1e9, step=0.05),
     ),
     operate=_operate,

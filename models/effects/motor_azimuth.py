@@ -19,7 +19,7 @@ EFFECT = EffectKind(
     name="motor_azimuth",
     port=Port.LINKAGE,
     components=MOTORS,
-    parameters=(Parameter("angle", "rad", -0.6, 0.6),),
+    parameters=(Parameter("angle", "rad", -0.6, 0.6, typical=0.01),),
     operate=_operate,
     says=lambda component, v: (
         f"{component} is mounted {np.degrees(v['angle']):+.3f} degrees off its direction"

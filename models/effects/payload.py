@@ -17,7 +17,7 @@ EFFECT = EffectKind(
     port=Port.GEAR,
     components=("platform",),
     parameters=(
-        Parameter("mass", "kg", -0.5, 50.0, step=0.05),
+        Parameter("mass", "kg", -0.5, 50.0, step=0.05, typical=0.3),
         Parameter("stiffness", "N m/rad", 1.0, 1e12, starts=(500.0,), default=500.0),
     ),
     operate=_operate,

@@ -12,8 +12,8 @@ from models.effects.kind import Parameter, Values, scalar
 from models.robot import FloatArray
 
 PARAMETERS = (
-    Parameter("amplitude", "rad", 0.0, 0.2, starts=(0.001,)),
-    Parameter("period", "rad", 1e-3, 2.0 * np.pi, starts=(2.0 * np.pi,), step=1e-4),
+    Parameter("amplitude", "rad", 0.0, 0.2, starts=(0.001,), typical=0.002),
+    Parameter("period", "rad", 1e-3, 2.0 * np.pi, starts=(2.0 * np.pi,), step=1e-4, spread=1.0),
     Parameter("phase", "rad", -np.pi, np.pi, starts=(0.0,), default=0.0),
 )
 

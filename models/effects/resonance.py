@@ -38,8 +38,8 @@ EFFECT = EffectKind(
     port=Port.PLATFORM,
     components=("platform",),
     parameters=(
-        Parameter("frequency", "Hz", 0.3, 40.0, starts=(1.5, 3.0, 6.0, 10.0), step=0.02),
-        Parameter("damping", "1", 0.005, 0.95, starts=(0.05, 0.2), step=0.01),
+        Parameter("frequency", "Hz", 0.3, 40.0, starts=(1.5, 3.0, 6.0, 10.0), step=0.02, spread=1),
+        Parameter("damping", "1", 0.005, 0.95, starts=(0.05, 0.2), step=0.01, spread=0.2),
     ),
     operate=_operate,
     says=lambda component, v: (

@@ -16,7 +16,7 @@ EFFECT = EffectKind(
     name="sensor_crosstalk",
     port=Port.SENSOR,
     components=RANGES,
-    parameters=(Parameter("curvature", "1/m", -2.0, 2.0),),
+    parameters=(Parameter("curvature", "1/m", -2.0, 2.0, typical=0.03),),
     operate=_operate,
     says=lambda component, v: (
         f"the error of {component} grows with distance squared: "

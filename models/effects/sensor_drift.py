@@ -19,8 +19,8 @@ EFFECT = EffectKind(
     port=Port.SENSOR,
     components=RANGES,
     parameters=(
-        Parameter("offset", "m", -0.5, 0.5),
-        Parameter("time_constant", "s", 1.0, 1e5, starts=(15.0, 60.0, 200.0), step=2.0),
+        Parameter("offset", "m", -0.5, 0.5, typical=0.005),
+        Parameter("time_constant", "s", 1.0, 1e5, starts=(15.0, 60.0, 200.0), step=2.0, spread=1),
     ),
     operate=_operate,
     says=lambda component, v: (

@@ -17,7 +17,7 @@ EFFECT = EffectKind(
     name="sensor_latency",
     port=Port.CLOCK,
     components=("sensors",),
-    parameters=(Parameter("time", "s", 0.0, 2.0, step=1e-3),),
+    parameters=(Parameter("time", "s", 0.0, 2.0, step=1e-3, typical=0.05),),
     operate=_operate,
     says=lambda component, v: f"all readings are {1e3 * v['time']:.1f} ms late",
     # filters inside the sensor

@@ -15,7 +15,7 @@ EFFECT = EffectKind(
     name="sensor_offset",
     port=Port.SENSOR,
     components=RANGES,
-    parameters=(Parameter("offset", "m", -0.5, 0.5),),
+    parameters=(Parameter("offset", "m", -0.5, 0.5, typical=0.005),),
     operate=_operate,
     says=lambda component, v: f"{component} reads {1e3 * v['offset']:+.2f} mm off, everywhere",
     order=2,

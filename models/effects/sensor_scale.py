@@ -15,7 +15,7 @@ EFFECT = EffectKind(
     name="sensor_scale",
     port=Port.SENSOR,
     components=RANGES,
-    parameters=(Parameter("scale", "1", 0.2, 5.0, starts=(1.0,)),),
+    parameters=(Parameter("scale", "1", 0.2, 5.0, starts=(1.0,), typical=0.005),),
     operate=_operate,
     says=lambda component, v: (
         f"{component} reads {100 * (v['scale'] - 1):+.2f} % of the distance too much"

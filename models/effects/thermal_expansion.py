@@ -23,8 +23,8 @@ EFFECT = EffectKind(
     port=Port.LINKAGE,
     components=("arms",),
     parameters=(
-        Parameter("strain", "1", -0.1, 0.1),
-        Parameter("time_constant", "s", 1.0, 1e5, starts=(15.0, 60.0, 200.0), step=2.0),
+        Parameter("strain", "1", -0.1, 0.1, typical=0.0005),
+        Parameter("time_constant", "s", 1.0, 1e5, starts=(15.0, 60.0, 200.0), step=2.0, spread=1),
     ),
     operate=_operate,
     says=lambda component, v: (

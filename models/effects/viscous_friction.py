@@ -28,7 +28,7 @@ EFFECT = EffectKind(
     port=Port.GEAR,
     components=MOTORS,
     parameters=(
-        Parameter("coefficient", "N m s/rad", 0.0, 1e4, starts=(10.0,), step=1.0),
+        Parameter("coefficient", "N m s/rad", 0.0, 1e4, starts=(10.0,), step=1.0, typical=10),
         Parameter("stiffness", "N m/rad", 1.0, 1e7, starts=(1000.0,), default=1000.0),
     ),
     operate=_operate,

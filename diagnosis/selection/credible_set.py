@@ -1,0 +1,138 @@
+"""How probable each finding is, each of its rivals, unknown physics, and that nothing is missing.
+
+The sets that were compared around the chosen one (a finding left out, a rival in its place) are
+weighed by their evidence: Occam's window (Madigan and Raftery 1994, J. Am. Stat. Assoc. 89,
+1535-1546). Where nothing was found it is the chosen set, and every test of the library is a rival.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnosis.estimation.estimate import Solution
+from diagnosis.priors.penalties import spline_penalty
+from diagnosis.estimation.splines import FreeShape
+from diagnosis.evidence.detection import Detection
+from diagnosis.score_tests.library import Entry
+from diagnosis.priors.size_priors import odds_cost, score_log_odds, size_cost
+from diagnosis.observations.readings import FloatArray
+from diagnosis.selection.ambiguity import Standing
+from diagnosis.search.search import Search
+
+Name = tuple[str, str]
+"""Effect and component."""
+MOST = 700.0
+"""Exponents beyond which a weight is as good as nothing or everything."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Credible:
+    """Probabilities of one settled explanation."""
+
+    terms: list[float]
+    """Of each term of the solution, in their order."""
+    rivals: list[dict[Name, float]]
+    """For each term: of what may act in its place."""
+    shapes: list[float]
+    """Of each free shape: that something outside the vocabulary acts."""
+    nothing: float
+
+
+def credible(search: Search, solution: Solution, stands: Sequence[Standing]) -> Credible:
+    """Weigh what the search compared around its solution."""
+    cost = {k: _cost(solution, k) for k in range(len(solution.terms))}
+    terms: list[float] = []
+    rivals: list[dict[Name, float]] = []
+    for number, stand in enumerate(stands):
+        none = _weight(stand.gain - cost[number])
+        weighed = [(rival, _weight(_behind(solution, cost, rival))) for rival in stand.rivals]
+        total = 1.0 + none + sum(weight for _, weight in weighed)
+        terms.append(1.0 / total)
+        rivals.append(_by_name(solution, [(one, weight / total) for one, weight in weighed]))
+    shapes = [_of_shape(search, solution, free) for free in solution.frees]
+    return Credible(terms, rivals, shapes, _nothing(search.tests, solution, sum(cost.values())))
+
+
+def _cost(solution: Solution, number: int) -> float:
+    """-2 log prior, odds and Occam factor of one term."""
+    return size_cost(solution, number) + odds_cost(solution.terms[number].candidate)
+
+
+def _weight(behind: float) -> float:
+    """Of an explanation whose -2 log evidence is so much larger than the chosen one's."""
+    return math.exp(min(max(-0.5 * behind, -MOST), MOST))
+
+
+def _behind(solution: Solution, cost: dict[int, float], rival: Solution) -> float:
+    """By how much the -2 log evidence of a rival is larger."""
+    own = {term.candidate.key for term in solution.terms}
+    others = {term.candidate.key for term in rival.terms}
+    more = sum(_cost(rival, k) for k, t in enumerate(rival.terms) if t.candidate.key not in own)
+    less = sum(cost[k] for k, t in enumerate(solution.terms) if t.candidate.key not in others)
+    return rival.cost - solution.cost + more - less
+
+
+def _by_name(solution: Solution, weighed: Sequence[tuple[Solution, float]]) -> dict[Name, float]:
+    """Probability of each effect and component that stands in rivals and not in the solution."""
+    own = {term.candidate.key for term in solution.terms}
+    found: dict[Name, float] = {}
+    for rival, weight in weighed:
+        for term in rival.terms:
+            if term.candidate.key in own:
+                continue
+            for component in term.candidate.members or (term.candidate.component,):
+                name = (term.candidate.effect, component)
+                found[name] = found.get(name, 0.0) + weight
+    return found
+
+
+def _of_shape(search: Search, solution: Solution, free: FreeShape) -> float:
+    """Of a free shape: against nothing and against the named effect that does most in its place."""
+    others = tuple(one for one in solution.frees if one is not free)
+    bare = search.fitter.solve(solution.terms, others, solution.nuisances, steps=2)
+    cost = spline_penalty(free)
+    weights = [_weight(bare.cost - solution.cost - cost)]
+    for trial in search.tests.trials(bare)[:1]:
+        behind = bare.cost - trial.gain + trial.penalty + search.options.choice
+        weights.append(_weight(behind - solution.cost - cost))
+    return 1.0 / (1.0 + sum(weights))
+
+
+def _nothing(tests: Detection, solution: Solution, cost: float) -> float:
+    """That no effect is at work."""
+    if solution.terms or solution.frees:
+        cost += sum(spline_penalty(free) for free in solution.frees)
+        weight = _weight(tests.empty.cost - solution.cost - cost)
+        return weight / (1.0 + weight)
+    return 1.0 / (1.0 + sum(odds_against_nothing(tests)))
+
+
+def odds_against_nothing(tests: Detection) -> list[float]:
+    """Posterior odds of each candidate and each free shape against the empty set, linearised.
+
+    A candidate with several starting points has the mean over them: they are its prior.
+    """
+    scores = tests.scores(tests.empty)
+    found: dict[tuple[str, ...], list[float]] = {}
+    for number, entry in enumerate(tests.prepared.library.entries):
+        gain = float(scores.gain[number] / tests.prepared.scorer.tolerance_factor[number])
+        log_odds = _entry_log_odds(entry, gain, scores.step[number], scores.information[number])
+        found.setdefault(entry.key, []).append(math.exp(min(log_odds, MOST)))
+    for free, gain, _ in tests.fine_scores(tests.empty):
+        log_odds = 0.5 * (gain - spline_penalty(free))
+        found[("fine", free.port, free.driver)] = [math.exp(min(log_odds, MOST))]
+    return [float(np.mean(one)) for one in found.values()]
+
+
+def _entry_log_odds(entry: Entry, gain: float, step: FloatArray, information: FloatArray) -> float:
+    if entry.candidate is None:
+        assert entry.free is not None
+        return 0.5 * (gain - spline_penalty(entry.free))
+    assert entry.shape is not None
+    raw = float(step @ information @ step)
+    counted = gain / raw if raw > 0.0 else 1.0
+    return score_log_odds(entry.candidate, entry.shape.linear, step, counted * information)
