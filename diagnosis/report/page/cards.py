@@ -6,7 +6,7 @@ import html
 import math
 from collections.abc import Iterable, Sequence
 
-from diagnosis.answer.records import Diagnosis, Finding, ParameterResult
+from diagnosis.answer.records import Alternative, Diagnosis, Finding, ParameterResult
 from diagnosis.report.drawing.machine import badge
 from diagnosis.report.drawing.scene import hue
 from diagnosis.report.page.bars import interval_bar
@@ -103,17 +103,18 @@ def _alternatives(finding: Finding, diagnosis: Diagnosis) -> str:
         return _text("No other known effect fits these readings as well.")
     rows = "".join(
         f"<li>{html.escape(words.rival(finding.effect, one.effect, one.component))}"
-        f"{_worse(one.delta_chi2)}</li>"
+        f"{_worse(one)}</li>"
         for one in finding.alternatives
     )
     apart = _told_apart(finding, diagnosis)
     return f"This recording cannot tell it from<ul>{rows}</ul>{_text(apart)}"
 
 
-def _worse(delta_chi2: float) -> str:
-    if not math.isfinite(delta_chi2):
-        return ""
-    return f' <span class="note">(fits {_than(delta_chi2)})</span>'
+def _worse(other: Alternative) -> str:
+    notes = [] if other.probability is None else [sureness.percent(other.probability)]
+    if math.isfinite(other.delta_chi2):
+        notes.append(f"fits {_than(other.delta_chi2)}")
+    return f' <span class="note">({"; ".join(notes)})</span>' if notes else ""
 
 
 def _than(delta_chi2: float) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from diagnosis.answer.records import Diagnosis, Finding
+from diagnosis.report.sentences import sureness
 from diagnosis.report.sentences.telling_apart import telling_apart
 from models.effects.kind import EffectKind
 from models.effects.lone_axis import command_effects, effort_effects, said, sensor_effects
@@ -34,7 +35,6 @@ REGIMES = {
     "payload": "at all joints, with weight and acceleration of the platform",
 }
 ASYMMETRY = "joint_friction that is stronger one way"
-CERTAIN = 0.995
 
 
 def spoken(
@@ -109,12 +109,9 @@ def _held_out(answer: Diagnosis) -> str:
 
 
 def _how_sure(finding: Finding) -> str:
-    total = (finding.probability or 0.0) + sum(a.probability or 0.0 for a in finding.alternatives)
-    if finding.probability is None or total <= 0.0:
+    if finding.probability is None:
         return ""
-    if finding.probability > CERTAIN:
-        return " (probability above 99 %)"
-    return f" (probability {100 * finding.probability:.0f} %)"
+    return f" (probability {sureness.percent(finding.probability)})"
 
 
 def _upper(text: str) -> str:

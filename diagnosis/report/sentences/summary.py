@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from rich.markup import escape
 
-from diagnosis.answer.records import Diagnosis, Finding, Thinned, Where
+from diagnosis.answer.records import Alternative, Diagnosis, Finding, Thinned, Where
 from diagnosis.report.sentences import sureness, words
 from diagnosis.report.sentences.fit_words import fit_lines, fit_title
 from diagnosis.report.sentences.limit_words import faintest_line, untested_line
@@ -188,12 +188,19 @@ def _stretches(where: Where, start_s: float, end_s: float) -> str:
 
 def alternatives_line(finding: Finding) -> str:
     """What this recording cannot tell from the finding."""
-    others = [words.rival(finding.effect, o.effect, o.component) for o in finding.alternatives]
+    others = [_rival(finding, other) for other in finding.alternatives]
     if not others:
         if finding.effect == "unknown":
             return "No known effect matches it."
         return "No other known effect fits these readings as well."
     return f"This recording cannot tell it from {words.listed(others, 'or')}."
+
+
+def _rival(finding: Finding, other: Alternative) -> str:
+    name = words.rival(finding.effect, other.effect, other.component)
+    if other.probability is None:
+        return name
+    return f"{name} ({sureness.percent(other.probability)})"
 
 
 def _memory(finding: Finding) -> str:

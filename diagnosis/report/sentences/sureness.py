@@ -10,6 +10,9 @@ BEYOND_DOUBT_P = 1e-6
 VERY_SURE_P = 1e-3
 SURE_P = 0.01
 LIKELY_P = 0.05
+CERTAIN = 0.995
+"""A probability that would be rounded to all or nothing is said to lie above or below one percent
+of it: no engine knows its own mistakes better."""
 
 
 def word(p: float) -> str:
@@ -36,6 +39,13 @@ def odds(p: float) -> str:
     return f"about 1 in {round(each / power) * power:,.0f}".replace(",", "\u00a0")
 
 
+def percent(probability: float) -> str:
+    """A probability in percent, never 0 or 100."""
+    if probability > CERTAIN:
+        return "above 99 %"
+    return "below 1 %" if probability < 1.0 - CERTAIN else f"{100.0 * probability:.0f} %"
+
+
 def evidence(finding: Finding) -> str:
     """How sure a finding is, in words and figures."""
     p, gain = finding.evidence.p, finding.evidence.delta_chi2
@@ -46,6 +56,9 @@ def evidence(finding: Finding) -> str:
         said += f" (the fit worsens by {gain:,.0f} in chi-square without it)".replace(",", "\u00a0")
     if finding.alternatives and p < LIKELY_P:
         said += ". Something like it is there; which of the causes below it is, is open"
+    if finding.probability is not None:
+        cause = "no known effect" if finding.effect == "unknown" else "this"
+        said += f". Probability that {cause} is the cause: {percent(finding.probability)}"
     return f"{said}."
 
 
@@ -54,4 +67,7 @@ def false_alarm(diagnosis: Diagnosis) -> str:
     p = diagnosis.false_alarm_p
     if not math.isfinite(p):
         return "How often a machine without fault looks like this could not be worked out."
-    return f"If nothing were missing, noise alone would look like this in {odds(p)} recordings."
+    said = f"If nothing were missing, noise alone would look like this in {odds(p)} recordings."
+    if diagnosis.probability_nothing_missing is not None:
+        said += f" Probability that nothing is: {percent(diagnosis.probability_nothing_missing)}."
+    return said
