@@ -15,6 +15,7 @@ from foundation.errors import ConfigError
 from proof.prove.matrix import confusion, picture
 from proof.prove.one_case import run_case
 from proof.prove.one_tie import run_tie
+from proof.prove.reliability import diagram
 from proof.prove.score import Score, score
 from proof.prove.score_tie import score_tie, tie_rows
 from proof.prove.table import Row, markdown, table
@@ -109,6 +110,8 @@ def _conclude(parts: tuple[_Part, _Part], seed: int, out: Path) -> Proof:
     title += f" of seed {seed}"
     _write(out / "table.md", f"{title}\n\n{markdown(rows)}")
     _write(out / "matrix.svg", picture(confusion(scores), title))
+    claims = [claim for marks in scores for claim in marks.claims]
+    _write(out / "reliability.svg", diagram(claims, f"Stated and true, {title}"))
     return Proof(title, scores, rows, out / "table.md", out / "matrix.svg")
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from diagnosis.answer.records import Diagnosis, Finding, ParameterResult
 from proof.hidden.hidden import Value
+from proof.prove.reliability import Claim, claims_of
 
 Name = tuple[str, str]
 ROUNDING_M = 1e-3
@@ -50,6 +51,8 @@ class Score:
     holdout_over_floor: float = float("nan")
     holdout_improved: bool = False
     """What was modelled, a free term too, lowers the RMS of the run that was held out."""
+    claims: list[Claim] = field(default_factory=list)
+    """Every probability that the answer states, and whether it is so."""
 
     @property
     def alarmed(self) -> bool:
@@ -77,6 +80,7 @@ def score(result: dict[str, Any]) -> Score:
     marks.first_right = bool(names) and bool(found) and marks.said[0] == names[0]
     marks.offered = set(names) <= set(marks.said) | set(_open_names(found))
     marks.exact = sorted(set(names)) == sorted(set(marks.said))
+    marks.claims = claims_of(diagnosis, names)
     marks.flagged = any(finding.effect == "unknown" for finding in found)
     _mark_unknown(marks, truth["answers"], found)
     _mark_sizes(marks, truth["answers"], found, result.get("bound"))

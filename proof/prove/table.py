@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from proof.prove.certainty import median_limits, wilson
+from proof.prove.reliability import Claim, calibration_error, sure_claims
 from proof.prove.score import Score
 
 Test = Callable[[Score], bool]
@@ -84,8 +85,20 @@ def table(scores: Sequence[Score]) -> list[Row]:
                 [s.holdout_over_floor <= 1.05 for s in clean if np.isfinite(s.holdout_over_floor)]),
         portion("event times within 0.1 s",
                 [x <= EVENT_S for s in sized for x in s.event_error_s], 0.95),
+        *_reliability([claim for s in scores for claim in s.claims]),
         share("diagnosis failed with an error", scores, lambda s: s.failure is not None),
     ]  # fmt: skip
+
+
+def _reliability(claims: Sequence[Claim]) -> list[Row]:
+    """Whether stated probabilities hold."""
+    error = calibration_error(claims)
+    met = error <= 0.03 if claims else None
+    value = f"{error:.3f}" if claims else "-"
+    return [
+        Row("calibration error of probabilities", "at most 0.03", value, "-", len(claims), met),
+        portion("... of what is claimed with at least 0.95: true", sure_claims(claims), 0.95),
+    ]
 
 
 def _clear(scores: Sequence[Score]) -> list[Score]:
