@@ -26,6 +26,8 @@ RANGE = 4.0
 STEPS = 41
 """Points of the quadrature over the log of a size, out to so many standard deviations."""
 DIRECTIONS = 48
+SHOWS = 3.0
+"""Standard deviations of the readings' noise below which a size does not show."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,11 +139,14 @@ def score_log_odds(
     """Log posterior odds of an effect against nothing, from its score at one starting point.
 
     linear: the coordinates of the score; none: the effect as it stands at the starting point.
-    step: (k,) with `information` (k, k) of the noise that counts.
+    step: (k,) with `information` (k, k) of the noise that counts. Sizes that would change the
+    readings by less than a few standard deviations do not count: the recording cannot speak of
+    them, and "nothing is missing" is said of what it could show.
     """
     along, odds = information @ step, -0.5 * odds_cost(candidate)
     if not linear:
-        return float(odds + along[0] - 0.5 * information[0, 0])
+        shows = information[0, 0] >= SHOWS**2
+        return float(odds + along[0] - 0.5 * information[0, 0]) if shows else -math.inf
     prior = prior_of(candidate)
     one_sided = all(prior.one_sided)
     lengths = prior.typical * np.exp(WIDTH * np.linspace(-RANGE, RANGE, STEPS))
@@ -149,7 +154,10 @@ def score_log_odds(
     ways = _ways(len(step), one_sided)
     slopes, bends = ways @ along, np.einsum("di,ij,dj->d", ways, information, ways)
     exponents = lengths[:, None] * slopes - 0.5 * lengths[:, None] ** 2 * bends
+    exponents = np.where(lengths[:, None] ** 2 * bends >= SHOWS**2, exponents, -math.inf)
     most = float(exponents.max())
+    if most == -math.inf:
+        return -math.inf
     mean = np.average(np.exp(exponents - most).mean(axis=1), weights=weight)
     return float(odds + most + math.log(max(float(mean), 1e-300)))
 
