@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.estimation.estimate import Solution
-from diagnosis.priors.penalties import GROUP_PENALTY
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate, Coordinate
+from diagnosis.priors.penalties import GROUP_PENALTY
 
 WIDTH = math.log(3.0)
 """Standard deviation of the log of a size: a factor of three either way."""

@@ -14,14 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.estimation.estimate import Solution
-from diagnosis.priors.penalties import spline_penalty
 from diagnosis.estimation.splines import FreeShape
 from diagnosis.evidence.detection import Detection
-from diagnosis.score_tests.library import Entry
-from diagnosis.priors.size_priors import odds_cost, score_log_odds, size_cost
 from diagnosis.observations.readings import FloatArray
-from diagnosis.selection.ambiguity import Standing
+from diagnosis.priors.penalties import spline_penalty
+from diagnosis.priors.size_priors import odds_cost, score_log_odds, size_cost
+from diagnosis.score_tests.library import Entry
 from diagnosis.search.search import Search
+from diagnosis.selection.ambiguity import Standing
 
 Name = tuple[str, str]
 """Effect and component."""
