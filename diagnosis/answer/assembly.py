@@ -14,7 +14,12 @@ LEAST = 1e-9
 
 
 def assembled(
-    findings: Sequence[Finding], fit: Fit, p: float, rest: Rest, **more: Any
+    findings: Sequence[Finding],
+    fit: Fit,
+    p: float,
+    rest: Rest,
+    probability_nothing_missing: float | None = None,
+    **more: Any,
 ) -> Diagnosis:
     """The answer: findings and figures that agree, what is left, the verdict.
 
@@ -25,7 +30,8 @@ def assembled(
     share = left_over(fit, rest)
     found = sharing(findings, 1.0 - share)
     return Diagnosis(
-        verdict=verdict(found, fit, p, rest),
+        verdict=verdict(found, fit, p, rest, probability_nothing_missing),
+        probability_nothing_missing=probability_nothing_missing,
         false_alarm_p=p,
         fit=fit,
         findings=found,

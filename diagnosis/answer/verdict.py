@@ -21,6 +21,8 @@ recording, and the answer names what is left."""
 GREW = 1.01
 """Times the held-out mismatch before, from which on it grew. Both are of the same readings, so
 noise cancels; findings that do not come back (lost steps) move it by less than this."""
+EVEN = 0.5
+"""Posterior of the empty set below which nobody may say that nothing is missing."""
 NAMELESS = "unknown"
 
 
@@ -67,10 +69,17 @@ def left_over(fit: Fit, rest: Rest) -> float:
     return min(max(left / missing, 0.0), 1.0) if missing > 0.0 else 1.0
 
 
-def verdict(findings: Sequence[Finding], fit: Fit, p: float, rest: Rest) -> Verdict:
-    """What may be said of findings, figures, p of 'nothing is missing' and the residual's test."""
+def verdict(
+    findings: Sequence[Finding], fit: Fit, p: float, rest: Rest, nothing: float | None = None
+) -> Verdict:
+    """What may be said of findings, figures, p of 'nothing is missing' and the residual's test.
+
+    nothing: posterior of the empty set. The alarm may be silent and the posterior not convinced:
+    then neither claim would be sound.
+    """
     if not findings:
-        return "nothing_missing" if not seen(p) and is_noise(fit, rest) else "unexplained"
+        sound = not seen(p) and is_noise(fit, rest) and (nothing is None or nothing >= EVEN)
+        return "nothing_missing" if sound else "unexplained"
     unknown = [finding.effect == NAMELESS for finding in findings]
     if all(unknown):
         return "unexplained"

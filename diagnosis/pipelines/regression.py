@@ -45,7 +45,6 @@ from recording.flat import FlatRecording
 LoneRobot = StepperAxis | ServoAxis | RangeSensor
 LonePlant = CommandedAxis | ForcedAxis | RangeSensorPlant
 Plant = LonePlant | ServoDelta
-EVEN = 0.5
 POWER = 4.2
 """Standard deviations of a size at which it is found in four recordings of five: 3.3 to overcome
 its Occam factor and its odds, 0.84 for the power."""
@@ -119,7 +118,7 @@ def diagnose_plant(
     selected = _nothing(selected) if first_p > ALARM else _without_doubtful(selected)
     progress("what else it could be")
     rest = _rest(selected)
-    answer = assembled(
+    return assembled(
         findings(selected, plant.readings, list(plant.readings.names)),
         _fit(selected, others, rest),
         first_p,
@@ -129,10 +128,6 @@ def diagnose_plant(
         smallest_detectable=_detection_limits(selected),
         picture=_picture(selected, plant),
     )
-    if answer.verdict == "nothing_missing" and selected.nothing < EVEN:
-        # The alarm is silent, the posterior is not convinced: neither claim would be sound.
-        answer = answer.model_copy(update={"verdict": "unexplained"})
-    return answer
 
 
 def _held_out(

@@ -17,7 +17,7 @@ import numpy as np
 from diagnosis.estimation.estimate import Solution
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate, Coordinate
-from diagnosis.priors.penalties import GROUP_PENALTY
+from diagnosis.priors.penalties import COORDINATE_PENALTY, EVENT_PENALTY, GROUP_PENALTY
 
 WIDTH = math.log(3.0)
 """Standard deviation of the log of a size: a factor of three either way."""
@@ -83,10 +83,12 @@ def _one_sided(candidate: Candidate, coordinate: Coordinate) -> bool:
 def odds_cost(candidate: Candidate) -> float:
     """-2 log of the prior odds that a machine has this effect at this component.
 
-    Three arms that err alike by the same amount are rarer than one cause.
+    Three arms that err alike by the same amount are rarer than one cause; what happens once had as
+    many moments to happen at.
     """
     together = GROUP_PENALTY if candidate.members else 0.0
-    return -2.0 * math.log(candidate.kind.odds) + candidate.kind.penalty + together
+    moment = EVENT_PENALTY - COORDINATE_PENALTY if candidate.kind.event else 0.0
+    return -2.0 * math.log(candidate.kind.odds) + candidate.kind.penalty + together + moment
 
 
 def size_cost(solution: Solution, number: int) -> float:

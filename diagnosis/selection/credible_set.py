@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.estimation.estimate import Solution
-from diagnosis.estimation.splines import FreeShape
+from diagnosis.estimation.splines import SplineTerm
 from diagnosis.evidence.detection import Detection
 from diagnosis.observations.readings import FloatArray
 from diagnosis.priors.penalties import spline_penalty
@@ -38,8 +38,10 @@ class Credible:
     rivals: list[dict[Name, float]]
     """For each term: of what may act in its place."""
     shapes: list[float]
-    """Of each free shape: that something outside the vocabulary acts."""
+    """Of each spline term: that something outside the vocabulary acts."""
     nothing: float
+    preferred: Solution | None = None
+    """A rival that is far more probable than the finding in whose place it stands."""
 
 
 def credible(search: Search, solution: Solution, stands: Sequence[Standing]) -> Credible:
@@ -47,14 +49,20 @@ def credible(search: Search, solution: Solution, stands: Sequence[Standing]) -> 
     cost = {k: _cost(solution, k) for k in range(len(solution.terms))}
     terms: list[float] = []
     rivals: list[dict[Name, float]] = []
+    better: list[tuple[float, Solution]] = []
     for number, stand in enumerate(stands):
         none = _weight(stand.gain - cost[number])
         weighed = [(rival, _weight(_behind(solution, cost, rival))) for rival in stand.rivals]
+        better += [
+            (weight, rival) for rival, weight in weighed if weight > search.options.preferred
+        ]
         total = 1.0 + none + sum(weight for _, weight in weighed)
         terms.append(1.0 / total)
         rivals.append(_by_name(solution, [(one, weight / total) for one, weight in weighed]))
     shapes = [_of_shape(search, solution, free) for free in solution.frees]
-    return Credible(terms, rivals, shapes, _nothing(search.tests, solution, sum(cost.values())))
+    nothing = _nothing(search.tests, solution, sum(cost.values()))
+    best = max(better, key=lambda pair: pair[0])[1] if better else None
+    return Credible(terms, rivals, shapes, nothing, best)
 
 
 def _cost(solution: Solution, number: int) -> float:
@@ -90,8 +98,8 @@ def _by_name(solution: Solution, weighed: Sequence[tuple[Solution, float]]) -> d
     return found
 
 
-def _of_shape(search: Search, solution: Solution, free: FreeShape) -> float:
-    """Of a free shape: against nothing and against the named effect that does most in its place."""
+def _of_shape(search: Search, solution: Solution, free: SplineTerm) -> float:
+    """Of a spline term: against nothing, and against the best named effect in its place."""
     others = tuple(one for one in solution.frees if one is not free)
     bare = search.fitter.solve(solution.terms, others, solution.nuisances, steps=2)
     cost = spline_penalty(free)
@@ -112,7 +120,7 @@ def _nothing(tests: Detection, solution: Solution, cost: float) -> float:
 
 
 def odds_against_nothing(tests: Detection) -> list[float]:
-    """Posterior odds of each candidate and each free shape against the empty set, linearised.
+    """Posterior odds of each candidate and each spline term against the empty set, linearised.
 
     A candidate with several starting points has the mean over them: they are its prior.
     """
@@ -124,7 +132,7 @@ def odds_against_nothing(tests: Detection) -> list[float]:
         found.setdefault(entry.key, []).append(math.exp(min(log_odds, MOST)))
     for free, gain, _ in tests.fine_scores(tests.empty):
         log_odds = 0.5 * (gain - spline_penalty(free))
-        found[("fine", free.port, free.driver)] = [math.exp(min(log_odds, MOST))]
+        found[("fine", free.location, free.covariate)] = [math.exp(min(log_odds, MOST))]
     return [float(np.mean(one)) for one in found.values()]
 
 

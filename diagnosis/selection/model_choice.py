@@ -14,9 +14,9 @@ from diagnosis.observations.readings import BoolArray, FloatArray
 from diagnosis.priors.options import OPTIONS
 from diagnosis.search.exchange import best_of, group_instead, pairs_for_one
 from diagnosis.search.search import Search
-from diagnosis.selection.ambiguity import Standing, in_parts, resolved
-from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_spline_terms
+from diagnosis.selection.ambiguity import Standing, in_parts, resolved, stands_of
 from diagnosis.selection.credible_set import Credible, credible
+from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_spline_terms
 from diagnosis.selection.tolerance_rival import Needed, ToleranceRival
 
 
@@ -50,6 +50,10 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     progress("what else it could be")
     settled, stands = resolved(told, in_parts(told, solution))
     chances = credible(told, settled, stands)
+    if chances.preferred is not None:
+        settled = in_parts(told, chances.preferred)
+        stands = stands_of(told, settled)
+        chances = credible(told, settled, stands)
     return Explained(told, settled, first_p, told is not search, nominal, stands, chances)
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from rich.markup import escape
 
 from diagnosis.answer.records import Alternative, Diagnosis, Finding, Thinned, Where
+from diagnosis.answer.verdict import seen
 from diagnosis.report.sentences import sureness, words
 from diagnosis.report.sentences.fit_words import fit_lines, fit_title
 from diagnosis.report.sentences.limit_words import faintest_line, untested_line
@@ -61,6 +62,12 @@ def headline(diagnosis: Diagnosis) -> str:
         return words.sentence(
             "something is missing from the model that matches no known effect; "
             + words.listed([_enters(finding) for finding in unknown[:MOST_NAMED]])
+        )
+    nothing = diagnosis.probability_nothing_missing
+    if nothing is not None and not seen(diagnosis.false_alarm_p):
+        return (
+            f"Something may be missing from the model (probability {sureness.percent(1.0 - nothing)}), "
+            "too faint to say what: record longer, or a motion that shows more."
         )
     return "Something is missing from the model, and no known effect explains it."
 
