@@ -13,6 +13,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from diagnosis.estimation.estimate import Solution
 from diagnosis.observations.readings import FloatArray
@@ -150,18 +151,31 @@ def score_log_odds(
         shows = information[0, 0] >= SHOWS**2
         return float(odds + along[0] - 0.5 * information[0, 0]) if shows else -math.inf
     prior = prior_of(candidate)
-    one_sided = all(prior.one_sided)
-    lengths = prior.typical * np.exp(WIDTH * np.linspace(-RANGE, RANGE, STEPS))
-    weight = np.exp(-0.5 * np.linspace(-RANGE, RANGE, STEPS) ** 2)
-    ways = _ways(len(step), one_sided)
+    ways = _ways(len(step), all(prior.one_sided))
     slopes, bends = ways @ along, np.einsum("di,ij,dj->d", ways, information, ways)
-    exponents = lengths[:, None] * slopes - 0.5 * lengths[:, None] ** 2 * bends
-    exponents = np.where(lengths[:, None] ** 2 * bends >= SHOWS**2, exponents, -math.inf)
-    most = float(exponents.max())
+    logs = [_along(prior, float(x), float(y)) for x, y in zip(slopes, bends, strict=True)]
+    most = max(logs)
     if most == -math.inf:
         return -math.inf
-    mean = np.average(np.exp(exponents - most).mean(axis=1), weights=weight)
-    return float(odds + most + math.log(max(float(mean), 1e-300)))
+    return float(odds + most + math.log(sum(math.exp(one - most) for one in logs) / len(logs)))
+
+
+def _along(prior: SizePrior, slope: float, bend: float) -> float:
+    """Log of the likelihood ratio exp(slope r - bend r^2 / 2), averaged over the prior of r."""
+    if bend <= 0.0:
+        return -math.inf
+    low, high = (prior.typical * math.exp(WIDTH * end) for end in (-RANGE, RANGE))
+    low = max(low, SHOWS / math.sqrt(bend))
+    if low >= high:
+        return -math.inf
+    near = slope / bend + np.linspace(-RANGE, RANGE, STEPS) / math.sqrt(bend)
+    points = np.concatenate([np.geomspace(low, high, STEPS), near[(near > low) & (near < high)]])
+    lengths = np.sort(points)
+    away = np.log(lengths / prior.typical) / WIDTH
+    exponents = slope * lengths - 0.5 * bend * lengths**2 - 0.5 * away**2 - np.log(lengths)
+    most = float(exponents.max())
+    mean = float(trapezoid(np.exp(exponents - most), lengths)) / (WIDTH * math.sqrt(2.0 * math.pi))
+    return most + math.log(max(mean, 1e-300))
 
 
 def _ways(count: int, one_sided: bool) -> FloatArray:

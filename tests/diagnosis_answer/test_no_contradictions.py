@@ -47,11 +47,11 @@ RESTS = st.builds(
 )  # fmt: skip
 
 
-@given(FINDINGS, FITS, PS, RESTS)
+@given(FINDINGS, FITS, PS, RESTS, st.none() | st.floats(0.0, 1.0))
 def test_no_answer_contradicts_itself(
-    findings: list[Finding], fit: Fit, p: float, rest: Rest
+    findings: list[Finding], fit: Fit, p: float, rest: Rest, nothing: float | None
 ) -> None:
-    answer = assembled(findings, fit, p, rest)
+    answer = assembled(findings, fit, p, rest, nothing)
     assert contradictions(answer) == []
     assert Diagnosis.model_validate(answer.to_json()).verdict == answer.verdict
 

@@ -65,9 +65,10 @@ def headline(diagnosis: Diagnosis) -> str:
         )
     nothing = diagnosis.probability_nothing_missing
     if nothing is not None and not seen(diagnosis.false_alarm_p):
+        likely = sureness.percent(1.0 - nothing)
         return (
-            f"Something may be missing from the model (probability {sureness.percent(1.0 - nothing)}), "
-            "too faint to say what: record longer, or a motion that shows more."
+            f"Something may be missing from the model (probability {likely}), too faint to say "
+            "what: record longer, or a motion that shows more."
         )
     return "Something is missing from the model, and no known effect explains it."
 
