@@ -25,6 +25,10 @@ from diagnosis.selection.ambiguity import Standing
 
 Name = tuple[str, str]
 """Effect and component."""
+LAPSE = 0.02
+"""Chance that the search ended at a wrong set and nothing it compared around that shows it. Of 111
+claims that the comparison alone made with more than 0.95, on proof cases of two old seeds, three
+were wrong."""
 MOST = 700.0
 """Exponents beyond which a weight is as good as nothing or everything."""
 
@@ -57,7 +61,7 @@ def credible(search: Search, solution: Solution, stands: Sequence[Standing]) -> 
             (weight, rival) for rival, weight in weighed if weight > search.options.preferred
         ]
         total = 1.0 + none + sum(weight for _, weight in weighed)
-        terms.append(1.0 / total)
+        terms.append((1.0 - LAPSE) / total)
         rivals.append(_by_name(solution, [(one, weight / total) for one, weight in weighed]))
     shapes = [_of_shape(search, solution, free) for free in solution.frees]
     nothing = _nothing(search.tests, solution, sum(cost.values()))
@@ -107,7 +111,7 @@ def _of_shape(search: Search, solution: Solution, free: SplineTerm) -> float:
     for trial in search.tests.trials(bare)[:1]:
         behind = bare.cost - trial.gain + trial.penalty + search.options.choice
         weights.append(_weight(behind - solution.cost - cost))
-    return 1.0 / (1.0 + sum(weights))
+    return (1.0 - LAPSE) / (1.0 + sum(weights))
 
 
 def _nothing(tests: Detection, solution: Solution, cost: float) -> float:
