@@ -45,6 +45,9 @@ LAGS_S = (
 WIDTHS = (0.05, 0.15, 0.4, 1.0)
 """Widths of play to start from, as shares of how far reading and prediction are apart."""
 SIDES = (-0.7, 0.0, 0.7)
+STAGES = ("lag", "ringing", "friction", "play")
+"""Parts of the chain from the command to the axis, in their order."""
+MOST_KEPT = 128
 MOST_BEGINS = 4
 """Stretches whose side of the play at the start is fitted; later ones begin in its middle."""
 COARSEST_STEPS = 4.0
@@ -105,6 +108,7 @@ class CommandedAxis(KeepsBeside):
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = self._moving()
         self.beside = np.zeros((len(self.t_s), 0))
+        self._kept: dict[tuple[object, ...], FloatArray] = {}
         self.regressors = tuple(self._regressors())
 
     # ---- the recording -------------------------------------------------------------------------
@@ -268,18 +272,39 @@ class CommandedAxis(KeepsBeside):
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Command behind lag and play, (n,)."""
-        part = self.nominal[:, None]
-        if "lag" in keys:
+        stages = [key for key in STAGES if key in keys]
+        at = [f"{key}.{size.name}" for key in stages for size in self._sizes[key]]
+        known = tuple((name, sizes[name]) for name in at if name in sizes)
+        return self._behind(tuple(stages), known)
+
+    def _behind(self, stages: tuple[str, ...], at: tuple[tuple[str, float], ...]) -> FloatArray:
+        """The same, kept for the fits that pass here again: most move one size at a time."""
+        if not stages:
+            return self.nominal
+        if (stages, at) not in self._kept:
+            last = stages[-1]
+            earlier = tuple((n, value) for n, value in at if not n.startswith(f"{last}."))
+            driven = self._stage(last, self._behind(stages[:-1], earlier), dict(at))
+            if len(self._kept) >= MOST_KEPT:
+                del self._kept[next(iter(self._kept))]
+            self._kept[stages, at] = driven
+        return self._kept[stages, at]
+
+    def _stage(self, key: str, driven: FloatArray, sizes: Sizes) -> FloatArray:
+        """What one part of the chain makes of its input, (n,)."""
+        if key == "lag":
+            part = driven[:, None]
             part = delayed(part, self.t_s, self._stretch_start_s, sizes["lag.dead_time"], {})
-            part = lagged(part, self._step_s, sizes["lag.time"], {})
-        if "ringing" in keys:
-            part = self._rung(part, sizes["ringing.frequency"], sizes["ringing.damping"])
-        driven = part[:, 0]
-        if "friction" in keys:
-            driven = self._played(driven, sizes, "friction", np.zeros(len(driven)))
-        if "play" in keys:
-            driven = self._played(driven, sizes, "play", self.pull)
-        return driven
+            late: FloatArray = lagged(part, self._step_s, sizes["lag.time"], {})[:, 0]
+            return late
+        if key == "ringing":
+            return self._rung(driven, sizes["ringing.frequency"], sizes["ringing.damping"])
+        pull = self.pull if key == "play" else np.zeros(len(driven))
+        return self._played(driven, sizes, key, pull)
+
+    @cached_property
+    def _sizes(self) -> dict[str, tuple[Size, ...]]:
+        return {r.key: r.sizes for r in self.regressors}
 
     @cached_property
     def _begins(self) -> list[str]:
@@ -294,7 +319,7 @@ class CommandedAxis(KeepsBeside):
         width = sizes[f"{key}.width"]
         return loose(driven, self.readings.fresh, width, starts, pull, float(driven[0]))
 
-    def _rung(self, part: FloatArray, frequency_hz: float, damping: float) -> FloatArray:
+    def _rung(self, driven: FloatArray, frequency_hz: float, damping: float) -> FloatArray:
         """A mass on a damped spring whose damper moves along: see models.effects.resonance."""
         omega = 2.0 * np.pi * frequency_hz
         pole = omega * complex(-damping, np.sqrt(1.0 - damping**2))
@@ -302,11 +327,12 @@ class CommandedAxis(KeepsBeside):
         step = self._step_s
         decay = np.exp(pole * step)
         kept = np.where(step > 0.0, (decay - 1.0) / (pole * np.maximum(step, 1e-12)), 0.0)
+        part = driven[:, None]
         moved = np.diff(part, axis=0, prepend=part[:1])
         moved[step <= 0.0] = 0.0
         gain = np.where(step > 0.0, decay, 0.0)
         state = linear(gain, -(share * kept)[:, None] * moved, np.zeros(1, complex))
-        rung: FloatArray = part + state.real
+        rung: FloatArray = (part + state.real)[:, 0]
         return rung
 
     # ---- shapes --------------------------------------------------------------------------------
