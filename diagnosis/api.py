@@ -12,8 +12,8 @@ from diagnosis.admission.step_counts import check_steps
 from diagnosis.answer.records import Diagnosis
 from diagnosis.estimation.side_by_side import only_here
 from diagnosis.experiment import MotionLimits
+from diagnosis.pipelines.lone_machine import diagnose_axis
 from diagnosis.pipelines.nonlinear import diagnose_model
-from diagnosis.pipelines.regression import diagnose_axis
 from diagnosis.pipelines.servo_robot import diagnose_servo_robot, is_servo_run
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.report.sentences.telling import told

@@ -17,7 +17,7 @@ from multiprocessing import get_context
 import numpy as np
 
 from diagnosis.answer.records import Diagnosis
-from diagnosis.pipelines.regression import diagnose_axis
+from diagnosis.pipelines.lone_machine import diagnose_axis
 from models.robot import Drive, RangeSensor, ServoAxis, StepperAxis
 from tests.axes.axis_rigs import FollowingRig, ForcedRig, RangingRig
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from diagnosis.answer.records import Diagnosis
 from diagnosis.api import diagnose
 from diagnosis.observations.column_mapping import Mapping, load_mapping, read_mapped
-from diagnosis.pipelines.regression import diagnose_axis
+from diagnosis.pipelines.lone_machine import diagnose_axis
 from models.robot import RangeSensor
 
 DEFAULT = Path(__file__).resolve().parents[2] / "../shared/recordings"

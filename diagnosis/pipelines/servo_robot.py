@@ -15,8 +15,8 @@ from diagnosis.answer.records import Diagnosis, NotTestable, Verdict
 from diagnosis.experiment import MotionLimits
 from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.observations.servo_preprocessing import JOINTS, reads_disturbance
+from diagnosis.pipelines.lone_machine import diagnose_servo
 from diagnosis.pipelines.nonlinear import diagnose_model
-from diagnosis.pipelines.regression import diagnose_servo
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.report.sentences.telling import told
 from foundation.errors import RecordingError

@@ -13,7 +13,8 @@ from typing import Any, Literal, Protocol
 
 import numpy as np
 
-from diagnosis.observations.readings import FloatArray, IntArray
+from diagnosis.answer.records import NotTestable
+from diagnosis.observations.readings import FloatArray, IntArray, Readings
 
 Sizes = Mapping[str, float]
 """Nonlinear sizes by `regressor.size`, in SI units."""
@@ -112,6 +113,9 @@ class RegressionPlant(Protocol):
     observed: FloatArray
     """(n,) what is to be explained, in `unit`."""
     unit: str
+    channel: str
+    """Name of what was observed, for drawings."""
+    readings: Readings
     t_s: FloatArray
     rows: IntArray
     """Rows that count: valid, and thinned to what can tell anything."""
@@ -143,6 +147,10 @@ class RegressionPlant(Protocol):
 
     def shown(self, key: str) -> Sequence[Shown]:
         """What the answer says of the sizes of a regressor, the main parameter first."""
+        ...
+
+    def not_testable(self) -> list[NotTestable]:
+        """Effects of which such a recording can tell nothing, and why."""
         ...
 
     def keep_beside(self, shapes: FloatArray) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import BSpline
 
+from diagnosis.answer.records import NotTestable
 from diagnosis.observations.readings import FloatArray, IntArray
 
 DEGREE = 3
@@ -60,6 +61,10 @@ class KeepsBeside:
     """A plant whose spline terms, kept in `_unknown`, give way to the shapes of a chosen set."""
 
     beside: FloatArray
+
+    def not_testable(self) -> list[NotTestable]:
+        """Nothing is out of reach of every recording of such a machine."""
+        return []
 
     def keep_beside(self, shapes: FloatArray) -> None:
         """Spline terms must not take the place of these shapes (n, j) either."""

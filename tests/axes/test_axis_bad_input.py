@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from diagnosis.observations.column_mapping import load_mapping, read_mapped
-from diagnosis.pipelines.regression import diagnose_axis
+from diagnosis.pipelines.lone_machine import diagnose_axis
 from foundation.errors import ConfigError, RecordingError
 from models.robot import ServoAxis
 from recording.flat import from_columns

@@ -8,7 +8,7 @@ from types import ModuleType
 import pytest
 
 from diagnosis.answer.corrected_robot import save_corrected
-from diagnosis.pipelines.regression import diagnose_axis
+from diagnosis.pipelines.lone_machine import diagnose_axis
 from models.robot import DeltaRobot, RobotModel, load_robot_model
 from recording.flat import FlatRecording
 

@@ -7,7 +7,7 @@ from types import ModuleType
 import pytest
 
 from diagnosis.answer.records import Diagnosis
-from diagnosis.pipelines.regression import diagnose_axis
+from diagnosis.pipelines.lone_machine import diagnose_axis
 from models.robot import AxisGravity, Drive, RangeSensor, ServoAxis, StepperAxis
 
 FORCED = ServoAxis(kind="servo_axis", name="forced", motion="linear", inertia=2.0)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from diagnosis.answer.consistency import contradictions
 from diagnosis.estimation.effective_size import autocorrelation_time, runs_of_one_value, tempered
 from diagnosis.evidence.laplace import Laplace
-from diagnosis.pipelines.regression import diagnose_axis
+from diagnosis.pipelines.lone_machine import diagnose_axis
 from diagnosis.plants.regression import Columns, Regressor
 from diagnosis.plants.spline_terms import spline_terms
 from foundation.errors import RecordingError

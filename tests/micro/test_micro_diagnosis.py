@@ -14,7 +14,7 @@ pytest.importorskip("scipy", reason="the diagnosis needs the extra 'diagnosis'")
 
 from diagnosis.api import diagnose_recordings
 from diagnosis.observations.servo_preprocessing import signals_of
-from diagnosis.pipelines.regression import diagnose_servo
+from diagnosis.pipelines.lone_machine import diagnose_servo
 from diagnosis.pipelines.servo_robot import joined, sensor_rounds
 from foundation.errors import ConfigError, RecordingError
 from models.chain.servo_delta import ServoChain

@@ -17,8 +17,8 @@ from scipy.ndimage import binary_dilation
 from diagnosis.observations.inverse_dynamics import Motion, motion_of
 from diagnosis.observations.needed_columns import filled, first_of, needed, refuse_still
 from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather
+from diagnosis.plants.left_over import UNKNOWN, LeftOver
 from diagnosis.plants.regression import Columns, Equivalent, Regressor, Shown, Size, Sizes
-from diagnosis.plants.spline_terms import KeepsBeside, spline_terms
 from foundation.errors import RecordingError
 from models.chain.axis import gravity_pull
 from models.chain.effort_axis import Driven, EffortChain
@@ -44,7 +44,7 @@ SPEEDS = (0.02, 0.06, 0.2)
 PIECES = 10
 
 
-class ForcedAxis(KeepsBeside):
+class ForcedAxis(LeftOver):
     """A lone axis by its effort; `observed` is effort that the robot file does not explain."""
 
     def __init__(
@@ -74,6 +74,7 @@ class ForcedAxis(KeepsBeside):
         self.filtered_force = self.motion.low_passed(force)
         self.observed = self._not_explained(recordings)
         self.rounding = 0.0
+        self.channel = "effort"
         self.drawn_on = self.filtered_force - self.observed
         self.rows = self._rows()
         if len(self.rows) < FEWEST // 2:
@@ -159,11 +160,7 @@ class ForcedAxis(KeepsBeside):
                 Regressor("stribeck", "stribeck_friction", -3.0, sizes=(speed,),
                           beside=("friction",), alone=False),
             ]  # fmt: skip
-        found += [
-            Regressor(f"unknown {name}", "unknown", -5.0, follows=(name,), left_over=True)
-            for name in self.covariates
-        ]
-        return found
+        return [*found, *self.unknowns()]
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Nothing is predicted of what the robot file does not explain, (n,)."""
@@ -182,8 +179,8 @@ class ForcedAxis(KeepsBeside):
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Forces (n, k) of one regressor, low-passed like the effort."""
-        if key.startswith("unknown "):
-            return self._unknown[key[len("unknown ") :]]
+        if key.startswith(UNKNOWN):
+            return self.unknown(key)
         if key == "stribeck":
             share = np.exp(-((self.motion.velocity / sizes["stribeck.speed"]) ** 2))
             shape = self.motion.low_passed(self._direction * share)
@@ -218,25 +215,21 @@ class ForcedAxis(KeepsBeside):
         found = {"position": self.motion.position, "velocity": self.motion.velocity}
         return found if self.let_go else {**found, "time": self.t_s}
 
-    @property
-    def _spanned(self) -> FloatArray:
-        """Named shapes that no spline term may take the place of, (n, j)."""
+    def spanned(self, name: str) -> FloatArray:
+        """Named shapes (n, j) that no spline term may take the place of."""
         left_out = {"lag"} | ({"gain"} if not self._pulls else set())
         left_out |= {"offset"} if self.let_go else set()
         named = [c.values[:, 0] for key, c in self._shapes.items() if key not in left_out]
-        return np.concatenate([np.stack(named, axis=1), self.beside], axis=1)
+        return np.stack(named, axis=1)
 
-    @cached_property
-    def _unknown(self) -> dict[str, Columns]:
-        found = {}
-        for name, values in self.covariates.items():
-            shapes = spline_terms(values, PIECES, self._spanned, self.rows)
-            found[name] = Columns(shapes, np.full(shapes.shape[1], 0.3 * self.size))
-        return found
+    def pieces(self, name: str) -> int:
+        """The same over every covariate."""
+        return PIECES
 
-    def followed(self, key: str) -> FloatArray:
-        """Covariate (n,) of an unknown."""
-        return self.covariates[key[len("unknown ") :]]
+    @property
+    def unknown_spread(self) -> float:
+        """A third of all forces."""
+        return 0.3 * self.size
 
     def variant(self) -> ForcedAxis:
         """The same under a narrower low-pass: what differs between the two is no knowledge."""

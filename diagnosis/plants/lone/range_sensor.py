@@ -22,8 +22,8 @@ from diagnosis.observations.readings import (
     gather,
     step_of,
 )
+from diagnosis.plants.left_over import UNKNOWN, LeftOver
 from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes
-from diagnosis.plants.spline_terms import KeepsBeside, spline_terms
 from models.chain.range_sensor import SensorChain
 from models.robot import RangeSensor
 from recording.flat import FlatRecording
@@ -41,7 +41,7 @@ WARM_UP_S = (20.0, 100.0, 500.0, 2500.0)
 PIECES = 8
 
 
-class RangeSensorPlant(KeepsBeside):
+class RangeSensorPlant(LeftOver):
     """A sensor and the distances it should have read."""
 
     unit = "m"
@@ -52,7 +52,8 @@ class RangeSensorPlant(KeepsBeside):
             needed(recording, ("distance",), "distance")
             needed(recording, ("range",), "range")
         recordings = [_averaged(recording) for recording in recordings]
-        self.readings: Readings = gather(recordings, ["range"], {"range": "m"}, FEWEST)
+        self.channel = "range"
+        self.readings: Readings = gather(recordings, [self.channel], {self.channel: "m"}, FEWEST)
         self.t_s = self.readings.t_s
         self.distance = np.concatenate([filled(r, "distance") for r in recordings])
         source = recordings[0].source
@@ -127,11 +128,7 @@ class RangeSensorPlant(KeepsBeside):
             warming = Size("time_constant", "flat", span, 2.0 * self.readings.period_s, 3.0 * span,
                            1e-3 * span)  # fmt: skip
             found.append(Regressor("drift", "sensor_drift", -3.0, sizes=(warming,), alone=False))
-        found += [
-            Regressor(f"unknown {name}", "unknown", -5.0, follows=(name,), left_over=True)
-            for name in self.covariates
-        ]
-        return found
+        return [*found, *self.unknowns()]
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """What the robot file says the sensor reads, (n,)."""
@@ -143,8 +140,8 @@ class RangeSensorPlant(KeepsBeside):
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Errors (n, k) of one regressor."""
-        if key.startswith("unknown "):
-            return self._unknown[key[len("unknown ") :]]
+        if key.startswith(UNKNOWN):
+            return self.unknown(key)
         if key == "drift":
             return self._drift(sizes["drift.time_constant"])
         shape, spread, name = self._shapes[key]
@@ -178,22 +175,18 @@ class RangeSensorPlant(KeepsBeside):
         found = {"distance": self.distance} if self.moves else {}
         return {**found, "time": self.t_s} if self.in_time else found
 
+    def spanned(self, name: str) -> FloatArray:
+        """Named shapes (n, j) that no spline term may take the place of."""
+        return np.stack([np.ones(len(self.t_s)), self.distance], axis=1)
+
+    def pieces(self, name: str) -> int:
+        """The same over every covariate."""
+        return PIECES
+
     @property
-    def _spanned(self) -> FloatArray:
-        named = np.stack([np.ones(len(self.t_s)), self.distance], axis=1)
-        return np.concatenate([named, self.beside], axis=1)
-
-    @cached_property
-    def _unknown(self) -> dict[str, Columns]:
-        found = {}
-        for name, values in self.covariates.items():
-            shapes = spline_terms(values, PIECES, self._spanned, self.rows)
-            found[name] = Columns(shapes, np.full(shapes.shape[1], 0.5 * self.mismatch))
-        return found
-
-    def followed(self, key: str) -> FloatArray:
-        """Covariate (n,) of an unknown."""
-        return self.covariates[key[len("unknown ") :]]
+    def unknown_spread(self) -> float:
+        """Half of what readings and distances are apart."""
+        return 0.5 * self.mismatch
 
     def variant(self) -> None:
         """There is one way to prepare it."""

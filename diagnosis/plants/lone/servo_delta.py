@@ -52,6 +52,7 @@ class ServoDelta(KeepsBeside):
         self._signals: list[Signals] = [signals_of(r, self.chain) for r in recordings]
         self._courses: list[Course] = [self.chain.course(s.motion) for s in self._signals]
         self.readings = self._laid_end_to_end()
+        self.channel = self.readings.names[0]
         if self.readings.valid.sum() < 3 * FEWEST_SAMPLES:
             raise RecordingError(
                 f"{recordings[0].source}: {int(self.readings.valid.sum())} stretches of 10 ms in "

@@ -1,0 +1,103 @@
+"""Figures of a selection of regressors: mismatch, what is left, detection limits, drawings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from diagnosis.answer.records import Channel, Fit, Picture, SmallestDetectable
+from diagnosis.answer.verdict import Rest, seen
+from diagnosis.assessment.regression_holdout import on_blocks, on_other_runs
+from diagnosis.assessment.significance import chance
+from diagnosis.evidence.laplace import Explanation
+from diagnosis.observations.readings import IntArray
+from diagnosis.pipelines.regression_findings import scaled_covariance
+from diagnosis.plants.regression import RegressionPlant
+from diagnosis.selection.named_first import OPEN, Selected
+
+POWER = 4.2
+"""Standard deviations of a size at which it is found in four recordings of five: 3.3 to overcome
+its Occam factor and its odds, 0.84 for the power."""
+
+
+def rest_of(selected: Selected) -> Rest:
+    """What the tests say of the residual, of spline terms that are not out of the question."""
+    free, best = selected.left_over, selected.best
+    known = free(best.keys, [best])
+    unknown = [
+        r
+        for r in selected.plant.regressors
+        if r.left_over and r.key not in best.keys and selected.probability[r.key] > OPEN
+    ]
+    if not unknown:
+        return Rest(1.0)
+    asked = [(r, free(best.keys | {r.key}, [known])) for r in unknown]
+    pairs = [(chance(selected, more, known), r, more) for r, more in asked]
+    p, regressor, more = min(pairs, key=lambda item: item[0])
+    share = max(known.chi2 - more.chi2, 0.0) / max(known.chi2, 1e-12)
+    return Rest(p, regressor.follows, "", share)
+
+
+def fit_of(selected: Selected, others: Sequence[RegressionPlant], rest: Rest) -> Fit:
+    """Figures of the fit; what no test can tell from noise is the noise floor."""
+    rows, after_m = selected.noise.rows, _rms(selected.best, selected.noise.rows)
+    free_m = float(np.sqrt(np.mean(selected.left_over.noise.sigma**2)))
+    before, after = on_other_runs(selected, others) if others else on_blocks(selected)
+    return Fit(
+        rms_before_m=_rms(selected.empty, rows),
+        rms_after_m=after_m,
+        noise_floor_m=min(free_m, after_m) if seen(rest.p) else after_m,
+        holdout_rms_before_m=before,
+        holdout_rms_after_m=after,
+        unit=selected.plant.unit,
+        holdout="run" if others else "blocks",
+    )
+
+
+def _rms(explanation: Explanation, rows: IntArray) -> float:
+    return float(np.sqrt(np.mean(np.square(explanation.residual[rows]))))
+
+
+def detection_limits(selected: Selected) -> list[SmallestDetectable]:
+    """Size of each absent effect that would be found with 80 % power, from its covariance."""
+    best, found = selected.best, []
+    for regressor in selected.plant.regressors:
+        if regressor.key in best.keys or regressor.left_over or regressor.beside:
+            continue
+        shown = selected.plant.shown(regressor.key)
+        with_it = best.keys | {regressor.key}
+        if not shown or len(regressor.sizes) > 0 or with_it not in selected.evidence:
+            continue
+        more = selected.evidence(with_it)
+        at = [i for i, name in enumerate(more.names) if name.startswith(f"{regressor.key}.")]
+        if len(at) != 1:
+            continue
+        spread = POWER * float(np.sqrt(scaled_covariance(more)[at[0], at[0]]))
+        name = more.names[at[0]][len(regressor.key) + 1 :]
+        size = abs(float(shown[0].of({name: np.asarray(spread)})) - shown[0].nothing)
+        found.append(
+            SmallestDetectable(
+                effect=regressor.effect, component=regressor.component,
+                parameter=shown[0].name, value=size, unit=shown[0].unit,
+            )
+        )  # fmt: skip
+    return found
+
+
+def picture_of(selected: Selected, plant: RegressionPlant) -> Picture:
+    """Arrays for drawings."""
+    on = plant.drawn_on
+    good = np.zeros(len(plant.t_s), dtype=bool)
+    good[plant.rows] = True
+    channel = Channel(
+        name=plant.channel, unit=plant.unit, observed=np.where(good, plant.observed + on, np.nan),
+        before=selected.empty.predicted + on, after=selected.best.predicted + on,
+        noise=float(np.median(selected.left_over.noise.sigma)),
+    )  # fmt: skip
+    return Picture(
+        t_s=plant.t_s,
+        channels=[channel],
+        covariates=dict(plant.covariates),
+        shift_s=plant.readings.shift_s,
+    )

@@ -1,0 +1,63 @@
+"""Unknown physics of a regression plant: a spline term a covariate, in what named effects leave."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from diagnosis.observations.readings import FloatArray, IntArray
+from diagnosis.plants.regression import Columns, Regressor
+from diagnosis.plants.spline_terms import KeepsBeside, spline_terms
+
+UNKNOWN = "unknown "
+LOG_ODDS = -5.0
+"""Of a mismatch that no named effect makes: one machine in 150 has it, for each covariate."""
+
+
+class LeftOver(KeepsBeside):
+    """A plant with one spline term for each of its covariates; regressors `unknown COVARIATE`."""
+
+    rows: IntArray
+
+    @cached_property
+    def covariates(self) -> dict[str, FloatArray]:
+        """What a mismatch may follow, name -> (n,)."""
+        raise NotImplementedError
+
+    def spanned(self, name: str) -> FloatArray:
+        """Named shapes (n, j) that no spline term over this covariate may take the place of."""
+        raise NotImplementedError
+
+    def pieces(self, name: str) -> int:
+        """Into how many pieces the range of a covariate is cut."""
+        raise NotImplementedError
+
+    @property
+    def unknown_spread(self) -> float:
+        """Prior spread of a spline term's coefficients, in the unit of `observed`."""
+        raise NotImplementedError
+
+    def unknowns(self) -> list[Regressor]:
+        """The regressors."""
+        return [
+            Regressor(UNKNOWN + name, "unknown", LOG_ODDS, follows=(name,), left_over=True)
+            for name in self.covariates
+        ]
+
+    def followed(self, key: str) -> FloatArray:
+        """Covariate (n,) of an unknown."""
+        return self.covariates[key.removeprefix(UNKNOWN)]
+
+    def unknown(self, key: str) -> Columns:
+        """Shapes (n, k) of an unknown."""
+        return self._unknown[key.removeprefix(UNKNOWN)]
+
+    @cached_property
+    def _unknown(self) -> dict[str, Columns]:
+        found = {}
+        for name, values in self.covariates.items():
+            named = np.concatenate([self.spanned(name), self.beside], axis=1)
+            shapes = spline_terms(values, self.pieces(name), named, self.rows)
+            found[name] = Columns(shapes, np.full(shapes.shape[1], self.unknown_spread))
+        return found

@@ -1,0 +1,71 @@
+"""Shapes of what may differ on an axis that follows commands, a column a size."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from diagnosis.observations.readings import FloatArray
+from diagnosis.plants.lone.recorded_axis import RecordedAxis
+from diagnosis.plants.regression import Columns, Sizes
+
+RATIO_SPREAD = {"stepper_axis": 0.02, "servo_axis": 0.01}
+"""A servo closes its loop over what is read: only another encoder sees another ratio."""
+
+
+class AxisShapes:
+    """Columns (n, k) with their spreads, around a prediction (n,)."""
+
+    def __init__(self, axis: RecordedAxis):
+        self._axis = axis
+
+    def of(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
+        """Shapes of one regressor around a base; none of one whose sizes are all nonlinear."""
+        if key == "offset":
+            return Columns(np.ones((len(base), 1)), np.array([self._axis.mismatch]), ("angle",))
+        if key == "ratio":
+            shape = (
+                base
+                if self._axis.robot.zero == "absolute"
+                else base - np.mean(base[self._axis.rows])
+            )
+            return Columns(
+                shape[:, None], np.array([RATIO_SPREAD[self._axis.robot.kind]]), ("scale",)
+            )
+        if key == "droop":
+            return Columns(self._axis.pull[:, None], np.array([self._yielding]), ("1/stiffness",))
+        if key == "gear":
+            return self._waves(base, sizes["gear.waves"])
+        if key == "drift":
+            return self._bend
+        if key == "jump":
+            after = (self._axis.t_s >= sizes["jump.moment"]).astype(float)[:, None]
+            return Columns(after, np.array([self._axis.mismatch]), ("shift",))
+        return Columns(np.zeros((len(base), 0)), np.zeros(0))
+
+    @cached_property
+    def _bend(self) -> Columns:
+        """A drift that bends slowly: second and third power of time, less a constant and a line."""
+        scaled = (self._axis.t_s - self._axis.t_s.mean()) / max(
+            float(np.ptp(self._axis.t_s)), 1e-300
+        )
+        line = np.stack([np.ones_like(scaled), scaled], axis=1)
+        bent = np.stack([scaled**2, scaled**3], axis=1)
+        share, *_ = np.linalg.lstsq(line[self._axis.rows], bent[self._axis.rows], rcond=None)
+        shapes = bent - line @ share
+        return Columns(shapes / np.std(shapes, axis=0), np.full(2, self._axis.mismatch))
+
+    @cached_property
+    def _yielding(self) -> float:
+        pull = self._axis.pull[self._axis.rows]
+        return 2.0 * self._axis.mismatch / max(float(np.std(pull)), 1e-300)
+
+    def _waves(self, base: FloatArray, waves: float) -> Columns:
+        """First and second harmonic of a wave that repeats `waves` times over the travel."""
+        angle = 2.0 * np.pi * waves / self._axis.span * base
+        shapes = np.stack(
+            [np.sin(angle), np.cos(angle), np.sin(2 * angle), np.cos(2 * angle)], axis=1
+        )
+        spread = self._axis.mismatch * np.array([1.0, 1.0, 0.5, 0.5])
+        return Columns(shapes, spread, ("sine", "cosine", "sine2", "cosine2"))

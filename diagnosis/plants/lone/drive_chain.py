@@ -1,0 +1,84 @@
+"""What an axis does with its command, part by part: lag, ringing, friction, play."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from diagnosis.observations.readings import FloatArray
+from diagnosis.plants.lone.recorded_axis import RecordedAxis
+from diagnosis.plants.regression import Regressor, Sizes
+from models.effects.axis_play import loose
+from models.effects.recursion import delayed, lagged, linear
+
+STAGES = ("lag", "ringing", "friction", "play")
+"""Parts of the chain from the command to the axis, in their order."""
+MOST_KEPT = 128
+
+
+class DriveChain:
+    """The prediction of an axis behind its lag and play, for sizes in which it is not linear."""
+
+    def __init__(self, axis: RecordedAxis, regressors: Sequence[Regressor], begins: Sequence[str]):
+        """begins: names of the sizes that say where in the play the first stretches begin."""
+        self._axis, self._begins = axis, begins
+        self._sizes = {r.key: r.sizes for r in regressors}
+        self._kept: dict[tuple[object, ...], FloatArray] = {}
+
+    def behind(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
+        """Command behind lag and play, (n,)."""
+        stages = [key for key in STAGES if key in keys]
+        at = [f"{key}.{size.name}" for key in stages for size in self._sizes[key]]
+        known = tuple((name, sizes[name]) for name in at if name in sizes)
+        return self._behind(tuple(stages), known)
+
+    def _behind(self, stages: tuple[str, ...], at: tuple[tuple[str, float], ...]) -> FloatArray:
+        """The same, kept for the fits that pass here again: most move one size at a time."""
+        if not stages:
+            return self._axis.nominal
+        if (stages, at) not in self._kept:
+            last = stages[-1]
+            earlier = tuple((n, value) for n, value in at if not n.startswith(f"{last}."))
+            driven = self._stage(last, self._behind(stages[:-1], earlier), dict(at))
+            if len(self._kept) >= MOST_KEPT:
+                del self._kept[next(iter(self._kept))]
+            self._kept[stages, at] = driven
+        return self._kept[stages, at]
+
+    def _stage(self, key: str, driven: FloatArray, sizes: Sizes) -> FloatArray:
+        """What one part of the chain makes of its input, (n,)."""
+        if key == "lag":
+            part = driven[:, None]
+            part = delayed(
+                part, self._axis.t_s, self._axis.stretch_start_s, sizes["lag.dead_time"], {}
+            )
+            late: FloatArray = lagged(part, self._axis.step_s, sizes["lag.time"], {})[:, 0]
+            return late
+        if key == "ringing":
+            return self._rung(driven, sizes["ringing.frequency"], sizes["ringing.damping"])
+        pull = self._axis.pull if key == "play" else np.zeros(len(driven))
+        return self._played(driven, sizes, key, pull)
+
+    def _played(self, driven: FloatArray, sizes: Sizes, key: str, pull: FloatArray) -> FloatArray:
+        starts = np.zeros(int(np.count_nonzero(self._axis.readings.fresh)))
+        known = [sizes[f"{key}.{name}"] for name in self._begins if f"{key}.{name}" in sizes]
+        starts[: len(known)] = known[: len(starts)]
+        width = sizes[f"{key}.width"]
+        return loose(driven, self._axis.readings.fresh, width, starts, pull, float(driven[0]))
+
+    def _rung(self, driven: FloatArray, frequency_hz: float, damping: float) -> FloatArray:
+        """A mass on a damped spring whose damper moves along: see models.effects.resonance."""
+        omega = 2.0 * np.pi * frequency_hz
+        pole = omega * complex(-damping, np.sqrt(1.0 - damping**2))
+        share = 1.0 + 1j * damping / np.sqrt(1.0 - damping**2)
+        step = self._axis.step_s
+        decay = np.exp(pole * step)
+        kept = np.where(step > 0.0, (decay - 1.0) / (pole * np.maximum(step, 1e-12)), 0.0)
+        part = driven[:, None]
+        moved = np.diff(part, axis=0, prepend=part[:1])
+        moved[step <= 0.0] = 0.0
+        gain = np.where(step > 0.0, decay, 0.0)
+        state = linear(gain, -(share * kept)[:, None] * moved, np.zeros(1, complex))
+        rung: FloatArray = (part + state.real)[:, 0]
+        return rung

@@ -1,0 +1,171 @@
+"""A recording of an axis that follows commands: what it read, was told, and what pulled on it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from diagnosis.observations.needed_columns import (
+    filled,
+    first_of,
+    needed,
+    refuse_other_units,
+    refuse_still,
+)
+from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather, step_of
+from models.chain.axis import AxisChain
+from models.chain.commands import Commands
+from models.effects.recursion import lagged
+from models.robot import ServoAxis, StepperAxis
+from recording.flat import FlatRecording
+
+OBSERVED = ("theta_1", "position")
+COMMANDED = ("command_1", "command")
+FEWEST = 40
+MOST_ROWS = 2000
+"""Rows beyond which an axis tells no more: readings are correlated over many samples."""
+MOST_SAMPLES = 4000
+MOVING = 0.05
+"""Share of the top speed above which a row counts as in motion."""
+LAG_SPREAD_S = 0.1
+"""A drive's lag is tens of milliseconds; a hobby servo's a tenth of a second (SO-101, STS3250)."""
+FULL_STEPS = 200.0
+"""Of a turn of the usual stepper motor (1.8 degrees each)."""
+
+
+class RecordedAxis:
+    """Readings (n,) of an axis, its command, its nominal prediction, and which rows count."""
+
+    def __init__(self, robot: StepperAxis | ServoAxis, recordings: Sequence[FlatRecording]):
+        self.robot = robot
+        servo = isinstance(robot, ServoAxis)
+        self.unit = "m" if isinstance(robot, ServoAxis) and robot.motion == "linear" else "rad"
+        self.rad_per_step = robot.drive.rad_per_step if isinstance(robot, StepperAxis) else 0.0
+        self.chain = self._chain()
+        recordings = [_thinned(recording) for recording in recordings]
+        order = OBSERVED[::-1] if servo else OBSERVED
+        self.name = needed(recordings[0], order, "position" if servo else "theta_1")
+        self.readings: Readings = gather(recordings, [self.name], {self.name: self.unit}, FEWEST)
+        self.observed = np.nan_to_num(self.readings.values[:, 0])
+        self.t_s = self.readings.t_s
+        self.commanded = np.concatenate([self._commanded(r) for r in recordings])
+        source = recordings[0].source
+        refuse_still(self.commanded, "the command", source)
+        refuse_still(self.readings.values[:, 0], self.name, source)
+        refuse_other_units(
+            self.commanded, self.readings.values[:, 0], f"{self.name} and the command", source
+        )
+        self._commands = [
+            Commands.of_angles(self.t_s[p], self.commanded[p, None], self.readings.fresh[p])
+            for p in self.parts
+        ]
+        self.pull = self._pull(recordings)
+        self.nominal = np.concatenate(
+            [
+                self.chain.simulate(c, (), self.pull[p, None])
+                for c, p in zip(self._commands, self.parts, strict=True)
+            ]
+        )
+        self.resolution = step_of(self.readings.values[:, 0])
+        """Smallest step of the reading: no play below it can be told from rounding."""
+        self.rounding = self.resolution / float(np.sqrt(12.0))
+        self.rows = self._rows()
+        self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
+        self.kinds = self._moving()
+
+    def _chain(self) -> AxisChain:
+        robot = self.robot
+        if isinstance(robot, StepperAxis):
+            return AxisChain("rotary", None, None, robot.drive.rad_per_step, robot.effects)
+        return AxisChain(robot.motion, robot.gravity, robot.drive_stiffness, 0.0, robot.effects)
+
+    def _commanded(self, recording: FlatRecording) -> FloatArray:
+        servo = isinstance(self.robot, ServoAxis)
+        name = first_of(recording, COMMANDED[::-1] if servo else COMMANDED)
+        if name is not None:
+            return filled(recording, name)
+        if isinstance(self.robot, StepperAxis) and first_of(recording, ["steps_1"]):
+            return filled(recording, "steps_1") * self.rad_per_step
+        needed(recording, (), "command" if servo else "command_1")
+        raise AssertionError("needed() raises")
+
+    @cached_property
+    def parts(self) -> list[FloatArray]:
+        """Which rows belong to each recording, (n,) of booleans."""
+        part = self.readings.part
+        return [part == n for n in range(int(part[-1]) + 1)]
+
+    def _pull(self, recordings: Sequence[FlatRecording]) -> FloatArray:
+        """Known load on the axis (n,): gravity where the axis is, and what a column gives."""
+        at = np.where(self.readings.valid[:, 0], self.observed, self.commanded)
+        loads = [
+            filled(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings
+        ]
+        gravity = self.robot.gravity if isinstance(self.robot, ServoAxis) else None
+        load: FloatArray = np.concatenate(loads)
+        if gravity is not None:
+            load = load - gravity.torque_nm * np.sin(at - gravity.zero_rad)
+        return load
+
+    def _rows(self) -> IntArray:
+        valid = np.flatnonzero(self.readings.valid[:, 0])
+        stride = max(1, -(-len(valid) // MOST_ROWS))
+        return valid[::stride]
+
+    def _moving(self) -> IntArray:
+        """1 while the command moves or has just moved: there a drive does what no model follows."""
+        step_s = np.maximum(np.diff(self.t_s, prepend=self.t_s[0] - 1.0), 1e-9)
+        speed = np.abs(np.diff(self.commanded, prepend=self.commanded[0])) / step_s
+        # How a stretch began nobody knows: what the axis was doing counts as motion.
+        speed[self.readings.fresh] = float(np.max(speed[~self.readings.fresh], initial=0.0))
+        late = lagged(
+            speed[:, None], np.where(self.readings.fresh, 0.0, step_s), 3 * LAG_SPREAD_S, {}
+        )
+        moving: IntArray = (late[:, 0] > MOVING * np.quantile(late, 0.98)).astype(np.intp)
+        share = float(moving[self.rows].mean())
+        return moving if 0.1 < share < 0.9 else np.zeros_like(moving)
+
+    @cached_property
+    def span(self) -> float:
+        """Travel of the command."""
+        return float(np.ptp(self.commanded[self.rows]))
+
+    @cached_property
+    def mismatch(self) -> float:
+        """How far reading and nominal prediction are apart: the spread of shapes of any size."""
+        left = (self.observed - self.nominal)[self.rows]
+        left = left - np.median(left) if self.robot.zero == "arbitrary" else left
+        return max(float(np.sqrt(np.mean(np.clip(left**2, 0.0, np.quantile(left**2, 0.99))))),
+                   1e-12 * max(self.span, 1e-12))  # fmt: skip
+
+    @cached_property
+    def step_s(self) -> FloatArray:
+        """Time since the row before (n,) [s]; 0 where a stretch begins."""
+        steps = np.diff(self.t_s, prepend=self.t_s[0])
+        steps[self.readings.fresh] = 0.0
+        return steps
+
+    @cached_property
+    def stretch_start_s(self) -> FloatArray:
+        """When the stretch of a row began (n,) [s]."""
+        starts = self.t_s[self.readings.fresh]
+        began: FloatArray = starts[np.cumsum(self.readings.fresh) - 1]
+        return began
+
+    @property
+    def full_step(self) -> float:
+        """Least that a motor loses at the axis [rad]: one of its 200 full steps a turn."""
+        if not isinstance(self.robot, StepperAxis):
+            return 0.0
+        return self.rad_per_step * self.robot.drive.microsteps_per_rev / FULL_STEPS
+
+
+def _thinned(recording: FlatRecording) -> FlatRecording:
+    """Every so many rows of a long recording: an axis hardly moves between them."""
+    stride = -(-len(recording) // MOST_SAMPLES)
+    if stride == 1:
+        return recording
+    columns = {name: values[::stride] for name, values in recording.columns.items()}
+    return FlatRecording(recording.t_s[::stride], columns, {}, recording.source)
