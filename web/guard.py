@@ -19,6 +19,8 @@ Send = Callable[[Message], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 MAX_BODY: Final = 128 * 1024
+MAX_HEARD: Final = 16 * 1024 * 1024
+"""Of a body that is too long, before the connection is closed on it."""
 MAX_PAGES: Final = 40
 PEERS_KNOWN: Final = 1000
 REQUESTS_HZ, REQUESTS_BURST = 60.0, 600
@@ -53,6 +55,9 @@ class Refusal:
     to_login: bool = False
 
 
+TOO_LONG: Final = Refusal(413, f"more than {MAX_BODY // 1024} kB are not taken")
+
+
 @dataclass
 class Guard:
     """An ASGI application around another. `sessions` is None where nobody signs in."""
@@ -74,13 +79,20 @@ class Guard:
                    scope["headers"]}  # fmt: skip
         session = self._session(headers)
         refusal = self._refusal(scope, headers, session)
+        heard = receive
+        if refusal is None and scope["type"] == "http" and scope["method"] not in ("GET", "HEAD"):
+            body = await _body(receive)
+            heard = _again(body, receive)
+            refusal = TOO_LONG if len(body) > MAX_BODY else None
+        elif refusal is TOO_LONG:
+            await _body(receive)
         if refusal is not None:
             _log.info("%s %s refused: %s", _peer(scope), scope["path"], refusal.why)
             await _refuse(scope, refusal, send)
             return
         scope["deltactl"] = session
         if scope["type"] == "http":
-            await self.app(scope, _bounded(receive), _with_headers(send, scope["path"]))
+            await self.app(scope, heard, _with_headers(send, scope["path"]))
             return
         self._pages += 1
         try:
@@ -106,7 +118,7 @@ class Guard:
         if not self._allowance(_peer(scope)).take():
             return Refusal(429, "too many requests; wait a moment")
         if _length(headers) > MAX_BODY:
-            return Refusal(413, f"more than {MAX_BODY // 1024} kB are not taken")
+            return TOO_LONG
         if session is None and scope["path"] not in OPEN:
             return Refusal(401, "sign in first", to_login=scope["path"] == "/")
         full = self._pages >= self.max_pages
@@ -168,17 +180,34 @@ def _peer(scope: Scope) -> str:
     return str(client[0]) if client else "?"
 
 
-def _bounded(receive: Receive) -> Receive:
-    """A body that does not say its length ends where it grows too long."""
-    taken = 0
+async def _body(receive: Receive) -> bytes:
+    """What a request carries; of a longer one a little more than may be, and the rest unread.
 
-    async def bounded() -> Message:
-        nonlocal taken
+    A browser that is still sending hears no answer, so up to `MAX_HEARD` is listened to.
+    """
+    body, heard = b"", 0
+    while heard <= MAX_HEARD:
         message = await receive()
-        taken += len(message.get("body", b""))
-        return {"type": "http.disconnect"} if taken > MAX_BODY else message
+        part = message.get("body", b"")
+        heard += len(part)
+        body += part[: MAX_BODY + 1 - len(body)]
+        if message["type"] != "http.request" or not message.get("more_body", False):
+            break
+    return body
 
-    return bounded
+
+def _again(body: bytes, receive: Receive) -> Receive:
+    """Gives a body that has been read, and then what comes."""
+    given = False
+
+    async def again() -> Message:
+        nonlocal given
+        if given:
+            return await receive()
+        given = True
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return again
 
 
 def _with_headers(send: Send, path: str) -> Send:

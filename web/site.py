@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import re
 import secrets
 import shutil
 from collections.abc import Callable, Coroutine
@@ -19,6 +20,8 @@ from web.tasks import Tasks
 
 SHOWN = 40
 """Newest recordings that the page lists."""
+BY_HAND = re.compile(r"(jog|go-?to)-\d{4}-\d\d-\d\dT")
+"""Recordings of single moves: they say what moved the robot and when, and tell nothing else."""
 Act = Callable[..., Coroutine[Any, Any, bool]]
 
 
@@ -59,9 +62,11 @@ class Site:
         return None if seen.status is None else self.beliefs.of(seen.status.robot)
 
     def listed(self) -> list[Listed]:
-        """The newest recordings, newest first."""
+        """The newest recordings of jobs, newest first; moves by hand are kept, and not listed."""
         found = []
         for path in self.recordings.glob(f"*{ENDING}"):
+            if BY_HAND.match(path.name):
+                continue
             try:
                 its = path.stat()
             except OSError:

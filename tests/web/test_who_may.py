@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import http.client
 import os
+import threading
 import time
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import pytest
+import uvicorn
 from fastapi import FastAPI, Request, WebSocket
 from starlette.responses import PlainTextResponse, Response
 from starlette.testclient import TestClient
@@ -108,7 +111,8 @@ def test_a_session_ends_by_itself_under_an_open_page() -> None:
     assert LASTS_S <= 12 * 3600
 
 
-def test_guessing_is_slow() -> None:
+def test_guessing_is_slow(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("web.login.TRIES_HZ", 1e-6)
     one = browser(guarded(Sessions()))
     said = [one.post("/login", data={"name": "ada", "password": "x"}).status_code for _ in range(9)]
     assert said == [401] * 8 + [429]
@@ -143,11 +147,53 @@ def test_a_name_that_was_bent_to_this_machine_is_refused() -> None:
     [
         lambda one: one.post("/do", content=b"x" * (MAX_BODY + 1)),
         lambda one: one.post("/do", headers={"content-length": "9" * 30}, content=b"x"),
+        lambda one: one.post("/do", content=(b"x" * 4096 for _ in range(100))),
     ],
 )
 def test_a_giant_upload_is_refused(make: Callable[[TestClient], object]) -> None:
     answer = make(browser(guarded(None)))
     assert answer.status_code == 413  # type: ignore[attr-defined]
+
+
+def test_what_is_not_too_long_arrives_whole() -> None:
+    answer = browser(guarded(None)).post("/do", content=(b"x" * 4096 for _ in range(32)))
+    assert answer.text == str(MAX_BODY)
+
+
+def test_who_sends_too_much_hears_why_and_not_a_broken_pipe() -> None:
+    """Over a real connection: megabytes are still on their way when the answer is known."""
+    config = uvicorn.Config(guarded(None), port=0, log_level="critical", lifespan="off")
+    server = uvicorn.Server(config)
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    try:
+        while not server.started:
+            time.sleep(0.01)
+        port = server.servers[0].sockets[0].getsockname()[1]
+        for _ in range(3):
+            asked = http.client.HTTPConnection("127.0.0.1", port, timeout=10.0)
+            asked.request("POST", "/do", body=b"x" * 8_000_000)
+            answer = asked.getresponse()
+            assert (answer.status, answer.read()) == (413, b"more than 128 kB are not taken\n")
+            asked.close()
+    finally:
+        server.should_exit = True
+        thread.join(10.0)
+
+
+def test_of_fifty_clients_forty_get_a_page_and_ten_a_line() -> None:
+    one = browser(guarded(None))
+    with ExitStack() as pages:
+        for _ in range(40):
+            pages.enter_context(one.websocket_connect(WS))
+        for _ in range(10):
+            with pytest.raises(WebSocketDisconnect) as refused, one.websocket_connect(WS):
+                pass
+            assert "40 pages are open already" in refused.value.reason
+        assert one.get("/health").status_code == 404  # this small application has none
+    with one.websocket_connect(WS) as socket:
+        socket.send_text("x")
+        assert socket.receive_text() == "x"
 
 
 def test_too_many_requests_and_too_many_pages_are_told_so(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,84 @@
+"""A page left open: python -m benchmarks.endurance.web_open [--minutes 60].
+
+A simulated robot draws hearts without end and a real Chromium looks at its page all the while.
+Printed every few minutes: memory of the page's service, of the browser's process that draws the
+page, of its JavaScript heap after garbage collection, how many elements the page has, and how often
+the counts on it changed. The browser runs at the lowest priority.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from benchmarks.costs.web_page import WATCHED, Bench, chromium
+
+LOW = 19
+MB = 2**20
+
+
+def renderer(browser: Any) -> psutil.Process:
+    """The browser's process that draws the page: of its renderers the largest."""
+    driver = psutil.Process(browser.service.process.pid)
+    all_ = [one for one in driver.children(recursive=True) if "--type=renderer" in one.cmdline()]
+    return max(all_, key=lambda one: one.memory_info().rss)
+
+
+def lower(browser: Any) -> None:
+    """Its drawing takes what the robot and others leave."""
+    driver = psutil.Process(browser.service.process.pid)
+    for one in (driver, *driver.children(recursive=True)):
+        os.setpriority(os.PRIO_PROCESS, one.pid, LOW)
+
+
+def heap_mb(browser: Any) -> float:
+    """JavaScript heap in use once garbage is collected."""
+    browser.execute_cdp_cmd("HeapProfiler.collectGarbage", {})
+    return float(browser.execute_cdp_cmd("Runtime.getHeapUsage", {})["usedSize"]) / MB
+
+
+def main() -> None:
+    """Look, and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--minutes", type=float, default=60.0)
+    parser.add_argument("--every", type=float, default=5.0, help="minutes between two lines")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="web-") as folder:
+        bench = Bench(Path(folder))
+        try:
+            bench.run_heart()
+            browser = chromium(f"http://127.0.0.1:{bench.port}")
+            if browser is None:
+                print("no Chromium here: apt-get install chromium chromium-driver")
+                return
+            time.sleep(20.0)
+            lower(browser)
+            browser.execute_script(WATCHED)
+            service, started_s = psutil.Process(bench.page.pid), time.monotonic()
+            print("minute  service MB  browser MB  heap MB  elements  counts/s", flush=True)
+            while True:
+                passed_min = (time.monotonic() - started_s) / 60.0
+                changes, elements = browser.execute_script(
+                    "const n = window.seen.length; window.seen = [];"
+                    "return [n, document.querySelectorAll('*').length]"
+                )
+                heap = heap_mb(browser)
+                print(f"{passed_min:6.1f}{service.memory_info().rss / MB:12.1f}"
+                      f"{renderer(browser).memory_info().rss / MB:12.1f}{heap:9.1f}{elements:10d}"
+                      f"{changes / (60.0 * given.every):10.1f}", flush=True)  # fmt: skip
+                if passed_min >= given.minutes:
+                    break
+                time.sleep(min(given.every, given.minutes - passed_min + 0.01) * 60.0)
+            browser.quit()
+        finally:
+            bench.close()
+
+
+if __name__ == "__main__":
+    main()
