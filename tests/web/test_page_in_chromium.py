@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 import time
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
 
 from tests.web.conftest import PHONE, Browser, WebPage, end_page, patient_robot, start_page
 from web.users import add_user
@@ -59,6 +61,86 @@ def test_jog_moves_by_its_step(browser: Browser) -> None:
     browser.says("state", "ready")
     there = platform_mm(browser)
     assert there == pytest.approx([start[0], start[1], start[2] - 1.0], abs=0.1)
+
+
+JOB = """name: mine
+robot: zhao-2023.yaml
+path: {shape: circle, centre_m: [0, 0, -0.45], radius_m: 0.05, turns: 8}
+timing: {mode: accelerated, speed_mps: 0.1}
+inverse_kinematics: {kind: geometry}
+"""
+
+
+def test_going_to_a_point_and_a_job_of_ones_own_with_a_pause(
+    browser: Browser, tmp_path: Path
+) -> None:
+    for name, value in (("x", "5"), ("z", "-445")):
+        field = browser.find(f"goto-{name}")
+        field.send_keys(Keys.CONTROL, "a")
+        field.send_keys(value, Keys.TAB)
+    browser.press("goto")
+    browser.wait(lambda: near(platform_mm(browser), [5.0, 0.0, -445.0]), "it did not go there")
+    browser.says("state", "ready")
+    mine = tmp_path / "mine.yaml"
+    mine.write_text(JOB)
+    browser.tab("Jobs")
+    place = "input[type=file]"
+    browser.wait(lambda: browser.driver.find_elements(By.CSS_SELECTOR, place), "no upload")
+    browser.driver.find_element(By.CSS_SELECTOR, place).send_keys(str(mine))
+    browser.wait(lambda: "name: mine" in browser.text("text"), "the editor does not show it")
+    browser.press("run")
+    browser.says("verdict", "is job")
+    browser.tab("Robot")
+    browser.says("job", "mine")
+    browser.press("pause")
+    browser.says("state", "paused")
+    stands = browser.text("counts")
+    time.sleep(0.3)
+    assert browser.text("counts") == stands
+    browser.press("resume")
+    browser.says("state", "running")
+    browser.wait(lambda: browser.text("counts") != stands, "it does not go on")
+    browser.press("cancel")
+    browser.says("state", "ready")
+
+
+def test_what_follows_a_diagnosis_is_a_click_away(
+    browser: Browser, simulated: WebPage, tmp_path: Path
+) -> None:
+    """The answer is laid beside a recording as the page's own worker leaves it there."""
+    its = simulated.recordings / "web" / "made" / "asked"
+    its.mkdir(parents=True)
+    found = {"verdict": "explained", "lines": ["1. Play."], "components": ["motor2"]}
+    (its / "diagnosis.json").write_text(json.dumps(found))
+    (its / "corrected.yaml").write_text("name: better\n")
+    (its / "next.yaml").write_text(JOB.replace("mine", "telling"))
+    (simulated.recordings / "asked.mcap").write_bytes(b"not a recording")
+    send = {"behavior": "allow", "downloadPath": str(tmp_path)}
+    browser.driver.execute_cdp_cmd("Browser.setDownloadBehavior", send)
+    browser.tab("Recordings")
+    browser.says("answer", "explained")
+    press_text(browser, "Correct it")
+    browser.wait(lambda: (tmp_path / "corrected.yaml").is_file(), "nothing was saved")
+    press_text(browser, "The experiment that would tell more")
+    browser.wait(lambda: "name: telling" in browser.text("text"), "the editor does not show it")
+    browser.tab("Recordings")
+    press_text(browser, "Show it on the robot")
+    browser.says("state", "ready")
+    browser.tab("Recordings")
+    browser.press("diagnose")
+    browser.wait(lambda: "asked.mcap" in browser.driver.page_source, "no line about it")
+    (simulated.recordings / "asked.mcap").unlink()
+
+
+def press_text(browser: Browser, words: str) -> None:
+    """Click the button that says this."""
+    place = f'//button[contains(., "{words}")]'
+    browser.wait(lambda: browser.driver.find_elements(By.XPATH, place), f"no button {words!r}")
+    browser.driver.find_element(By.XPATH, place).click()
+
+
+def near(point: list[float], other: list[float]) -> bool:
+    return all(abs(a - b) < 0.1 for a, b in zip(point, other, strict=True))
 
 
 def platform_mm(browser: Browser) -> list[float]:
