@@ -68,6 +68,7 @@ def false_alarm(diagnosis: Diagnosis) -> str:
     if not math.isfinite(p):
         return "How often a machine without fault looks like this could not be worked out."
     said = f"If nothing were missing, noise alone would look like this in {odds(p)} recordings."
-    if diagnosis.probability_nothing_missing is not None:
-        said += f" Probability that nothing is: {percent(diagnosis.probability_nothing_missing)}."
+    nothing = diagnosis.probability_nothing_missing
+    if nothing is not None:
+        said += f" Probability that nothing is missing: {percent(nothing)}."
     return said
