@@ -64,16 +64,19 @@ class SizePrior:
         return float(whole / 2 ** sum(self.one_sided))
 
 
-def prior_of(candidate: Candidate) -> SizePrior:
-    """The prior of a candidate's moved coordinates, from its kind's parameters."""
+def prior_of(candidate: Candidate, factor: float = 1.0) -> SizePrior:
+    """The prior of a candidate's moved coordinates, from its kind's parameters.
+
+    factor: by which sizes are larger and all else is wider than the tables have it.
+    """
     kind = candidate.kind
     own = {p.name: p for p in kind.parameters}
     moved = [candidate.coordinates[i] for i in candidate.moved]
     sizes = [i for i, c in enumerate(moved) if own[c.parameter].typical and c.how != "log"]
     typical = own[moved[sizes[0]].parameter].typical if sizes else None
-    spread = np.array([own[c.parameter].spread or 1.0 for c in moved])
+    spread = factor * np.array([own[c.parameter].spread or 1.0 for c in moved])
     one_sided = [_one_sided(candidate, moved[i]) for i in sizes]
-    return SizePrior(sizes, typical or 1.0, one_sided, spread)
+    return SizePrior(sizes, factor * (typical or 1.0), one_sided, spread)
 
 
 def _one_sided(candidate: Candidate, coordinate: Coordinate) -> bool:
@@ -92,25 +95,28 @@ def odds_cost(candidate: Candidate) -> float:
     return -2.0 * math.log(candidate.kind.odds) + candidate.kind.penalty + together + moment
 
 
-def size_cost(solution: Solution, number: int) -> float:
-    """-2 log of what the prior of a fitted term's sizes leaves of its likelihood (Laplace)."""
+def size_cost(solution: Solution, number: int, covariance: FloatArray, factor: float = 1) -> float:
+    """-2 log of what the prior of a fitted term's sizes leaves of its likelihood (Laplace).
+
+    covariance: of all that was fitted, (p, p), as `covariance_of` has it. factor: by which all
+    priors are wider.
+    """
     term = solution.terms[number]
-    candidate, prior = term.candidate, prior_of(term.candidate)
-    count = len(prior.spread)
-    if not count:
+    candidate, prior = term.candidate, prior_of(term.candidate, factor)
+    if not len(prior.spread):
         return 0.0
     part = solution.columns_of(number)
-    covariance = _covariance(solution.tangent)[part, part]
+    beside = covariance[part, part]
     cost = 0.0
     if prior.sizes:
         away = term.at[candidate.moved] - _nothing(candidate)
-        own = covariance[np.ix_(prior.sizes, prior.sizes)]
+        own = beside[np.ix_(prior.sizes, prior.sizes)]
         spread = math.sqrt(max(float(np.trace(own)), 1e-300))
         length = max(float(np.linalg.norm(away[prior.sizes])), spread)
         cost -= 2.0 * prior.log_density(length) + len(prior.sizes) * math.log(2.0 * math.pi)
         cost -= _log_det(own)
     if prior.others:
-        precision = np.linalg.pinv(covariance, rcond=COLLINEAR, hermitian=True)
+        precision = np.linalg.pinv(beside, rcond=COLLINEAR, hermitian=True)
         left = precision[np.ix_(prior.others, prior.others)]
         spread_of = prior.spread[prior.others]
         cost += _log_det(np.eye(len(spread_of)) + left * np.outer(spread_of, spread_of))
@@ -128,7 +134,9 @@ def _log_det(matrix: FloatArray) -> float:
     return float(np.sum(np.log(np.maximum(values, 1e-300))))
 
 
-def _covariance(tangent: FloatArray) -> FloatArray:
+def covariance_of(solution: Solution) -> FloatArray:
+    """Of all numbers of a solution, (p, p), by the noise alone."""
+    tangent = solution.tangent
     scale = np.maximum(np.linalg.norm(tangent, axis=0), 1e-30)
     scaled = tangent / scale
     bread = np.linalg.pinv(scaled.T @ scaled, rcond=COLLINEAR, hermitian=True)
