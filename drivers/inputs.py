@@ -63,6 +63,20 @@ def home_switches(
     return _lines(pins or (), active_high, pin_factory)
 
 
+def named_inputs(settings: InputSettings, pin_factory: Any | None = None) -> dict[str, InputLine]:
+    """What jobs wait for, by name; active while on."""
+    found = settings.named.values()
+    made: list[InputLine] = []
+    try:
+        for one in found:
+            made.append(InputLine(one.pin, one.active_high, pin_factory))  # noqa: PERF401
+    except ConfigError:
+        for line in made:
+            line.close()
+        raise
+    return dict(zip(settings.named, made, strict=True))
+
+
 def _lines(pins: Iterable[int], active_high: bool, pin_factory: Any) -> tuple[InputLine, ...]:
     made: list[InputLine] = []
     try:

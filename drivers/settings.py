@@ -19,6 +19,15 @@ SHORTEST_PERIOD_S = {
 }
 
 
+Name = Annotated[
+    str,
+    Field(
+        pattern=r"^[a-z][a-z0-9_]{0,30}$",
+        description="small letters, figures and _, a letter first",
+    ),
+]
+
+
 class StepSettings(StrictModel):
     """How steps get out: backend, pins, the drive's timing (CL57T: pulse >= 1 us, DIR set-up)."""
 
@@ -51,11 +60,38 @@ class StepSettings(StrictModel):
         return SHORTEST_PERIOD_S[self.backend]
 
 
+class SwitchedPin(StrictModel):
+    """An output that jobs switch: a gripper, a valve, a pump. On, off and safe are the tool's."""
+
+    pin: Pin
+    active_high: bool = True
+    """Level of the pin while it is on."""
+    safe: bool
+    """What it is put to by every kind of stop, with the drives off, and while nothing runs it."""
+
+    def level(self, on: bool) -> bool:
+        """What a meter would show."""
+        return on == self.active_high
+
+
+class NamedInput(StrictModel):
+    """An input that jobs wait for; it has the Pi's pull-up, a switch pulls it to ground."""
+
+    pin: Pin
+    active_high: bool = False
+    """Level of the pin while it is on."""
+
+
 class InputSettings(StrictModel):
-    """The e-stop input: normally closed to ground, so that a broken wire stops the robot."""
+    """The e-stop input: normally closed to ground, so that a broken wire stops the robot; and
+    what jobs wait for."""
 
     estop_pin: Pin | None = 26
     estop_active_high: bool = True
+    named: Annotated[
+        dict[Name, NamedInput], Field(max_length=16, description="a Pi has not many pins more")
+    ] = Field(default_factory=dict)
+    """What jobs may wait for, by name: `part_there: {pin: 12}`."""
 
 
 class RangingSettings(StrictModel):

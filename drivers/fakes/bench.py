@@ -11,7 +11,8 @@ from typing import Protocol
 from drivers.fakes.lines import BENCH_BYTES, BenchMemory, Counts, FakeLines, FakeWiring
 from drivers.fakes.mock_pins import WiredFactory
 from drivers.settings import InputSettings, StepSettings
-from drivers.steps.lines import DIRECTION_SHIFT, ENABLE_BIT
+from drivers.steps.lines import DIRECTION_SHIFT, ENABLE_BIT, SWITCH_SHIFT
+from drivers.steps.switches import NO_SWITCHES, Switches
 from foundation.clock import Clock
 
 
@@ -50,6 +51,7 @@ class FakeBench:
         *,
         shared: bool = False,
         pins: Pins | None = None,
+        switches: Switches = NO_SWITCHES,
     ):
         self.wiring = fake_wiring(settings, inputs)
         self.descriptor = os.memfd_create("deltactl-bench") if shared else None
@@ -63,6 +65,7 @@ class FakeBench:
         self.pin_factory = WiredFactory()
         self._pins: Pins = pins or self.pin_factory
         self._settings, self._inputs = settings, inputs
+        self._switches = switches
         self._connect()
 
     def counts(self) -> Counts:
@@ -80,6 +83,15 @@ class FakeBench:
     def release_estop(self) -> None:
         """Turn the e-stop button until it springs back."""
         self._set_estop(False)
+
+    def outputs(self) -> dict[str, bool]:
+        """Which switched outputs are on: where the gripper and the valve are."""
+        return self._switches.states(self.memory.switched)
+
+    def set_input(self, name: str, on: bool) -> None:
+        """Put a named input on or off: a part has come."""
+        wired = self._inputs.named[name]
+        self._pins.drive(wired.pin, on == wired.active_high)
 
     def trip(self, motor: int) -> None:
         """Make the drive of a motor (1 to 3) raise its alarm."""
@@ -99,6 +111,7 @@ class FakeBench:
     def release_drives(self) -> str:
         """Whoever had the lines is gone, and another puts ENA where it holds nothing."""
         self.memory.energised = False
+        self.memory.switched = self._switches.safe_levels
         return "STEP low, drives released"
 
     def close(self) -> None:
@@ -125,6 +138,10 @@ class FakeBench:
             pins.connect(settings.direction_pins[motor], partial(self._level, direction_bit))
         if settings.enable_pin is not None:
             pins.connect(settings.enable_pin, partial(self._level, ENABLE_BIT))
+        for place, pin in enumerate(self._switches.numbers, SWITCH_SHIFT):
+            pins.connect(pin, partial(self._level, 1 << place))
+        for name in self._inputs.named:
+            self.set_input(name, False)
         self.lines.on_alarms = self._show_alarms
         self._show_alarms(0)
         self._set_estop(False)
@@ -151,10 +168,11 @@ def fake_bench(
     *,
     shared: bool = False,
     pins: Pins | None = None,
+    switches: Switches = NO_SWITCHES,
 ) -> FakeBench:
     """The complete fake bench for these settings.
 
     shared: a pulse process moves it. pins: what the drives are soldered to, if not to the
     bench's own `pin_factory`.
     """
-    return FakeBench(settings, inputs, clock, shared=shared, pins=pins)
+    return FakeBench(settings, inputs, clock, shared=shared, pins=pins, switches=switches)

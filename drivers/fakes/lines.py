@@ -16,6 +16,7 @@ from drivers.steps.lines import (
     ENABLE_BIT,
     ESTOP_BIT,
     STEP_BITS,
+    SWITCH_SHIFT,
 )
 
 Counts = tuple[int, int, int]
@@ -26,7 +27,7 @@ AT_REST_NS: Final = 100_000_000
 """So long after an edge a motor is taken to stand still."""
 _MARGIN: Final = 64
 _NEAR: Final = 4
-_ESTOP, _TRIP, _ALARMS, _HEAD, _LOST, _EDGES = 0, 1, 2, 3, 4, 8
+_ESTOP, _TRIP, _ALARMS, _HEAD, _LOST, _SWITCHED, _EDGES = 0, 1, 2, 3, 4, 7, 8
 _SLIP, _STALLED, _ENERGISED = 11, 14, 15
 _HELD_UP = 8
 """Beside the trips in their word: slip and stalls have something new."""
@@ -73,6 +74,15 @@ class BenchMemory:
     @energised.setter
     def energised(self, on: bool) -> None:
         self._words[_ENERGISED] = int(on)
+
+    @property
+    def switched(self) -> int:
+        """Levels of the outputs that jobs switch, bits as in drivers/steps/lines.py."""
+        return self._words[_SWITCHED]
+
+    @switched.setter
+    def switched(self, levels: int) -> None:
+        self._words[_SWITCHED] = levels
 
     @property
     def alarms(self) -> int:
@@ -231,6 +241,8 @@ class FakeLines:
                 drive.set_enabled(on, t_ns)
             self.memory.energised = on
             self._health()
+        if changed >> SWITCH_SHIFT:
+            self.memory.switched = self._levels >> SWITCH_SHIFT << SWITCH_SHIFT
 
     def read(self) -> int:
         """See LineGroup."""

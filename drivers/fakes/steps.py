@@ -11,6 +11,7 @@ from drivers.steps.build import CHECK_AHEAD_NS, minimum_period_ns, player_settin
 from drivers.steps.gpiozero_lines import GpiozeroLines
 from drivers.steps.output import PlayerStepOutput
 from drivers.steps.process_host import ProcessStepOutput, PulseProcess
+from drivers.steps.switches import NO_SWITCHES, Switches
 from foundation.clock import Clock, VirtualClock
 from foundation.errors import ConfigError
 
@@ -37,6 +38,7 @@ def simulated_step_output(
     clock: Clock,
     *,
     realtime: bool,
+    switches: Switches = NO_SWITCHES,
     board_path: Path | None = None,
 ) -> SimulatedSteps:
     """The same backends on simulated drives.
@@ -48,15 +50,19 @@ def simulated_step_output(
     if realtime and isinstance(clock, VirtualClock):
         raise ConfigError("a virtual clock does not run in real time; use the real clock")
     own_process = realtime and settings.backend == "pulse"
-    bench = fake_bench(settings, inputs, clock, shared=own_process)
+    bench = fake_bench(settings, inputs, clock, shared=own_process, switches=switches)
     if not own_process:
         on_pins = settings.backend == "gpiozero"
-        lines = GpiozeroLines(settings, inputs, bench.pin_factory) if on_pins else bench.lines
-        return SimulatedSteps(task_output(settings, inputs, clock, lines), bench)
+        pins = bench.pin_factory
+        lines = GpiozeroLines(settings, inputs, pins, switches) if on_pins else bench.lines
+        return SimulatedSteps(task_output(settings, inputs, clock, lines, switches), bench)
     assert bench.descriptor is not None
     wires = {"lines": FAKE, "bench": bench.descriptor, "wiring": bench.wiring}
     process = PulseProcess(
-        player_settings(settings, inputs, CHECK_AHEAD_NS), wires, (bench.descriptor,), board_path
+        player_settings(settings, inputs, CHECK_AHEAD_NS, switches=switches),
+        wires,
+        (bench.descriptor,),
+        board_path,
     )
     output = ProcessStepOutput(process, clock, minimum_period_ns(settings, clock))
     return SimulatedSteps(output, bench)

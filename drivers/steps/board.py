@@ -15,7 +15,7 @@ from typing import Final
 
 CAPACITY: Final = 8192
 SLOT_MASK: Final = CAPACITY - 1
-MAGIC: Final = 0x64656C74_61000001
+MAGIC: Final = 0x64656C74_61000002
 
 # Words written by the step output.
 MAGIC_WORD: Final = 0
@@ -24,6 +24,7 @@ ARGUMENTS: Final = 8  # three words
 # Words written by the pulse player.
 STATE, REASON, VERSION, SLIP, PLAYED, SERVED = 16, 17, 18, 19, 20, 21
 RESULT, ENERGISED, ALIVE, REALTIME = 22, 23, 24, 25
+SWITCHED: Final = 26
 COUNTS: Final = 28  # three words
 
 WORDS: Final = 64
@@ -40,9 +41,9 @@ BY_ALARM: Final = 16
 ALL_MOTORS: Final = 7
 """In place of a motor's number: all three at once."""
 # KIND
-ENABLE, DISABLE, ACKNOWLEDGE, SET_COUNTS = 1, 2, 3, 4
+ENABLE, DISABLE, ACKNOWLEDGE, SET_COUNTS, SWITCH = 1, 2, 3, 4, 5
 # RESULT
-DONE, IS_STOPPED, ESTOP_OPEN, IS_MOVING = 0, 1, 2, 3
+DONE, IS_STOPPED, ESTOP_OPEN, IS_MOVING, IS_DISABLED = 0, 1, 2, 3, 4
 ALARM_ON: Final = 16
 # REALTIME, what the system granted
 GOT_FIFO, GOT_LOCKED_MEMORY, GOT_OWN_CORE = 1, 2, 4

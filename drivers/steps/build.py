@@ -10,8 +10,9 @@ from drivers.settings import SHORTEST_PERIOD_S, InputSettings, StepSettings
 from drivers.steps.contract import StepOutput
 from drivers.steps.gpiozero_lines import GpiozeroLines
 from drivers.steps.lgpio_lines import LgpioLines, LgpioPins
-from drivers.steps.lines import ALARM_BITS, ENABLE_BIT, ESTOP_BIT
+from drivers.steps.lines import ALARM_BITS, ENABLE_BIT, ESTOP_BIT, SWITCH_SHIFT
 from drivers.steps.process_host import ProcessStepOutput, PulseProcess
+from drivers.steps.switches import NO_SWITCHES, Switches
 from drivers.steps.task_host import TaskStepOutput
 from drivers.steps.timing import PlayerSettings
 from foundation.clock import NS_PER_S, Clock, VirtualClock, ns
@@ -32,6 +33,7 @@ def player_settings(
     inputs: InputSettings,
     check_ahead_ns: int = 0,
     poll_ns: int = POLL_NS,
+    switches: Switches = NO_SWITCHES,
 ) -> PlayerSettings:
     """What the player needs of the settings."""
     alarms = ALARM_BITS if settings.alarm_pins is not None else 0
@@ -50,11 +52,15 @@ def player_settings(
         input_idle=idle,
         poll_ns=poll_ns,
         check_ahead_ns=check_ahead_ns,
+        switch_mask=switches.mask,
+        switch_safe=switches.safe_levels,
     )
 
 
-def lgpio_pins(settings: StepSettings, inputs: InputSettings) -> LgpioPins:
-    """The pins as the pulse process claims them; drives released to begin with."""
+def lgpio_pins(
+    settings: StepSettings, inputs: InputSettings, switches: Switches = NO_SWITCHES
+) -> LgpioPins:
+    """The pins as the pulse process claims them; drives released, outputs safe to begin with."""
     enable = [] if settings.enable_pin is None else [settings.enable_pin]
     return LgpioPins(
         settings.chip,
@@ -62,11 +68,18 @@ def lgpio_pins(settings: StepSettings, inputs: InputSettings) -> LgpioPins:
         0 if settings.enable_active_high else ENABLE_BIT,
         inputs.estop_pin,
         list(settings.alarm_pins or ()),
+        switches.numbers,
+        switches.safe_levels >> SWITCH_SHIFT,
     )
 
 
 def release_drives(
-    settings: StepSettings, inputs: InputSettings, *, hold: bool = False, gpio: Any | None = None
+    settings: StepSettings,
+    inputs: InputSettings,
+    switches: Switches = NO_SWITCHES,
+    *,
+    hold: bool = False,
+    gpio: Any | None = None,
 ) -> str:
     """Claim the outputs at their safe levels and let them go; returns what was done.
 
@@ -74,13 +87,14 @@ def release_drives(
     stays as it is. gpio: a stand-in for lgpio. Raises PulseFault when a line cannot be had.
     """
     # Inputs are left alone: a line that cannot be read must not keep one from being released.
-    pins = lgpio_pins(settings, inputs)._replace(estop=None, alarms=[])
+    pins = lgpio_pins(settings, inputs, switches)._replace(estop=None, alarms=[])
     if hold:
         pins = pins._replace(outputs=pins.outputs[:SIGNALS_BEFORE_ENA])
     LgpioLines(pins, gpio).close()
+    safe = ", outputs safe" if switches.pins else ""
     if settings.enable_pin is None:
-        return "STEP low; there is no ENA line"
-    return "STEP low, ENA left as it was" if hold else "STEP low, drives released"
+        return f"STEP low{safe}; there is no ENA line"
+    return f"STEP low{safe}, {'ENA left as it was' if hold else 'drives released'}"
 
 
 def build_step_output(
@@ -88,6 +102,7 @@ def build_step_output(
     inputs: InputSettings,
     clock: Clock,
     *,
+    switches: Switches = NO_SWITCHES,
     pin_factory: Any | None = None,
     board_path: Path | None = None,
 ) -> StepOutput:
@@ -98,11 +113,11 @@ def build_step_output(
     Raises PulseFault (process or chip not there), ConfigError (pins).
     """
     if settings.backend == "gpiozero":
-        lines = GpiozeroLines(settings, inputs, pin_factory or lgpio_pin_factory())
-        return task_output(settings, inputs, clock, lines)
-    pins = lgpio_pins(settings, inputs)
+        lines = GpiozeroLines(settings, inputs, pin_factory or lgpio_pin_factory(), switches)
+        return task_output(settings, inputs, clock, lines, switches)
+    pins = lgpio_pins(settings, inputs, switches)
     process = PulseProcess(
-        player_settings(settings, inputs, CHECK_AHEAD_NS),
+        player_settings(settings, inputs, CHECK_AHEAD_NS, switches=switches),
         {"lines": LGPIO, "pins": pins},
         board_path=board_path,
     )
@@ -119,11 +134,18 @@ def minimum_period_ns(settings: StepSettings, clock: Clock) -> int:
 
 
 def task_output(
-    settings: StepSettings, inputs: InputSettings, clock: Clock, lines: Any
+    settings: StepSettings,
+    inputs: InputSettings,
+    clock: Clock,
+    lines: Any,
+    switches: Switches = NO_SWITCHES,
 ) -> TaskStepOutput:
     """A player in this process, on given lines."""
     period_ns = minimum_period_ns(settings, clock)
     poll_ns = VIRTUAL_POLL_NS if isinstance(clock, VirtualClock) else POLL_NS
     return TaskStepOutput(
-        lines, player_settings(settings, inputs, poll_ns=poll_ns), clock, period_ns
+        lines,
+        player_settings(settings, inputs, poll_ns=poll_ns, switches=switches),
+        clock,
+        period_ns,
     )

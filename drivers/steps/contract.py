@@ -53,6 +53,8 @@ class OutputStatus:
     """Whether the drives hold the arms; a stop or its acknowledgement does not release them."""
     lost: bool = False
     """Whether the player is gone for good: nobody watches inputs and drives any more."""
+    switched: int = 0
+    """Pin levels of the outputs that jobs switch, see drivers/steps/switches.py."""
 
 
 class StepOutput(Protocol):
@@ -95,6 +97,13 @@ class StepOutput(Protocol):
 
     def set_counts(self, counts: Counts) -> None:
         """Say where the motors are (homing). Raises NotReady while moving."""
+
+    def switch(self, levels: int, mask: int) -> None:
+        """Put switched outputs to pin levels, bits as in drivers/steps/lines.py.
+
+        Every stop, `disable` and `close` put them to their safe levels, and so does the end of
+        the controller. Raises NotReady while stopped or not enabled, PulseFault.
+        """
 
     def stop(self, reason: str) -> None:
         """Stop at once and latch."""

@@ -12,8 +12,8 @@ from drivers.steps.lines import (
     ALARM_SHIFT,
     ENABLE_BIT,
     ESTOP_BIT,
-    OUTPUT_LINES,
 )
+from drivers.steps.switches import NO_SWITCHES, Switches
 from foundation.errors import ConfigError, PulseFault
 
 
@@ -21,17 +21,22 @@ class GpiozeroLines:
     """A LineGroup of OutputDevices and InputDevices.
 
     STEP lines written together rise a few tens of microseconds apart. Closing turns the pins
-    into inputs, as gpiozero does; a CL57T whose ENA is left open stays energised.
+    into inputs, as gpiozero does; a CL57T whose ENA is left open stays energised, and a switched
+    output is then where its pull resistor puts it.
     """
 
     def __init__(
-        self, settings: StepSettings, inputs: InputSettings, pin_factory: Any | None = None
+        self,
+        settings: StepSettings,
+        inputs: InputSettings,
+        pin_factory: Any | None = None,
+        switches: Switches = NO_SWITCHES,
     ):
         self._devices: dict[int, OutputDevice] = {}
         self._inputs: list[tuple[int, InputLine]] = []
         self._levels = 0
         try:
-            self._claim(settings, inputs, pin_factory)
+            self._claim(settings, inputs, switches, pin_factory)
         except ConfigError:
             self.close()
             raise
@@ -71,11 +76,16 @@ class GpiozeroLines:
         for _, line in self._inputs:
             line.close()
 
-    def _claim(self, settings: StepSettings, inputs: InputSettings, factory: Any) -> None:
-        pins = [*settings.step_pins, *settings.direction_pins, settings.enable_pin]
-        self._levels = ENABLE_BIT * (not settings.enable_active_high)
-        for position in range(OUTPUT_LINES):
-            pin, bit = pins[position], 1 << position
+    def _claim(
+        self, settings: StepSettings, inputs: InputSettings, switches: Switches, factory: Any
+    ) -> None:
+        pins = [
+            *(*settings.step_pins, *settings.direction_pins, settings.enable_pin),
+            *switches.numbers,
+        ]
+        self._levels = ENABLE_BIT * (not settings.enable_active_high) | switches.safe_levels
+        for position, pin in enumerate(pins):
+            bit = 1 << position
             if pin is not None:
                 self._devices[bit] = OutputDevice(
                     pin, initial_value=bool(self._levels & bit), pin_factory=factory

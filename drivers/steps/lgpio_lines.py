@@ -6,11 +6,13 @@ names, and changes into it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
+from drivers.steps.lines import SWITCH_SHIFT
 from foundation.errors import PulseFault
 
 
@@ -24,6 +26,10 @@ class LgpioPins(NamedTuple):
     """Levels to begin with."""
     estop: int | None
     alarms: list[int]
+    switches: Sequence[int] = ()
+    """Outputs that jobs switch."""
+    switch_levels: int = 0
+    """Their levels to begin with; the first in bit 0."""
 
 
 HEADER_CHIPS = ("pinctrl-bcm2835", "pinctrl-bcm2711", "pinctrl-rp1")
@@ -45,15 +51,21 @@ class LgpioLines:
         self._outputs = pins.outputs[0]
         self._mask = (1 << len(pins.outputs)) - 1
         self._inputs, self._shift = self._input_group(pins)
-        self._claim_outputs(pins)
+        self._claim_outputs(pins.outputs, pins.output_levels)
+        self._switches = pins.switches[0] if pins.switches else None
+        if pins.switches:
+            self._claim_outputs(list(pins.switches), pins.switch_levels)
 
     def write(self, levels: int, mask: int) -> None:
         """See LineGroup."""
-        if mask & self._mask:
-            try:
+        try:
+            if mask & self._mask:
                 self._gpio.group_write(self._handle, self._outputs, levels, mask & self._mask)
-            except self._gpio.error as error:
-                raise PulseFault(f"a step line cannot be written: {error}") from error
+            if mask >> SWITCH_SHIFT and self._switches is not None:
+                shifted = levels >> SWITCH_SHIFT, mask >> SWITCH_SHIFT
+                self._gpio.group_write(self._handle, self._switches, *shifted)
+        except self._gpio.error as error:
+            raise PulseFault(f"an output line cannot be written: {error}") from error
 
     def read(self) -> int:
         """See LineGroup."""
@@ -89,12 +101,12 @@ class LgpioLines:
             )
         return handle
 
-    def _claim_outputs(self, pins: LgpioPins) -> None:
-        levels = [pins.output_levels >> bit & 1 for bit in range(len(pins.outputs))]
+    def _claim_outputs(self, pins: list[int], bits: int) -> None:
+        levels = [bits >> bit & 1 for bit in range(len(pins))]
         try:
-            self._gpio.group_claim_output(self._handle, pins.outputs, levels)
+            self._gpio.group_claim_output(self._handle, pins, levels)
         except self._gpio.error as error:
-            raise self._busy(pins.outputs, error) from error
+            raise self._busy(pins, error) from error
 
     def _input_group(self, pins: LgpioPins) -> tuple[int | None, int]:
         """Claim the inputs. Returns their leader, and how far their bits must be shifted."""

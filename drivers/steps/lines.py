@@ -13,6 +13,9 @@ DIRECTION_SHIFT = 3
 DIRECTION_BITS = 0b011_1000
 ENABLE_BIT = 0b100_0000
 OUTPUT_LINES = 7
+SWITCH_SHIFT = OUTPUT_LINES
+"""From this bit on: outputs that jobs switch (a gripper, a valve), in the robot file's order."""
+MOST_SWITCHES = 8
 
 ESTOP_BIT = 0b0001
 ALARM_SHIFT = 1

@@ -129,6 +129,7 @@ class PlayerStepOutput:
                 fault or self._board.reason_text(),
                 bool(words[b.ENERGISED]),
                 bool(fault),
+                words[b.SWITCHED],
             )
 
     def take_sent(self) -> Ticks:
@@ -147,6 +148,10 @@ class PlayerStepOutput:
     def set_counts(self, counts: Counts) -> None:
         """See StepOutput."""
         self._ask(b.SET_COUNTS, "set the counters", counts)
+
+    def switch(self, levels: int, mask: int) -> None:
+        """See StepOutput."""
+        self._ask(b.SWITCH, "switch an output", (levels, mask, 0))
 
     def stop(self, reason: str) -> None:
         """See StepOutput. Never raises: a player that is gone has stopped."""
@@ -196,6 +201,7 @@ class PlayerStepOutput:
             words[b.SLIP],
             self._board.reason_text(),
             bool(words[b.ENERGISED]),
+            switched=words[b.SWITCHED],
         )
 
     def _ask(self, kind: int, what: str, arguments: Counts = (0, 0, 0)) -> None:
@@ -222,6 +228,8 @@ class PlayerStepOutput:
             raise NotReady(
                 f"cannot {what}: stopped ({self._board.reason_text()}); acknowledge the stop first"
             )
+        if result == b.IS_DISABLED:
+            raise NotReady(f"cannot {what}: the drives are not enabled; enable them first")
         if result == b.IS_MOVING:
             raise NotReady(f"cannot {what}: the motors are moving; wait or stop")
         if result == b.ESTOP_OPEN:

@@ -60,6 +60,7 @@ class PulsePlayer:
         self._fresh = True
         self._state = b.DISABLED
         lines.write(0, STEP_BITS | DIRECTION_BITS)
+        self._switch(settings.switch_safe, settings.switch_mask)
         self._energise(False)
         self._words[b.ALIVE] = self._t_ns
         self._words[b.MAGIC_WORD] = b.MAGIC
@@ -113,15 +114,17 @@ class PulsePlayer:
         return self._state in (b.READY, b.MOVING)
 
     def stop(self, reason: int) -> None:
-        """Forget the queue and latch; the first reason stays."""
+        """Forget the queue, latch, and put switched outputs safe; the first reason stays."""
         self._drop()
         if self._state != b.STOPPED:
             self._words[b.REASON] = reason
             self._enter(b.STOPPED)
+            self._switches_safe(quiet=reason == b.LINE_FAULT)
 
     def make_safe(self, reason: int) -> None:
         """Stop, and leave STEP low. ENA stays as it is: dropping the arms is not safe."""
         self.stop(reason)
+        self._switches_safe()
         self._lines.write(0, STEP_BITS)
 
     def _plan(self, due_ns: int) -> int:
@@ -240,6 +243,7 @@ class PulsePlayer:
             b.DISABLE: self._disable,
             b.ACKNOWLEDGE: self._acknowledge,
             b.SET_COUNTS: self._set_counts,
+            b.SWITCH: self._switch_asked,
         }[words[b.KIND]]
         words[b.RESULT] = action()
         self._fence()
@@ -265,6 +269,7 @@ class PulsePlayer:
 
     def _disable(self) -> int:
         self._drop()
+        self._switches_safe()
         self._energise(False)
         if self._state != b.STOPPED:
             self._enter(b.DISABLED)
@@ -292,6 +297,28 @@ class PulsePlayer:
         self._fence()
         words[b.VERSION] += 1
         return b.DONE
+
+    def _switch_asked(self) -> int:
+        if self._state == b.STOPPED:
+            return b.IS_STOPPED
+        if self._state == b.DISABLED:
+            return b.IS_DISABLED
+        levels, mask = self._words[b.ARGUMENTS], self._words[b.ARGUMENTS + 1]
+        self._switch(levels, mask & self._settings.switch_mask)
+        return b.DONE
+
+    def _switch(self, levels: int, mask: int) -> None:
+        if mask:
+            self._lines.write(levels, mask)
+            self._words[b.SWITCHED] = self._words[b.SWITCHED] & ~mask | levels & mask
+
+    def _switches_safe(self, quiet: bool = False) -> None:
+        """quiet: the lines have failed already, and what they say now is nothing new."""
+        try:
+            self._switch(self._settings.switch_safe, self._settings.switch_mask)
+        except OSError:
+            if not quiet:
+                raise
 
     def _energise(self, on: bool) -> None:
         level = self._settings.enable_level if on else 1 - self._settings.enable_level

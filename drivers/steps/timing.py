@@ -24,6 +24,10 @@ class PlayerSettings(NamedTuple):
     """While waiting for a tick, requests and inputs are looked at this often."""
     check_ahead_ns: int = 0
     """The last look at them comes so long before an edge; 0 is right at the edge."""
+    switch_mask: int = 0
+    """Outputs that jobs switch, bits as in lines.py."""
+    switch_safe: int = 0
+    """Their levels whenever the player is stopped or the drives are released."""
 
     @property
     def cycle_ns(self) -> int:

@@ -149,6 +149,10 @@ class ServoOutput:
             self._loop.setpoints.restart(counts, self._clock.now_ns())
             self._loop.settle()
 
+    def switch(self, levels: int, mask: int) -> None:
+        """See StepOutput: servo robots are simulated only, and have no outputs yet."""
+        raise NotReady("cannot switch an output: a robot with servo drives has none")
+
     def stop(self, reason: str) -> None:
         """See StepOutput: currents to zero, brakes on."""
         with self._lock:

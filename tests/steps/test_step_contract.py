@@ -13,15 +13,24 @@ from drivers.fakes.bench import FakeBench, fake_bench
 from drivers.fakes.gpio_chip import GpioChip
 from drivers.fakes.steps import simulated_step_output
 from drivers.fakes.syscall_trap import SyscallTrap, available
-from drivers.settings import InputSettings, StepSettings
+from drivers.settings import InputSettings, StepSettings, SwitchedPin
 from drivers.steps.build import build_step_output
 from drivers.steps.contract import OutputState, StepOutput, Ticks
+from drivers.steps.switches import Switches
 from firmware_py.controller.servo_machine import servo_machine
 from firmware_py.robot_file import find, load_robot
 from foundation.clock import Clock, RealClock, VirtualClock, ns, sleep_s
 from foundation.errors import DriveAlarm, EmergencyStop, LimitExceeded, NotReady, PulseFault
 
 INPUTS = InputSettings()
+SWITCHES = Switches(
+    {
+        "gripper": SwitchedPin(pin=12, safe=False),
+        "valve": SwitchedPin(pin=16, active_high=False, safe=False),
+        "brake": SwitchedPin(pin=18, safe=True),
+    }
+)
+SAFE = {"gripper": False, "valve": False, "brake": True}
 
 
 @dataclass
@@ -69,6 +78,14 @@ class Rig:
 
 LONG = [(1, 1, 1)] * 500
 MIXED = [(1, -1, 0), (1, 0, 0), (-1, 1, 1), (0, 0, 0), (-1, -1, -1), (1, 1, 1)] * 5
+
+
+def on(rig: Rig) -> dict[str, bool]:
+    """What hangs on the outputs, and what the output believes of it."""
+    believed = SWITCHES.states(rig.output.status().switched)
+    if rig.bench is not None:
+        assert rig.bench.outputs() == believed
+    return believed
 
 
 class StepOutputContract:
@@ -248,6 +265,44 @@ class StepOutputContract:
             rig.output.push(Ticks(close.due_ns, close.steps * 2))
         assert rig.output.status().queued == 0
 
+    def test_outputs_are_safe_but_while_a_job_wants_otherwise(self, rig: Rig) -> None:
+        assert on(rig) == SAFE
+        with pytest.raises(NotReady, match="not enabled"):
+            rig.output.switch(*SWITCHES.levels({"gripper": True}))
+        rig.output.enable()
+        assert on(rig) == SAFE
+        rig.output.switch(*SWITCHES.levels({"gripper": True, "valve": True}))
+        assert on(rig) == {"gripper": True, "valve": True, "brake": True}
+        rig.output.switch(*SWITCHES.levels({"valve": False, "brake": False}))
+        assert on(rig) == {"gripper": True, "valve": False, "brake": False}
+        rig.run(MIXED)
+        assert on(rig) == {"gripper": True, "valve": False, "brake": False}
+        rig.output.disable()
+        assert on(rig) == SAFE
+
+    @pytest.mark.parametrize("way", ["stop", "e-stop", "alarm", "no heartbeat", "close"])
+    def test_every_stop_makes_outputs_safe(self, rig: Rig, way: str) -> None:
+        rig.output.enable()
+        wanted = {"gripper": True, "valve": True, "brake": False}
+        rig.output.switch(*SWITCHES.levels(wanted))
+        rig.output.push(rig.ticks([(1, 0, -1)] * (ns(2 * STEPS.heartbeat_s) // rig.period_ns)))
+        rig.wait(lambda: rig.output.status().counts[0] > 3)
+        assert on(rig) == wanted
+        ways: dict[str, Callable[[], None]] = {
+            "stop": lambda: rig.output.stop("test"),
+            "e-stop": lambda: rig.hands.press_estop(),
+            "alarm": lambda: rig.hands.trip(2),
+            "no heartbeat": lambda: None,
+            "close": rig.output.close,
+        }
+        ways[way]()
+        rig.wait(lambda: rig.state() is OutputState.STOPPED, beat=way != "no heartbeat")
+        assert on(rig) == SAFE
+        if way != "close":
+            with pytest.raises(NotReady, match="stopped"):
+                rig.output.switch(*SWITCHES.levels(wanted))
+            assert on(rig) == SAFE
+
     def test_close_is_final_and_may_be_repeated(self, rig: Rig) -> None:
         rig.output.enable()
         rig.output.push(rig.ticks(LONG))
@@ -269,7 +324,7 @@ class TestPlayerOnAVirtualClock(StepOutputContract):
     @pytest.fixture
     def rig(self) -> Iterator[Rig]:
         clock = VirtualClock(start_ns=10**12)
-        made = simulated_step_output(STEPS, INPUTS, clock, realtime=False)
+        made = simulated_step_output(STEPS, INPUTS, clock, realtime=False, switches=SWITCHES)
         yield Rig(made.output, clock, 100_000, made.bench)
         made.close()
 
@@ -278,7 +333,7 @@ class TestGpiozeroPinsOnAVirtualClock(StepOutputContract):
     @pytest.fixture
     def rig(self) -> Iterator[Rig]:
         clock = VirtualClock()
-        made = simulated_step_output(ON_PINS, INPUTS, clock, realtime=False)
+        made = simulated_step_output(ON_PINS, INPUTS, clock, realtime=False, switches=SWITCHES)
         yield Rig(made.output, clock, 500_000, made.bench)
         made.close()
 
@@ -287,7 +342,7 @@ class TestPulseProcessInRealTime(StepOutputContract):
     @pytest.fixture
     def rig(self) -> Iterator[Rig]:
         clock = RealClock()
-        made = simulated_step_output(STEPS, INPUTS, clock, realtime=True)
+        made = simulated_step_output(STEPS, INPUTS, clock, realtime=True, switches=SWITCHES)
         yield Rig(made.output, clock, 1_000_000, made.bench)
         made.close()
 
@@ -301,10 +356,10 @@ class TestPulseProcessThroughLgpio(StepOutputContract):
         if not available():
             pytest.skip("needs seccomp user notification (Linux 5.14)")
         clock, chip = RealClock(), GpioChip()
-        bench = fake_bench(STEPS, INPUTS, clock, pins=chip)
+        bench = fake_bench(STEPS, INPUTS, clock, pins=chip, switches=SWITCHES)
         trap = SyscallTrap({"/dev/gpiochip0": chip}, (0xB4,))
         monkeypatch.setattr(sys, "executable", trap.executable)
-        output = build_step_output(STEPS, INPUTS, clock)
+        output = build_step_output(STEPS, INPUTS, clock, switches=SWITCHES)
         monkeypatch.undo()
         yield Rig(output, clock, 1_000_000, bench)
         output.close()
@@ -322,6 +377,14 @@ class TestServoOnAVirtualClock(StepOutputContract):
         machine.output.set_counts((0, 0, 0))
         yield Rig(machine.output, clock, 20_000, machine.bench)
         machine.close()
+
+    def test_outputs_are_safe_but_while_a_job_wants_otherwise(self, rig: Rig) -> None:
+        """It has none, and says so."""
+        with pytest.raises(NotReady, match="has none"):
+            rig.output.switch(1 << 7, 1 << 7)
+
+    @pytest.mark.skip(reason="it has none")
+    def test_every_stop_makes_outputs_safe(self, rig: Rig) -> None: ...
 
     def test_the_drives_moved_as_far_as_the_counters_say(self, rig: Rig) -> None:
         pytest.skip("servo drives are told currents: tests/servo looks where the arms are")
@@ -375,7 +438,7 @@ def real_rig(request: pytest.FixtureRequest, backend: str) -> Iterator[Rig]:
     robot = load_robot(find(request.config.getoption("--robot")))
     settings = StepSettings.model_validate({**robot.steps.model_dump(), "backend": backend})
     clock = RealClock()
-    output = build_step_output(settings, robot.inputs, clock)
+    output = build_step_output(settings, robot.inputs, clock, switches=SWITCHES)
     yield Rig(output, clock, 2_000_000)
     output.close()
 
