@@ -1,303 +1,41 @@
-"""A job: robot, path, timing, inverse kinematics, repeats, and where it is recorded."""
+"""A job: robot, path or steps, timing, inverse kinematics, repeats, and where it is recorded."""
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, model_validator
 
 from firmware_py.feedback.settings import FeedbackSettings
-from firmware_py.paths import circle, heart, points, spiral, way
-from firmware_py.paths.path import MAX_TARGETS
+from firmware_py.job_steps import (
+    CalibratedIk,
+    GeometryIk,
+    KinematicsSpec,
+    NetworkIk,
+    Repeats,
+    Step,
+)
+from firmware_py.job_timing import Accelerated, Timing, Together
+from firmware_py.path_file import PathSpec, Way
 from foundation.strict_yaml import Document, StrictModel
 
-Coordinate = Annotated[float, Field(ge=-10.0, le=10.0, description="a robot arm is under 10 m")]
-MANY_TURNS = "a thousand turns are hours; use repeats for more"
-Point = tuple[Coordinate, Coordinate, Coordinate]
-ArmAngle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
-Size = Annotated[float, Field(gt=0.0, le=2.0, description="metres; no arm reaches further")]
-Spacing = Annotated[
-    float,
-    Field(ge=1e-6, le=0.05, description="1 um is below any step; arms leave the curve beyond 5 cm"),
-]
-Dwell = Annotated[float, Field(ge=0.0, le=3600.0, description="seconds, at most an hour")]
-
-
-def _not_too_many(targets: float) -> None:
-    if targets > MAX_TARGETS:
-        raise ValueError(
-            f"the path has {targets:,.0f} targets, and {MAX_TARGETS:,} are allowed;"
-            " make spacing_m larger, or use repeats"
-        )
-
-
-class _Curve(StrictModel):
-    """What all curves in space share. Each target is one call of the inverse kinematics."""
-
-    centre_m: Point
-    spacing_m: Spacing = 0.0005
-    """Distance between targets along the path (made a little shorter to fit the length)."""
-
-
-class Circle(_Curve):
-    """A level circle, `turns` times round; negative turns run clockwise seen from above."""
-
-    shape: Literal["circle"]
-    radius_m: Size
-    turns: Annotated[float, Field(ge=-1000.0, le=1000.0, description=MANY_TURNS)] = 1.0
-
-    @model_validator(mode="after")
-    def _has_length(self) -> Circle:
-        if abs(self.turns) < 1e-3:
-            raise ValueError("turns must not be 0: the circle would have no length")
-        _not_too_many(circle.length_m(self.radius_m, self.turns) / self.spacing_m)
-        return self
-
-
-class Heart(_Curve):
-    """The level heart x = 16 sin^3 t, y = 13 cos t - 5 cos 2t - 2 cos 3t - cos 4t, by width.
-
-    `centre_m` is the middle of its box; it is 0.904 times as high as wide.
-    """
-
-    shape: Literal["heart"]
-    width_m: Size
-    turns: Annotated[int, Field(ge=1, le=1000, description=MANY_TURNS)] = 1
-
-    @model_validator(mode="after")
-    def _bounded(self) -> Heart:
-        _not_too_many(heart.length_m(self.width_m, self.turns) / self.spacing_m)
-        return self
-
-
-class Spiral(_Curve):
-    """A level logarithmic spiral r = a exp(b t) from its inner to its outer radius."""
-
-    shape: Literal["spiral"]
-    inner_radius_m: Size
-    outer_radius_m: Size
-    turns: Annotated[float, Field(ge=1e-3, le=1000.0, description=MANY_TURNS)] = 3.0
-
-    @model_validator(mode="after")
-    def _grows(self) -> Spiral:
-        if self.outer_radius_m <= self.inner_radius_m:
-            raise ValueError("outer_radius_m must be larger than inner_radius_m")
-        length_m = spiral.length_m(self.inner_radius_m, self.outer_radius_m, self.turns)
-        _not_too_many(length_m / self.spacing_m)
-        return self
-
-
-class Points(StrictModel):
-    """Straight lines between points, with a rest at each."""
-
-    shape: Literal["points"]
-    points_m: Annotated[
-        tuple[Point, ...],
-        Field(min_length=1, max_length=10_000, description="one job is planned in memory"),
-    ]
-    dwell_s: Dwell = 0.0
-    spacing_m: Spacing = 0.0005
-
-    @model_validator(mode="after")
-    def _bounded(self) -> Points:
-        _not_too_many(points.target_count(self.points_m, self.spacing_m))
-        return self
-
-
-class WayLeg(StrictModel):
-    """One leg: to `to_m`, straight; with `centre_m` on an arc about a vertical axis there; or
-    with `spline` on a smooth curve through the ends of all such legs that follow each other."""
-
-    to_m: Point
-    speed_mps: (
-        Annotated[float, Field(ge=1e-6, le=10.0, description="m/s; 1 um/s to 10 m/s")] | None
-    ) = None
-    """On this leg; never above the job's."""
-    dwell_s: Dwell = 0.0
-    """The arms come to a stand at its end, and wait so long."""
-    centre_m: tuple[Coordinate, Coordinate] | None = None
-    """x and y of an arc's axis; a change of z makes a helix of it."""
-    clockwise: bool = False
-    """Of an arc, seen from above. From a point to itself it is a whole turn."""
-    spline: bool = False
-    """Legs with it that follow each other make one spline, which passes each of their ends."""
-
-
-class Way(StrictModel):
-    """Straight legs, arcs and splines, passed without a stop where corners may be cut."""
-
-    shape: Literal["way"]
-    start_m: Point
-    legs: Annotated[
-        tuple[WayLeg, ...],
-        Field(min_length=1, max_length=100_000, description="one job is planned in memory"),
-    ]
-    corner_m: Annotated[
-        float, Field(ge=0.0, le=0.1, description="metres; more is another path")
-    ] = 0.0
-    """How far from a corner between two legs the way may stay; 0 stops at each."""
-    spacing_m: Spacing = 0.0005
-
-    @model_validator(mode="after")
-    def _bounded(self) -> Way:
-        begin = self.start_m
-        for number, leg in enumerate(self.legs):
-            _check_leg(number, begin, leg)
-            begin = leg.to_m
-        legs = legs_of(self)
-        _not_too_many(way.target_count(np.array(self.start_m), legs, self.spacing_m))
-        return self
-
-
-ROUND_M = 1e-3
-"""An arc's ends may differ so much in radius: coordinates are rounded in files."""
-
-
-def _check_leg(number: int, begin: Point, leg: WayLeg) -> None:
-    if leg.spline and leg.centre_m is not None:
-        raise ValueError(f"legs.{number}: is either an arc (centre_m) or on a spline, not both")
-    if leg.spline and math.dist(begin, leg.to_m) < 1e-7:
-        raise ValueError(f"legs.{number}: a leg on a spline must end elsewhere than it begins")
-    if leg.centre_m is None:
-        return
-    inner, outer = (math.dist(point[:2], leg.centre_m) for point in (begin, leg.to_m))
-    if min(inner, outer) < 1e-6 or abs(inner - outer) > ROUND_M:
-        raise ValueError(
-            f"legs.{number}: centre_m must be equally far from both ends of the arc, and is"
-            f" {inner:.6g} m and {outer:.6g} m from them"
-        )
-
-
-def legs_of(spec: Way) -> list[way.Leg]:
-    """The legs as the path takes them."""
-    legs, begin = [], spec.start_m
-    for leg in spec.legs:
-        speed = math.inf if leg.speed_mps is None else leg.speed_mps
-        turns = None if leg.centre_m is None else _turns(begin, leg, leg.centre_m)
-        centre = None if leg.centre_m is None else np.array([*leg.centre_m, 0.0])
-        legs.append(way.Leg(np.array(leg.to_m), speed, leg.dwell_s, centre, turns, leg.spline))
-        begin = leg.to_m
-    return legs
-
-
-def _turns(begin: Point, leg: WayLeg, centre: tuple[float, float]) -> float:
-    first = math.atan2(begin[1] - centre[1], begin[0] - centre[0])
-    last = math.atan2(leg.to_m[1] - centre[1], leg.to_m[0] - centre[0])
-    part = ((last - first) / (2.0 * math.pi)) % 1.0
-    if part < 1e-9 or part > 1.0 - 1e-9:
-        part = 0.0
-    if leg.clockwise:
-        return part - 1.0
-    return part or 1.0
-
-
-class Joints(StrictModel):
-    """Arm angles one after another, straight in joint space, with a rest at each."""
-
-    shape: Literal["joints"]
-    angles_deg: Annotated[
-        tuple[tuple[ArmAngle, ArmAngle, ArmAngle], ...],
-        Field(min_length=1, max_length=100_000, description="one job is planned in memory"),
-    ]
-    dwell_s: Dwell = 0.0
-
-
-class Survey(StrictModel):
-    """Random arm angles, as Zhao 2023 section 3 collects its training data.
-
-    Triples that cannot be used are skipped and drawn again, see firmware_py/paths/survey.py.
-    """
-
-    shape: Literal["survey"]
-    count: Annotated[int, Field(ge=1, le=MAX_TARGETS, description="one job is planned in memory")]
-    angle_deg: tuple[ArmAngle, ArmAngle] = (-20.0, 110.0)
-    dwell_s: Dwell = 0.0
-    seed: Annotated[int, Field(ge=0, le=2**63, description="any whole number of 64 bit")] = 1
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Survey:
-        if self.angle_deg[0] >= self.angle_deg[1]:
-            raise ValueError("angle_deg must be [lowest, highest]")
-        return self
-
-
-PathSpec = Annotated[
-    Circle | Heart | Spiral | Points | Way | Joints | Survey, Field(discriminator="shape")
-]
-
-
-class Together(StrictModel):
-    """All motors step together, one tick every T_PWM, as in Zhao 2023. There are no ramps."""
-
-    mode: Literal["together"] = "together"
-    t_pwm_s: Annotated[
-        float, Field(ge=50e-6, le=10.0, description="the pulse process is good for 50 us and up")
-    ]
-
-
-class Accelerated(StrictModel):
-    """Every motor keeps its own speed and acceleration limit; the path slows down where it must."""
-
-    mode: Literal["accelerated"]
-    speed_mps: Annotated[float, Field(ge=1e-6, le=10.0, description="m/s; 1 um/s to 10 m/s")]
-    """Speed of the platform along the path wherever the limits allow it."""
-    joint_speed_radps: (
-        Annotated[float, Field(ge=1e-5, le=1e3, description="rad/s, a turn a week to 160 a second")]
-        | None
-    ) = None
-    """Not above the robot file's limit; absent for that limit. So too the acceleration."""
-    joint_acceleration_radps2: (
-        Annotated[float, Field(ge=1e-4, le=1e5, description="rad/s2; beyond is a blow")] | None
-    ) = None
-
-
-def mode(timing: Any) -> Any:
-    """The mode that a `timing` section asks for; without one all motors step together."""
-    if isinstance(timing, dict):
-        return timing.get("mode", "together")
-    return getattr(timing, "mode", "together")
-
-
-Timing = Annotated[
-    Annotated[Together, Tag("together")] | Annotated[Accelerated, Tag("accelerated")],
-    Discriminator(mode),
-]
-
-
-class GeometryIk(StrictModel):
-    """Closed-form inverse kinematics of the robot file's geometry and known effects."""
-
-    kind: Literal["geometry"]
-
-
-class NetworkIk(StrictModel):
-    """A TFLite network; its file names the robot it was trained for."""
-
-    kind: Literal["network"]
-    file: Annotated[str, Field(min_length=1, max_length=1000)]
-    """Sought beside the job, in `config/` and in `models/trained/`."""
-
-
-class CalibratedIk(StrictModel):
-    """As `geometry`, and refused when the robot file knows of no effect that it could correct."""
-
-    kind: Literal["calibrated"]
+__all__ = ["Accelerated", "CalibratedIk", "GeometryIk", "JobFile", "NetworkIk", "Together"]
 
 
 class JobFile(StrictModel):
-    """One job. Named files are sought beside the job, then in the project."""
+    """One job: a `path`, or `steps`. Named files are sought beside the job, then in the project."""
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
     robot: Annotated[str, Field(min_length=1, max_length=1000)]
-    path: PathSpec
+    path: PathSpec | None = None
+    steps: Annotated[tuple[Step, ...], Field(min_length=1, description="do something")] | None = (
+        None
+    )
+    """In place of a path: paths, outputs, waits, repeats and other jobs, one after another."""
     timing: Timing
-    inverse_kinematics: Annotated[
-        GeometryIk | NetworkIk | CalibratedIk, Field(discriminator="kind")
-    ]
-    repeats: Annotated[int, Field(ge=1, le=100_000, description="weeks of work at most")] = 1
+    inverse_kinematics: KinematicsSpec
+    repeats: Repeats = 1
     """Each repeat begins and ends at rest; an open path is returned to its start between them."""
     record: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
     """Name of the recording in the folder of recordings; absent: `<name>-<date>.mcap`."""
@@ -307,6 +45,16 @@ class JobFile(StrictModel):
     steps that the sensors see to be lost are corrected, and `on_step_loss` stops nothing."""
     on_blind: Literal["stop", "warn"] = "stop"
     """What happens when the sensors do not show the arms for half a second."""
+
+    @model_validator(mode="after")
+    def _has_one_of_both(self) -> JobFile:
+        if (self.path is None) == (self.steps is None):
+            raise ValueError("give either 'path' or 'steps'")
+        if isinstance(self.path, Way) and self.path.start_m is None:
+            raise ValueError(
+                "path.start_m is missing: only in 'steps' a way may go on from another"
+            )
+        return self
 
     @model_validator(mode="after")
     def _speeds_can_be_kept(self) -> JobFile:

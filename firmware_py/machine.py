@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,6 +11,7 @@ from drivers.fakes.bench import FakeBench
 from drivers.fakes.ranging_rig import RangingRig
 from drivers.ranging.contract import RangingSensors
 from drivers.steps.contract import StepOutput
+from drivers.steps.switches import NO_SWITCHES, Switches
 from firmware_py.servo.output import ServoOutput
 from firmware_py.simulation.world import SimulatedRobot
 from foundation.clock import Clock
@@ -32,6 +33,10 @@ class Machine:
     """The same as `output` on a robot with servo drives: what only they can tell."""
     drives: FakeCurrentDrives | None = None
     """The simulated servo drives, in simulation only."""
+    switches: Switches = NO_SWITCHES
+    """The outputs that jobs switch; what they are put to goes through `output`."""
+    inputs: Mapping[str, Callable[[], bool]] = field(default_factory=dict)
+    """What jobs wait for, true while on."""
     home_switches: tuple[Callable[[], bool], ...] = ()
     """One for each arm, true while pressed; empty when the robot has none."""
     release: Callable[[], str] = lambda: "nobody is left who could release the drives"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_py.job_file import Circle, Heart, JobFile, Joints, Points, Spiral, Way, legs_of
+from firmware_py.job_file import JobFile
+from firmware_py.path_file import Circle, Heart, Joints, Points, Spiral, Way, legs_of
 from firmware_py.paths.circle import circle
 from firmware_py.paths.heart import heart
 from firmware_py.paths.joints import joints
@@ -20,6 +21,7 @@ from models.linkage import Linkage
 def path_of(job: JobFile, robot: RobotFile) -> Path:
     """One repeat of the job's path. Raises UnreachablePoint for a survey that finds no poses."""
     spec = job.path
+    assert spec is not None
     if isinstance(spec, Circle):
         return circle(spec.centre_m, spec.radius_m, spec.turns, spec.spacing_m)
     if isinstance(spec, Heart):

@@ -9,7 +9,16 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from drivers.settings import InputSettings, Pin, RangingSettings, StepSettings
+from drivers.settings import (
+    InputSettings,
+    Name,
+    Pin,
+    RangingSettings,
+    StepSettings,
+    SwitchedPin,
+)
+from drivers.steps.lines import MOST_SWITCHES
+from drivers.steps.switches import Switches
 from firmware_py.servo.as_built import AsBuiltServo
 from foundation.errors import ConfigError, MissingFile
 from foundation.strict_yaml import Document, StrictModel
@@ -128,6 +137,8 @@ class AsBuilt(StrictModel):
     noise: SensorNoise = SensorNoise()
     servo: AsBuiltServo | None = None
     """Only with drive.kind servo."""
+    inputs: dict[Name, bool] = Field(default_factory=dict)
+    """Which of `inputs.named` are on, while simulated; the others are off."""
 
 
 class RobotFile(DeltaRobot):
@@ -136,6 +147,10 @@ class RobotFile(DeltaRobot):
     drive: DriveSection
     steps: StepSettings = StepSettings()
     inputs: InputSettings = InputSettings()
+    outputs: Annotated[
+        dict[Name, SwitchedPin], Field(max_length=MOST_SWITCHES, description="a byte of them")
+    ] = Field(default_factory=dict)
+    """What jobs switch, by name: `gripper: {pin: 12, safe: off}`."""
     ranging: RangingSettings = RangingSettings()
     limits: Limits = Limits()
     homing: Homing = Homing()
@@ -150,6 +165,11 @@ class RobotFile(DeltaRobot):
         """The effects of the simulated robot."""
         built = self.as_built.effects
         return self.effects if built is None else built
+
+    @property
+    def switches(self) -> Switches:
+        """The outputs as bits."""
+        return Switches(self.outputs)
 
     def is_machine_of(self, other: RobotFile) -> bool:
         """Whether both files are of one machine, of which they may believe different effects."""
@@ -170,6 +190,9 @@ class RobotFile(DeltaRobot):
                     ("homing", "angle_deg"),
                     f"{angle:g} is outside limits.arm_deg [{low:g}, {high:g}]",
                 )
+        for name in self.as_built.inputs:
+            if name not in self.inputs.named:
+                yield ("as_built", "inputs", name), "is no input of inputs.named"
         yield from self._servo_clashes()
         seen: dict[int, str] = {}
         if self.ranging.bus == 1:
@@ -199,6 +222,8 @@ class RobotFile(DeltaRobot):
         servo = self.drive.kind == "servo"
         if servo and self.masses is None:
             yield ("drive",), "kind servo needs a 'masses' section: the currents have to carry them"
+        if servo and self.outputs:
+            yield ("outputs",), "robots with drive.kind servo have none"
         if self.as_built.servo is not None and not servo:
             yield ("as_built", "servo"), "only robots with drive.kind servo have this section"
 
@@ -212,6 +237,10 @@ class RobotFile(DeltaRobot):
                     yield (section, name), value
                 elif name.endswith("_pin") and value is not None:
                     yield (section, name), (value,)
+        for name, output in self.outputs.items():
+            yield ("outputs", name, "pin"), (output.pin,)
+        for name, wired in self.inputs.named.items():
+            yield ("inputs", "named", name, "pin"), (wired.pin,)
 
 
 def load_robot(path: Path) -> RobotFile:

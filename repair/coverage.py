@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from firmware_py.compensation.ways import AHEAD, AT_REVERSALS, WARMING
-from firmware_py.job_file import JobFile, NetworkIk, load_job
+from firmware_py.job_file import JobFile, NetworkIk
 from firmware_py.planner.kinematics import network_file
+from firmware_py.program.includes import paths_of, read_whole
 from firmware_py.robot_file import RobotFile, find, load_robot
 from models.calibrated_inverse import INVERTIBLE, corrections_of
 from models.effects import effect_kind
@@ -71,7 +72,7 @@ class Coverage:
 
 def coverage_of(job_path: Path, robot_path: Path | None = None) -> Coverage:
     """Of a job file, on the robot it names or on another. Raises ConfigError, NetworkError."""
-    job = load_job(job_path)
+    job = read_whole(job_path).job
     where = find(job.robot, beside=job_path) if robot_path is None else robot_path
     return coverage(job, load_robot(where), job_path, where)
 
@@ -80,7 +81,7 @@ def coverage(
     job: JobFile, robot: RobotFile, job_path: Path | None, robot_path: Path | None = None
 ) -> Coverage:
     """What the job does about each effect in the robot file."""
-    if job.path.shape in ("joints", "survey"):
+    if all(path.shape in ("joints", "survey") for path in paths_of(job)):
         why = "the path is given in arm angles, which are commanded as they are"
         return Coverage(tuple(_left(entry, why) for entry in robot.effects))
     inside, warning = "in the inverse kinematics", ""

@@ -54,7 +54,7 @@ def correct(
     with needs("training", "correct"), needs("diagnosis", "correct"):
         from diagnosis.answer.tables import Tables
         from repair.correct import correct as run
-    from firmware_py.planner.check import check_job
+    from firmware_py.program.dry_run import check_job
     from firmware_py.robot_file import find
 
     with waiting("reading", json_out) as show:

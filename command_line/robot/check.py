@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from command_line.output import console, duration, facts, print_json, say, warn
-from firmware_py.planner.check import check_job as dry_run
 from firmware_py.planner.summary import CheckSummary
+from firmware_py.program.dry_run import check_job as dry_run
 from firmware_py.robot_file import find
 from repair.coverage import Coverage, coverage_of
 
@@ -42,6 +42,16 @@ def say_covered(covered: Coverage) -> None:
         warn(f"warning: {covered.warning}")
 
 
+def _steps(summary: CheckSummary) -> list[tuple[str, str]]:
+    if summary.instructions is None:
+        return []
+    waits = duration(summary.waits_at_most_s)
+    return [
+        ("steps", f"{summary.instructions}"),
+        *([("waits for inputs", f"{waits} at most")] if summary.waits_at_most_s else []),
+    ]
+
+
 def _rows(summary: CheckSummary) -> list[tuple[str, str]]:
     rates = ", ".join(f"{rate:.0f}" for rate in summary.peak_step_rate_hz)
     angles = ", ".join(f"{low:.1f} to {high:.1f}" for low, high in summary.arm_range_deg)
@@ -51,6 +61,7 @@ def _rows(summary: CheckSummary) -> list[tuple[str, str]]:
         ("inverse kinematics", summary.inverse_kinematics),
         ("timing", summary.timing),
         ("targets", f"{summary.targets}, {summary.repeats} times"),
+        *_steps(summary),
         ("path length", f"{summary.path_length_m:.3f} m"),
         ("duration", f"{duration(summary.duration_s)} ({duration(summary.approach_s)} approach)"),
         ("mean speed", f"{summary.mean_speed_mps * 1e3:.2f} mm/s"),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from mmap import mmap
 from typing import Protocol
 
 from drivers.fakes.lines import BENCH_BYTES, BenchMemory, Counts, FakeLines, FakeWiring
 from drivers.fakes.mock_pins import WiredFactory
+from drivers.inputs import InputLine, named_inputs
 from drivers.settings import InputSettings, StepSettings
 from drivers.steps.lines import DIRECTION_SHIFT, ENABLE_BIT, SWITCH_SHIFT
 from drivers.steps.switches import NO_SWITCHES, Switches
@@ -92,6 +93,12 @@ class FakeBench:
         """Put a named input on or off: a part has come."""
         wired = self._inputs.named[name]
         self._pins.drive(wired.pin, on == wired.active_high)
+
+    def wired_inputs(self, on: Mapping[str, bool]) -> dict[str, InputLine]:
+        """The named inputs as the program reads them, some of them on to begin with."""
+        for name, is_on in on.items():
+            self.set_input(name, is_on)
+        return named_inputs(self._inputs, self.pin_factory)
 
     def trip(self, motor: int) -> None:
         """Make the drive of a motor (1 to 3) raise its alarm."""

@@ -1,20 +1,26 @@
-"""The job that runs now: approach, path, and a last moment for the readings that trail behind."""
+"""The job that runs now: its moves and waits, and a last moment for readings that trail behind."""
 
 from __future__ import annotations
 
 import enum
+from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
 from firmware_py.controller.feeder import Feeder
 from firmware_py.controller.job_queue import QueuedJob
 from firmware_py.controller.journal import Journal
+from firmware_py.controller.standing import Standing
 from firmware_py.controller.step_watch import StepLoss
 from firmware_py.controller.view import View
 from firmware_py.feedback.feedback import Feedback
 from firmware_py.job_file import Together
 from firmware_py.machine import Machine
+from firmware_py.planner.plan import Plan
 from firmware_py.planner.stream import MotionStream
 from firmware_py.planner.time_scaling import TimeScaledMotion
+from firmware_py.program.instructions import Move, SetOutputs, WaitFor
+from firmware_py.program.totals import totals
 from firmware_py.robot_file import RobotFile
 from foundation.clock import NS_PER_S, VirtualClock, ns
 from recording.configuration import RunConfiguration
@@ -33,8 +39,18 @@ class Phase(enum.Enum):
     ENDED = "ended"
 
 
+@dataclass(frozen=True, slots=True)
+class Moving:
+    """A move that is under way."""
+
+    plan: Plan
+    stream: MotionStream
+    motion: TimeScaledMotion
+    feeder: Feeder
+
+
 class ActiveJob:
-    """Drives one queued job through its phases; every call comes from the control loop."""
+    """Carries out one queued job, move by move; every call comes from the control loop."""
 
     def __init__(self, queued: QueuedJob, robot: RobotFile, machine: Machine, journal: Journal):
         self.number = queued.number
@@ -44,6 +60,8 @@ class ActiveJob:
         self.warning = ""
         """What the user should know though the job ran to its end."""
         self.cancelled = False
+        self.why = ""
+        """Why it cancelled itself."""
         self.blind = False
         self.phase = Phase.APPROACH
         self._queued = queued
@@ -54,79 +72,155 @@ class ActiveJob:
         self._recorder: RunRecorder | None = None
         self.feedback: Feedback | None = None
         self._lost_before = machine.bench.memory.lost() if machine.bench else (0, 0, 0)
+        self._leaves = queued.program.leaves()
+        self._moving: Moving | None = None
+        self._standing: Standing | None = None
+        self._paused = False
+        self._done_ns = self._whole_ns = 0
 
     def begin(self, now_ns: int) -> None:
         """Open the recording and start moving. Raises RecordingError, UnreachablePoint."""
-        plan, output = self._queued.plan, self._machine.output
+        program, output = self._queued.program, self._machine.output
         counts = output.status().counts
-        self._stream = MotionStream(plan, counts)
-        self._motion = TimeScaledMotion(iter(self._stream), plan.ramp_s)
-        recorder = RunRecorder(
+        self._whole_ns = totals(program, counts).duration_ns
+        self._recording = RunRecorder(
             self._queued.recording,
             self._configuration(),
             start_ns=now_ns,
             counts=counts,
             wait_when_behind=isinstance(self._machine.clock, VirtualClock),
         )
-        view = View(self._robot, recorder)
+        view = View(self._robot, self._recording)
         view.begin(now_ns, counts)
-        self._journal.open(recorder, view)
-        timing = plan.job.timing
-        t_pwm_s = timing.t_pwm_s if isinstance(timing, Together) else None
-        recorder.settings(now_ns, t_pwm_s)
+        self._journal.open(self._recording, view)
         now_ns = self._machine.clock.now_ns()
-        heartbeat_ns = ns(self._robot.steps.heartbeat_s)
-        clock = self._machine.clock
-        if plan.job.feedback is not None:
-            self.feedback = Feedback(self._robot, plan.job.feedback, counts, now_ns)
-        self._feeder = Feeder(
-            output, self._journal, self._motion, clock, heartbeat_ns, self.feedback
-        )
-        self._journal.event(now_ns, "approach", f"from counts {counts}")
-        self._feeder.feed(clock.now_ns())  # reading the network's file took a while
+        if program.job.feedback is not None:
+            self.feedback = Feedback(self._robot, program.job.feedback, counts, now_ns)
+        self._go_on(now_ns)
 
     def advance(self, now_ns: int) -> None:
-        """Feed the motion and move on to the next phase when it is time."""
+        """Feed the motion, or look whether what is waited for has come."""
         if self.phase is Phase.SETTLE:
             if now_ns >= self._settled_ns:
                 self._end()
             return
-        self._feeder.feed(now_ns)
+        if self._moving is not None:
+            self._move(self._moving, now_ns)
+            return
         self._journal.commanded(now_ns, self._machine.output.status().counts)
-        past_ns = self._feeder.motion_ns(now_ns) - self._stream.path_start_ns
-        if self.phase is Phase.APPROACH and past_ns >= 0:
-            self.phase = Phase.PATH
-            self._journal.event(now_ns - past_ns, "path_start", self.name)  # seen a little late
-        if self._feeder.finished:
-            self._journal.event(now_ns, "path_end", "cancelled" if self.cancelled else "done")
-            self.phase = Phase.SETTLE
-            self._settled_ns = now_ns + ns(SETTLE_S)
+        if self.cancelled:
+            self._settle(now_ns)
+        elif not self._paused and (self._standing is None or self._stood(self._standing, now_ns)):
+            self._go_on(now_ns)
 
     def pause(self, now_ns: int) -> None:
-        """Decelerate on the path."""
-        self._motion.pause(self._feeder.run_ns(now_ns))
+        """Decelerate on the path; where the arms stand, stop the time of the wait."""
+        self._paused = True
+        if self._moving is not None:
+            self._moving.motion.pause(self._moving.feeder.run_ns(now_ns))
+        if self._standing is not None:
+            self._standing.pause(now_ns)
         self._journal.event(now_ns, "pause", "")
 
     def resume(self, now_ns: int) -> None:
         """Go on."""
-        self._motion.resume(self._feeder.run_ns(now_ns))
+        self._paused = False
+        if self._moving is not None:
+            self._moving.motion.resume(self._moving.feeder.run_ns(now_ns))
+        if self._standing is not None:
+            self._standing.resume(now_ns)
         self._journal.event(now_ns, "resume", "")
 
-    def cancel(self, now_ns: int) -> None:
-        """Decelerate and drop the rest."""
-        self.cancelled = True
-        self._motion.cancel(self._feeder.run_ns(now_ns))
-        self._journal.event(now_ns, "cancel", "")
+    def cancel(self, now_ns: int, why: str = "") -> None:
+        """Decelerate, drop the rest, and put outputs safe once the arms stand."""
+        self.cancelled, self.why = True, why
+        if self._moving is not None:
+            self._moving.motion.cancel(self._moving.feeder.run_ns(now_ns))
+        self._journal.event(now_ns, "cancel", why)
+
+    def _go_on(self, now_ns: int) -> None:
+        """Do what comes next, until something takes time."""
+        self._standing = None
+        for leaf in self._leaves:
+            if isinstance(leaf, Move):
+                self._start(leaf.plan)
+                return
+            if isinstance(leaf, SetOutputs):
+                self._switch(leaf.on, leaf.says(), now_ns)
+                continue
+            if isinstance(leaf, WaitFor):
+                self._journal.event(now_ns, "wait", f"for {leaf.says()}")
+            standing = Standing(leaf, now_ns, self._machine.inputs)
+            if not self._stood(standing, now_ns):
+                self._standing = standing
+                return
+        self._settle(now_ns)
+
+    def _start(self, plan: Plan) -> None:
+        output, clock = self._machine.output, self._machine.clock
+        counts = output.status().counts
+        if self.feedback is not None:
+            counts = self.feedback.planned(counts)
+        self.phase = Phase.APPROACH
+        stream = MotionStream(plan, counts)
+        motion = TimeScaledMotion(iter(stream), plan.ramp_s)
+        timing = plan.job.timing
+        t_pwm_s = timing.t_pwm_s if isinstance(timing, Together) else None
+        self._recording.settings(clock.now_ns(), t_pwm_s)
+        feeder = Feeder(
+            output, self._journal, motion, clock, ns(self._robot.steps.heartbeat_s), self.feedback
+        )
+        self._moving = Moving(plan, stream, motion, feeder)
+        self._journal.event(clock.now_ns(), "approach", f"from counts {counts}")
+        feeder.feed(clock.now_ns())  # reading the network's file took a while
+
+    def _move(self, moving: Moving, now_ns: int) -> None:
+        feeder = moving.feeder
+        feeder.feed(now_ns)
+        self._journal.commanded(now_ns, self._machine.output.status().counts)
+        past_ns = feeder.motion_ns(now_ns) - moving.stream.path_start_ns
+        if self.phase is Phase.APPROACH and past_ns >= 0:
+            self.phase = Phase.PATH
+            # seen a little late
+            self._journal.event(now_ns - past_ns, "path_start", moving.plan.job.name)
+        if feeder.finished:
+            self._journal.event(now_ns, "path_end", "cancelled" if self.cancelled else "done")
+            self._done_ns += moving.stream.end_ns
+            self._moving = None
+            if self.cancelled:
+                self._settle(now_ns)
+            elif not self._paused:
+                self._go_on(now_ns)
+
+    def _stood(self, standing: Standing, now_ns: int) -> bool:
+        """Whether the wait is over; one that was in vain cancels the job."""
+        if standing.over(now_ns):
+            self._done_ns += standing.planned_ns
+            return True
+        if standing.in_vain(now_ns):
+            self.cancel(now_ns, standing.says())
+        return False
+
+    def _switch(self, on: Mapping[str, bool], says: str, now_ns: int) -> None:
+        self._machine.output.switch(*self._machine.switches.levels(on))
+        self._journal.event(now_ns, "output", says)
+
+    def _settle(self, now_ns: int) -> None:
+        switches = self._machine.switches
+        if self.cancelled and switches.pins:
+            self._switch({name: pin.safe for name, pin in switches.pins.items()}, "safe", now_ns)
+        self.phase = Phase.SETTLE
+        self._settled_ns = now_ns + ns(SETTLE_S)
 
     @property
     def stops_on_step_loss(self) -> bool:
         """Whether the job asks to be stopped when the sensors see lost steps."""
-        return self._queued.plan.job.on_step_loss == "stop" and self.feedback is None
+        return self._queued.job.on_step_loss == "stop" and self.feedback is None
 
     @property
     def stops_when_blind(self) -> bool:
         """Whether the job asks to be stopped when the sensors do not show the arms."""
-        return self._queued.plan.job.on_blind == "stop"
+        return self._queued.job.on_blind == "stop"
 
     def goes_on_blind(self, why: str) -> None:
         """The sensors do not show the arms; told once for each time."""
@@ -147,12 +241,15 @@ class ActiveJob:
         """Part done, 0 to 1."""
         if self.phase in (Phase.SETTLE, Phase.ENDED):
             return 1.0
-        return min(1.0, self._feeder.motion_ns(now_ns) / max(1, self._stream.end_ns))
+        return min(1.0, self._past_ns(now_ns) / max(1, self._whole_ns))
 
     def seconds_left(self, now_ns: int) -> float:
-        """Robot time left, pauses not counted."""
-        left_ns = self._stream.end_ns - self._feeder.motion_ns(now_ns)
-        return max(0.0, left_ns / NS_PER_S)
+        """Robot time left, pauses and waits for inputs not counted."""
+        return max(0.0, (self._whole_ns - self._past_ns(now_ns)) / NS_PER_S)
+
+    def _past_ns(self, now_ns: int) -> int:
+        moving = self._moving
+        return self._done_ns + (moving.feeder.motion_ns(now_ns) if moving is not None else 0)
 
     def close_recording(self) -> None:
         """Finish the file of a job that has ended, which takes as long as the disk does."""
@@ -185,7 +282,7 @@ class ActiveJob:
                 self._journal.event(self._machine.clock.now_ns(), "steps_lost", self.warning)
 
     def _configuration(self) -> RunConfiguration:
-        chosen = self._queued.plan.job.inverse_kinematics
+        chosen = self._queued.job.inverse_kinematics
         return RunConfiguration(
             robot_text=self._queued.robot_text,
             job_text=self._queued.job_text,

@@ -9,7 +9,7 @@ from pathlib import Path
 from drivers.fakes.range_noise import RangeNoise
 from drivers.fakes.ranging_rig import build_rig
 from drivers.fakes.steps import simulated_step_output
-from drivers.inputs import home_switches
+from drivers.inputs import home_switches, named_inputs
 from drivers.steps.build import build_step_output, release_drives
 from drivers.steps.contract import MOTORS
 from firmware_py.controller.controller import Controller
@@ -63,7 +63,9 @@ def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:
     clock: Clock = RealClock() if realtime else VirtualClock()
     if robot.drive.kind == "servo":
         return servo_machine(robot, clock)
-    steps = simulated_step_output(robot.steps, robot.inputs, clock, realtime=realtime)
+    steps = simulated_step_output(
+        robot.steps, robot.inputs, clock, realtime=realtime, switches=robot.switches
+    )
     world = SimulatedRobot(robot, steps.bench.counts_at, clock.now_ns)
     noise = robot.as_built.noise
     rig = build_rig(
@@ -79,6 +81,8 @@ def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:
         world=world,
         bench=steps.bench,
         rig=rig,
+        switches=robot.switches,
+        inputs=steps.bench.wired_inputs(robot.as_built.inputs),
         home_switches=tuple(partial(world.switch_pressed, motor) for motor in range(MOTORS)),
         release=steps.bench.release_drives,
         closers=(steps.bench.close,),
@@ -108,13 +112,18 @@ def real_machine(robot: RobotFile) -> Machine:
     clock, homing = RealClock(), robot.homing
     pins = lgpio_pin_factory()
     sensors = open_robot_sensors(robot.ranging, clock, pins)
-    output = build_step_output(robot.steps, robot.inputs, clock, pin_factory=pins)
+    output = build_step_output(
+        robot.steps, robot.inputs, clock, pin_factory=pins, switches=robot.switches
+    )
     switches = home_switches(homing.switch_pins, homing.switch_active_high, pins)
+    inputs = named_inputs(robot.inputs, pins)
     return Machine(
         clock=clock,
         output=output,
         sensors=sensors,
+        switches=robot.switches,
+        inputs=inputs,
         home_switches=switches,
-        release=partial(release_drives, robot.steps, robot.inputs),
-        closers=tuple(switch.close for switch in switches),
+        release=partial(release_drives, robot.steps, robot.inputs, robot.switches),
+        closers=tuple(line.close for line in (*switches, *inputs.values())),
     )

@@ -350,7 +350,7 @@ class Controller:
 
     def _begin(self, job_due: QueuedJob, now_ns: int) -> None:
         blind = self._observer.blind()
-        if blind is not None and job_due.plan.job.on_blind == "stop":
+        if blind is not None and job_due.job.on_blind == "stop":
             self._results.never_ran(job_due.number, job_due.name, "refused", blind.says())
             return
         job = ActiveJob(job_due, self.robot, self.machine, self.journal)
@@ -392,7 +392,7 @@ class Controller:
         if job.phase is Phase.ENDED:
             self.job = None
             self._take_over(job, now_ns)
-            self._finish_later(job, "cancelled" if job.cancelled else "done", "")
+            self._finish_later(job, "cancelled" if job.cancelled else "done", job.why)
             self._enter(State.READY)
 
     def _take_over(self, job: ActiveJob, now_ns: int) -> None:

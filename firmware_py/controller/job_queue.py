@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from firmware_py.planner.plan import Plan
+from firmware_py.job_file import JobFile
 from firmware_py.planning.prepared import Prepared
+from firmware_py.program.instructions import Program
 from foundation.errors import RecordingError
 from recording.names import confined, fresh_path
 
@@ -18,11 +19,16 @@ class QueuedJob:
     number: int
     name: str
     job_file: Path
-    plan: Plan
+    program: Program
     recording: Path
     robot_text: str
     job_text: str
     """What the recording carries with it."""
+
+    @property
+    def job(self) -> JobFile:
+        """What was asked for."""
+        return self.program.job
 
 
 def queued(
@@ -34,14 +40,14 @@ def queued(
     recordings: Path,
 ) -> QueuedJob:
     """A prepared job with its number, and a place for its recording. Raises RecordingError."""
-    job = prepared.plan.job
+    job = prepared.program.job
     # Not beside the working directory: a service has none worth the name.
     chosen = record or (confined(recordings, job.record) if job.record else None)
     return QueuedJob(
         number,
         job.name,
         job_file,
-        prepared.plan,
+        prepared.program,
         _place(job.name, chosen, recordings),
         robot_text,
         prepared.job_text,

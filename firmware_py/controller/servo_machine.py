@@ -64,6 +64,7 @@ def servo_machine(robot: RobotFile, clock: Clock, make_plant: PlantMaker = plant
         rig=rig,
         servo=output,
         drives=drives,
+        inputs=bench.wired_inputs(robot.as_built.inputs),
         home_switches=tuple(partial(world.switch_pressed, motor) for motor in range(JOINTS)),
         closers=(bench.close,),
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from firmware_py.planner.check import check_job
+from firmware_py.program.dry_run import check_job
 from firmware_py.robot_file import RobotFile
 from foundation.errors import MotionError
 from models.linkage import Linkage, Status, forward

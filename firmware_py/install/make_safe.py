@@ -1,5 +1,6 @@
-"""Leave the lines safe: no step, drives released. systemd runs it after the daemon has ended.
+"""Leave the lines safe: no step, drives released, outputs in their safe state.
 
+systemd runs it after the daemon has ended:
 `python -m firmware_py.install.make_safe ROBOT.yaml [--hold]`. With --hold ENA is left as it is,
 so that the arms do not drop. Whatever fails is said in one line and never fails the unit:
 the exit status is always 0.
@@ -23,7 +24,7 @@ def make_safe(robot: RobotFile, *, hold: bool = False, gpio: Any | None = None) 
 
     Raises PulseFault when the chip or a line cannot be had. gpio: a stand-in for lgpio.
     """
-    return release_drives(robot.steps, robot.inputs, hold=hold, gpio=gpio)
+    return release_drives(robot.steps, robot.inputs, robot.switches, hold=hold, gpio=gpio)
 
 
 def main(arguments: list[str]) -> int:

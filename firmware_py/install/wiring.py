@@ -37,7 +37,7 @@ class Wire:
 
 def wiring(robot: RobotFile) -> tuple[Wire, ...]:
     """All connections of a robot, drives first."""
-    return (*_drives(robot), *_inputs(robot), *_sensors(robot))
+    return (*_drives(robot), *_inputs(robot), *_outputs(robot), *_sensors(robot))
 
 
 def as_markdown(wires: tuple[Wire, ...]) -> str:
@@ -85,6 +85,17 @@ def _inputs(robot: RobotFile) -> Iterator[Wire]:
         level = _level(homing.switch_active_high)
         to = f"home switch of arm {number}, to ground; {level} is pressed"
         yield _wire(gpio, f"HOME {number}", to)
+    for name, wired in inputs.named.items():
+        to = f"{name}, to ground; {_level(wired.active_high)} is on"
+        yield _wire(wired.pin, f"IN {name}", to)
+
+
+def _outputs(robot: RobotFile) -> Iterator[Wire]:
+    for name, output in robot.outputs.items():
+        on, safe = _level(output.active_high), _level(output.level(output.safe))
+        pull = "down" if safe == "low" else "up"
+        to = f"{name}, through a driver; {on} is on, {safe} is safe (10 kOhm pull-{pull})"
+        yield _wire(output.pin, f"OUT {name}", to)
 
 
 def _sensors(robot: RobotFile) -> Iterator[Wire]:

@@ -1,4 +1,4 @@
-"""From a job file to a plan that may run, and the summary of a dry run."""
+"""From a job with one path to a plan that may run."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.planner.lap_memory import LapMemory
 from firmware_py.planner.limits import PathLimits
 from firmware_py.planner.plan import Plan, TimedLap, schedule_of
-from firmware_py.planner.summary import CheckSummary, summarise
 from firmware_py.planner.targets import Lap, LapBuilder, MappingFailed
 from firmware_py.planner.timing_accelerated import CurveSchedule
 from firmware_py.robot_file import RobotFile, find, load_robot
+from foundation.errors import ConfigError
 from models.inverse_kinematics import InverseKinematics
 from models.linkage import Linkage
 
@@ -75,21 +75,14 @@ TIMED_AGAIN = 2
 """Taking up play changes the timing, and where arms fall slowly in their play that changes it."""
 
 
-def check_job(
-    job_path: Path, from_counts: Counts | None = None, robot_file: Path | None = None
-) -> CheckSummary:
-    """Dry run of a job file from home (or other counts): what it would do.
-
-    `robot_file`: instead of the one the job names. Raises MissingFile, ConfigError,
-    NetworkError, UnreachablePoint or LimitExceeded.
-    """
-    plan = plan_of(job_path, None if robot_file is None else load_robot(robot_file))
-    return summarise(plan, from_counts or home_counts(plan.robot))
-
-
 def plan_of(job_path: Path, robot: RobotFile | None = None) -> Plan:
-    """The plan of a job file, for the robot it names or for one that is there already."""
+    """The plan of a job file, for the robot it names or for one that is there already.
+
+    Raises ConfigError for a job of steps, which has a plan for each of its moves.
+    """
     job = load_job(job_path)
+    if job.path is None:
+        raise ConfigError(f"{job_path}: has steps, and a job with one path is needed here")
     if robot is None:
         robot = load_robot(find(job.robot, beside=job_path))
     return make_plan(job, robot, kinematics_of(job, robot, job_path))

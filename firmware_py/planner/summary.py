@@ -50,6 +50,10 @@ class CheckSummary:
     """Nearest to singular on the path (limits.singularity_margin)."""
     box_m: tuple[Range, Range, Range]
     """Lowest and highest x, y, z of the platform on the path."""
+    instructions: int | None = None
+    """How many things a job of steps does, one after another; None for a job of one path."""
+    waits_at_most_s: float = 0.0
+    """How much longer it takes where inputs come as late as they may."""
 
     def as_json(self) -> dict[str, Any]:
         """Plain types only."""

@@ -7,7 +7,7 @@ out are views into the block: a million targets are there at once, without a cop
 from __future__ import annotations
 
 import json
-from dataclasses import fields
+from dataclasses import asdict, fields
 from mmap import mmap
 from typing import Any
 
@@ -24,6 +24,15 @@ from firmware_py.planner.timing_accelerated import CurveSchedule
 from firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
 from firmware_py.planner.timing_together import TogetherSchedule
 from firmware_py.planning.prepared import InForce, Prepared
+from firmware_py.program.instructions import (
+    Block,
+    Instruction,
+    Move,
+    Program,
+    SetOutputs,
+    Wait,
+    WaitFor,
+)
 from foundation.errors import ServiceError
 
 ALIGNED = 64
@@ -51,15 +60,15 @@ REST = tuple(one.name for one in fields(Plan) if one.name not in OWN)
 
 
 def pack(prepared: Prepared) -> bytes:
-    """Everything of a plan but the robot, which both sides have."""
-    plan, arrays = prepared.plan, Arrays()
-    job = plan.job.model_dump(mode="json") | {"path": NO_PATH}
+    """Everything of a program but the robot, which both sides have."""
+    program, arrays = prepared.program, Arrays()
+    plans = list(program.plans())
+    numbers = {id(plan): number for number, plan in enumerate(plans)}
     message = {
-        "job": job,
-        "first": arrays.put(plan.first),
-        "again": None if plan.again is None else arrays.put(plan.again),
-        "closed": plan.again is plan.first,
-        "rest": {name: arrays.put(getattr(plan, name)) for name in REST},
+        "job": _without_path(program.job),
+        "steps": program.job.steps is not None,
+        "plans": [_plan_message(plan, arrays) for plan in plans],
+        "whole": _instruction_message(program.whole, numbers),
         "job_text": arrays.put(np.frombuffer(prepared.job_text.encode(), dtype=np.uint8)),
     }
     head = json.dumps({"message": message, "arrays": arrays.index}).encode()
@@ -83,16 +92,70 @@ def unpack(block: bytes | mmap, robot: InForce, job_file: Any) -> Prepared:
             for kind, shape, offset in content["arrays"]
         ]
         message = content["message"]
-        first = _build(message["first"], views)
-        again = None if message["again"] is None else _build(message["again"], views)
         text = bytes(_build(message["job_text"], views)).decode()
-        job = JobFile.model_validate_json(json.dumps(message["job"]))
-        rest = {name: _build(message["rest"][name], views) for name in REST}
+        job = _job(message["job"])
+        if message["steps"]:
+            job = job.model_copy(update={"path": None, "steps": ()})
+        unlinked = [_unlinked_plan(one, views) for one in message["plans"]]
     except (ValueError, KeyError, TypeError, IndexError) as error:
         raise ServiceError(f"{job_file}: the planner's answer cannot be read ({error})") from error
-    kinematics = kinematics_of(job, robot.robot, job_file)
-    again = first if message["closed"] else again
-    return Prepared(Plan(job, robot.robot, kinematics, first, again, **rest), text)
+    plans = [
+        Plan(one, robot.robot, kinematics_of(one, robot.robot, job_file), first, again, **rest)
+        for one, first, again, rest in unlinked
+    ]
+    try:
+        whole = _instruction(message["whole"], plans)
+    except (ValueError, KeyError, TypeError, IndexError) as error:
+        raise ServiceError(f"{job_file}: the planner's answer cannot be read ({error})") from error
+    assert isinstance(whole, Block)
+    return Prepared(Program(job, robot.robot, whole), text)
+
+
+def _without_path(job: JobFile) -> dict[str, Any]:
+    return job.model_dump(mode="json") | {"path": NO_PATH, "steps": None}
+
+
+def _job(message: Any) -> JobFile:
+    return JobFile.model_validate_json(json.dumps(message))
+
+
+def _plan_message(plan: Plan, arrays: Arrays) -> dict[str, Any]:
+    return {
+        "job": _without_path(plan.job),
+        "first": arrays.put(plan.first),
+        "again": None if plan.again is None else arrays.put(plan.again),
+        "closed": plan.again is plan.first,
+        "rest": {name: arrays.put(getattr(plan, name)) for name in REST},
+    }
+
+
+def _unlinked_plan(message: Any, views: list[np.ndarray[Any, Any]]) -> tuple[Any, Any, Any, Any]:
+    """Job, laps and the rest of a plan, which still lacks its kinematics."""
+    first = _build(message["first"], views)
+    again = None if message["again"] is None else _build(message["again"], views)
+    rest = {name: _build(message["rest"][name], views) for name in REST}
+    return _job(message["job"]), first, first if message["closed"] else again, rest
+
+
+def _instruction_message(one: Instruction, numbers: dict[int, int]) -> dict[str, Any]:
+    if isinstance(one, Move):
+        return {"kind": "Move", "plan": numbers[id(one.plan)]}
+    if isinstance(one, Block):
+        steps = [_instruction_message(inner, numbers) for inner in one.steps]
+        return {"kind": "Block", "count": one.count, "steps": steps}
+    return {"kind": type(one).__name__} | asdict(one)
+
+
+def _instruction(message: Any, plans: list[Plan]) -> Instruction:
+    values = {name: value for name, value in message.items() if name != "kind"}
+    kind = message["kind"]
+    if kind == "Move":
+        return Move(plans[values["plan"]])
+    if kind == "Block":
+        inner = tuple(_instruction(one, plans) for one in values["steps"])
+        return Block(values["count"], inner)
+    made: Instruction = {"SetOutputs": SetOutputs, "Wait": Wait, "WaitFor": WaitFor}[kind](**values)
+    return made
 
 
 class Arrays:

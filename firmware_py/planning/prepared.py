@@ -8,21 +8,29 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from firmware_py.job_file import JobFile
-from firmware_py.planner.check import make_plan
 from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.planner.plan import Plan
+from firmware_py.program.building import make_program
+from firmware_py.program.includes import read_whole
+from firmware_py.program.instructions import Program
 from firmware_py.robot_file import RobotFile, find, load_robot
 from foundation.errors import ConfigError, MissingFile
-from foundation.strict_yaml import MAX_BYTES, Document
+from foundation.strict_yaml import MAX_BYTES
 
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """A plan, and the text it came from."""
+    """A program, and the text of the whole job it came from."""
 
-    plan: Plan
+    program: Program
     job_text: str
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of a job with one path."""
+        plan = self.program.first
+        assert plan is not None
+        return plan
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +63,8 @@ def prepare_here(job_file: Path, robot: InForce, manners: Manners | None = None)
     """
     how = manners or Manners()
     with discreet(job_file, how):
-        document = Document.read(job_file, how.follow, how.most_bytes)
-        job = document.check(JobFile)
+        whole = read_whole(job_file, how.follow, how.most_bytes)
+        job = whole.job
     wanted = _wanted(job.robot, job_file, robot.path)
     same = wanted.resolve() == robot.path.resolve()
     if not same and not _is_machine(robot.robot, wanted, how):
@@ -64,8 +72,8 @@ def prepare_here(job_file: Path, robot: InForce, manners: Manners | None = None)
             f"{job_file}: is for robot file {job.robot}, but this robot runs {robot.path.name};"
             " change 'robot' in the job, or start the daemon with the other file"
         )
-    plan = make_plan(job, robot.robot, kinematics_of(job, robot.robot, job_file))
-    return Prepared(plan, document.text)
+    program = make_program(job, robot.robot, lambda one: kinematics_of(one, robot.robot, job_file))
+    return Prepared(program, whole.text)
 
 
 def _is_machine(robot: RobotFile, wanted: Path, how: Manners) -> bool:

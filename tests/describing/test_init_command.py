@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from firmware_py.describing.first_job import write_first_job
 from firmware_py.describing.questions import QUESTIONS, WIRING, gather
 from firmware_py.describing.robot_text import robot_text
-from firmware_py.planner.check import check_job
+from firmware_py.program.dry_run import check_job
 from firmware_py.robot_file import load_robot
 from foundation.errors import ConfigError
 from models.robot import KINDS, load_robot_model

@@ -15,7 +15,7 @@ from diagnosis.experiment.job import job_of
 from diagnosis.experiment.motions import motions
 from diagnosis.experiment.safe import is_safe
 from diagnosis.experiment.timeline import duration_s
-from firmware_py.planner.check import check_job
+from firmware_py.program.dry_run import check_job
 from firmware_py.robot_file import CONFIG_FOLDER, find, load_robot
 from models.linkage import Linkage, forward
 

@@ -1,0 +1,154 @@
+"""From a job, with all it includes, to a program that may run."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from drivers.steps.contract import Counts
+from firmware_py.job_file import JobFile
+from firmware_py.job_steps import (
+    InnerJob,
+    JobStep,
+    PathStep,
+    RepeatStep,
+    SetStep,
+    Step,
+    WaitForStep,
+    WaitStep,
+)
+from firmware_py.path_file import PathSpec, Way
+from firmware_py.planner.check import home_counts, make_plan
+from firmware_py.program.instructions import (
+    Block,
+    Instruction,
+    Leaf,
+    Move,
+    Program,
+    SetOutputs,
+    Wait,
+    WaitFor,
+    visit,
+)
+from firmware_py.robot_file import RobotFile
+from foundation.errors import ConfigError, LimitExceeded, UnreachablePoint
+from models.inverse_kinematics import InverseKinematics
+
+KinematicsOf = Callable[[JobFile], InverseKinematics]
+
+
+def make_program(
+    job: JobFile, robot: RobotFile, kinematics_of: KinematicsOf, from_counts: Counts | None = None
+) -> Program:
+    """Check everything a job does, along the whole of it.
+
+    from_counts: where the arms are before it, home where that is not known.
+    Raises ConfigError, UnreachablePoint or LimitExceeded, naming the step and its first bad point.
+    """
+    if job.path is not None:
+        plan = make_plan(job, robot, kinematics_of(job))
+        return Program(job, robot, Block(1, (Move(plan),)))
+    builder = _Builder(job, robot, kinematics_of)
+    whole = Block(job.repeats, builder.block(job.steps or (), job, "steps"))
+    _check_ways(whole, from_counts or home_counts(robot))
+    return Program(job, robot, whole)
+
+
+def _check_ways(whole: Block, counts: Counts) -> None:
+    """Find the way to each move from where the arms are then. Raises UnreachablePoint."""
+    known: set[tuple[int, Counts]] = set()
+
+    def tell(leaf: Leaf, counts: Counts, times: int) -> None:
+        if isinstance(leaf, Move) and (id(leaf.plan), counts) not in known:
+            known.add((id(leaf.plan), counts))
+            leaf.plan.approach(counts)
+
+    visit(whole, counts, tell)
+
+
+class _Builder:
+    """Plans each path once, however often it is followed."""
+
+    def __init__(self, job: JobFile, robot: RobotFile, kinematics_of: KinematicsOf):
+        self._outer, self._robot, self._kinematics_of = job, robot, kinematics_of
+        self._made: dict[str, Move] = {}
+        self._end_m: tuple[float, float, float] | None = None
+
+    def block(self, steps: Iterable[Step], job: JobFile, place: str) -> tuple[Instruction, ...]:
+        """The instructions of steps; `job` has their timing and kinematics."""
+        return tuple(
+            self._instruction(one, job, f"{place}.{number}") for number, one in enumerate(steps)
+        )
+
+    def _instruction(self, one: Any, job: JobFile, place: str) -> Instruction:
+        if isinstance(one, PathStep):
+            timing = one.timing or job.timing
+            return self._move(job, {"path": one.path, "timing": timing, "repeats": 1}, place)
+        if isinstance(one, SetStep):
+            self._check_known(one.set, self._robot.outputs, "outputs", f"{place}.set")
+            return SetOutputs(dict(one.set))
+        if isinstance(one, WaitStep):
+            return Wait(one.wait_s)
+        if isinstance(one, WaitForStep):
+            wanted = one.wait_for
+            named = self._robot.inputs.named
+            self._check_known([wanted.input], named, "inputs.named", f"{place}.wait_for")
+            return WaitFor(wanted.input, wanted.is_on, wanted.within_s)
+        if isinstance(one, RepeatStep):
+            return Block(one.repeat, self.block(one.steps, job, f"{place}.steps"))
+        if isinstance(one, JobStep):
+            return self._inner(one.job, f"{place}.job")
+        raise ConfigError(f"{place}: an include that was not read; name the job by its file")
+
+    def _inner(self, inner: InnerJob, place: str) -> Instruction:
+        own = {"timing": inner.timing, "inverse_kinematics": inner.inverse_kinematics}
+        job = self._outer.model_copy(update=own | {"name": inner.name})
+        if inner.path is not None:
+            return self._move(job, {"path": inner.path, "repeats": inner.repeats}, place)
+        return Block(inner.repeats, self.block(inner.steps or (), job, f"{place}.steps"))
+
+    def _move(self, job: JobFile, own: dict[str, Any], place: str) -> Move:
+        own["path"] = self._begun(own["path"], place)
+        job = job.model_copy(update=own | {"steps": None})
+        key = job.model_dump_json()
+        if key not in self._made:
+            try:
+                job = JobFile.model_validate(job.model_dump(round_trip=True))
+                plan = make_plan(job, self._robot, self._kinematics_of(job))
+            except (ConfigError, LimitExceeded, UnreachablePoint) as error:
+                raise type(error)(f"{place}: {error}") from error
+            except ValueError as error:
+                raise ConfigError(f"{place}: {_plain(error)}") from error
+            self._made[key] = Move(plan)
+        move = self._made[key]
+        end = (move.plan.again or move.plan.first).lap.position_m[-1].tolist()
+        self._end_m = (end[0], end[1], end[2])
+        return move
+
+    def _begun(self, path: PathSpec, place: str) -> PathSpec:
+        if not isinstance(path, Way) or path.start_m is not None:
+            return path
+        if self._end_m is None:
+            raise ConfigError(f"{place}.path.start_m: is missing, and no path comes before it")
+        return path.model_copy(update={"start_m": self._end_m})
+
+    def _check_known(
+        self, named: Iterable[str], known: Mapping[str, Any], section: str, place: str
+    ) -> None:
+        for name in named:
+            if name in known:
+                continue
+            close = difflib.get_close_matches(name, known, n=1)
+            there = (
+                f"did you mean '{close[0]}'?" if close else f"it has {', '.join(known) or 'none'}"
+            )
+            raise ConfigError(
+                f"{place}: '{name}' is not in '{section}' of robot '{self._robot.name}'; {there}"
+            )
+
+
+def _plain(error: ValueError) -> str:
+    """What a validator said, without pydantic's frame around it."""
+    found = getattr(error, "errors", None)
+    return str(found()[0]["msg"]).removeprefix("Value error, ") if found else str(error)

@@ -1,0 +1,39 @@
+"""What a job file would do, without doing it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from drivers.steps.contract import Counts
+from firmware_py.planner.check import home_counts
+from firmware_py.planner.kinematics import kinematics_of
+from firmware_py.planner.summary import CheckSummary
+from firmware_py.program.building import make_program
+from firmware_py.program.includes import read_whole
+from firmware_py.program.instructions import Program
+from firmware_py.program.totals import summarise_program
+from firmware_py.robot_file import RobotFile, find, load_robot
+
+
+def check_job(
+    job_path: Path, from_counts: Counts | None = None, robot_file: Path | None = None
+) -> CheckSummary:
+    """Dry run of a job file from home (or other counts): what it would do.
+
+    `robot_file`: instead of the one the job names. Raises MissingFile, ConfigError,
+    NetworkError, UnreachablePoint or LimitExceeded.
+    """
+    robot = None if robot_file is None else load_robot(robot_file)
+    program = program_of(job_path, robot, from_counts)
+    return summarise_program(program, from_counts or home_counts(program.robot))
+
+
+def program_of(
+    job_path: Path, robot: RobotFile | None = None, from_counts: Counts | None = None
+) -> Program:
+    """The program of a job file, for the robot it names or for one that is there already."""
+    job = read_whole(job_path).job
+    if robot is None:
+        robot = load_robot(find(job.robot, beside=job_path))
+    known = robot
+    return make_program(job, known, lambda one: kinematics_of(one, known, job_path), from_counts)

@@ -1,0 +1,146 @@
+"""Jobs that include others, read whole: a job always holds everything it does.
+
+In: a job file. Out: the job, and its text with every `include` written out as a `job`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from firmware_py.job_file import JobFile
+from firmware_py.job_steps import IncludeStep, JobStep, PathStep, RepeatStep
+from firmware_py.path_file import PathSpec
+from firmware_py.robot_file import find
+from foundation.errors import MissingFile
+from foundation.strict_yaml import MAX_BYTES, Document
+
+DEEPEST = 8
+MOST_INCLUDED = 1000
+OUTER_ONLY = ("feedback", "record")
+"""Keys of a job that only the outermost can have; so too on_step_loss and on_blind."""
+
+
+@dataclass(frozen=True, slots=True)
+class WholeJob:
+    """A job, and the text that says all of it."""
+
+    job: JobFile
+    text: str
+
+
+def read_whole(path: Path, follow: bool = True, most_bytes: int = MAX_BYTES) -> WholeJob:
+    """Read a job file and all that it includes. Raises MissingFile, ConfigError (file and line).
+
+    follow: whether links may lead to a file.
+    """
+    document = Document.read(path, follow, most_bytes)
+    job = document.check(JobFile)
+    if not any(isinstance(one, IncludeStep) for one in _flat(job.steps or ())):
+        return WholeJob(job, document.text)
+    reader = _Reader(follow, most_bytes, job.robot, path)
+    whole = dict(document.data) | {"steps": reader.steps(document, (path.resolve(),))}
+    text = yaml.safe_dump(whole, sort_keys=False, allow_unicode=True)
+    written_out = Document(path, text)
+    return WholeJob(written_out.check(JobFile), text)
+
+
+def paths_of(job: JobFile) -> Iterator[PathSpec]:
+    """Every path of a job, those of its steps as often as they are written."""
+    if job.path is not None:
+        yield job.path
+    for one in _flat(job.steps or ()):
+        if isinstance(one, PathStep):
+            yield one.path
+        elif isinstance(one, JobStep) and one.job.path is not None:
+            yield one.job.path
+
+
+def _flat(steps: Sequence[Any]) -> Iterator[Any]:
+    for one in steps:
+        yield one
+        inner = one.job.steps if isinstance(one, JobStep) else getattr(one, "steps", None)
+        if isinstance(one, JobStep | RepeatStep):
+            yield from _flat(inner or ())
+
+
+class _Reader:
+    """Writes out the includes of one job file."""
+
+    def __init__(self, follow: bool, most_bytes: int, robot: str, outermost: Path):
+        self._follow, self._most_bytes = follow, most_bytes
+        self._robot, self._outermost = robot, outermost
+        self._included = 0
+
+    def steps(self, document: Document, above: tuple[Path, ...]) -> list[Any]:
+        """The steps of a file as plain values; above: the files that led here, it the last."""
+        return self._list(document, ("steps",), document.data["steps"], above)
+
+    def _list(
+        self, document: Document, place: tuple[str | int, ...], steps: Any, above: tuple[Path, ...]
+    ) -> list[Any]:
+        made = []
+        for number, one in enumerate(steps):
+            here = (*place, number)
+            if "include" in one:
+                made.append({"job": self._include(document, here, one["include"], above)})
+            elif "repeat" in one:
+                inner = self._list(document, (*here, "steps"), one["steps"], above)
+                made.append(dict(one) | {"steps": inner})
+            elif "job" in one and "steps" in one["job"]:
+                inner = self._list(document, (*here, "job", "steps"), one["job"]["steps"], above)
+                made.append({"job": dict(one["job"]) | {"steps": inner}})
+            else:
+                made.append(one)
+        return made
+
+    def _include(
+        self, document: Document, place: tuple[str | int, ...], name: str, above: tuple[Path, ...]
+    ) -> dict[str, Any]:
+        place = (*place, "include")
+        if Path(name).is_absolute() or ".." in Path(name).parts:
+            raise document.fail(place, "name a file beside this job, or one of config/")
+        try:
+            path = find(name, beside=document.path)
+        except MissingFile as error:
+            raise document.fail(place, str(error)) from error
+        self._included += 1
+        if path.resolve() in above:
+            raise document.fail(place, f"{name} includes itself")
+        if len(above) >= DEEPEST or self._included > MOST_INCLUDED:
+            raise document.fail(
+                place, f"jobs include each other more than {DEEPEST} deep, or too often"
+            )
+        inner = Document.read(path, self._follow, self._most_bytes)
+        job = inner.check(JobFile)
+        self._check_fits(inner, job)
+        kept = ("name", "path", "timing", "inverse_kinematics", "repeats")
+        values = {key: inner.data[key] for key in kept if key in inner.data}
+        if job.steps is not None:
+            values["steps"] = self.steps(inner, (*above, path.resolve()))
+        return _with_found_network(values, path)
+
+    def _check_fits(self, document: Document, job: JobFile) -> None:
+        for key in OUTER_ONLY:
+            if getattr(job, key) is not None:
+                raise document.fail((key,), "an included job cannot have this; move it outwards")
+        if job.robot == self._robot:
+            return
+        robots = find(job.robot, document.path), find(self._robot, self._outermost)
+        if robots[0].resolve() != robots[1].resolve():
+            raise document.fail(
+                ("robot",), f"is not {self._robot}, the robot of the job that includes this"
+            )
+
+
+def _with_found_network(values: dict[str, Any], path: Path) -> dict[str, Any]:
+    """A network beside the included job is not beside the job that includes it."""
+    chosen = values["inverse_kinematics"]
+    file = chosen.get("file")
+    if file and (path.parent / file).is_file():
+        values["inverse_kinematics"] = chosen | {"file": str((path.parent / file).resolve())}
+    return values

@@ -1,0 +1,111 @@
+"""Figures of a whole program, from those of its moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from drivers.steps.contract import Counts
+from firmware_py.planner.plan import Plan
+from firmware_py.planner.stream import MotionStream
+from firmware_py.planner.summary import CheckSummary, Range, summarise
+from firmware_py.program.instructions import Leaf, Move, Program, Wait, WaitFor, visit
+from foundation.clock import NS_PER_S, ns
+
+
+@dataclass
+class Totals:
+    """What adds up while a program is gone through."""
+
+    duration_ns: int = 0
+    waits_s: float = 0.0
+    instructions: int = 0
+    streams: dict[tuple[int, Counts], int] = field(default_factory=dict)
+    moves: list[tuple[Plan, Counts, int]] = field(default_factory=list)
+
+    def tell(self, leaf: Leaf, counts: Counts, times: int) -> None:
+        """See instructions.Visit."""
+        self.instructions += times
+        if isinstance(leaf, Move):
+            self.duration_ns += times * self.move_ns(leaf.plan, counts)
+            self.moves.append((leaf.plan, counts, times))
+        elif isinstance(leaf, Wait):
+            self.duration_ns += times * ns(leaf.seconds)
+        elif isinstance(leaf, WaitFor):
+            self.waits_s += times * leaf.within_s
+
+    def move_ns(self, plan: Plan, counts: Counts) -> int:
+        """How long a move takes, with the way to its beginning."""
+        key = (id(plan), counts)
+        if key not in self.streams:
+            self.streams[key] = MotionStream(plan, counts).end_ns
+        return self.streams[key]
+
+
+def totals(program: Program, from_counts: Counts) -> Totals:
+    """Of a program run from some counts. Raises UnreachablePoint for a way to a path's start."""
+    found = Totals()
+    visit(program.whole, from_counts, found.tell)
+    return found
+
+
+def summarise_program(program: Program, from_counts: Counts) -> CheckSummary:
+    """One summary of all moves. Raises UnreachablePoint for a way to a path's start."""
+    if program.job.steps is None and program.first is not None:
+        return summarise(program.first, from_counts)
+    found = totals(program, from_counts)
+    each = [(summarise(plan, counts), times) for plan, counts, times in found.moves]
+    if not each:
+        return _without_moves(program, found)
+    ones = [one for one, _ in each]
+    moving_s = sum(times * one.moving_s for one, times in each)
+    length_m = sum(times * one.path_length_m for one, times in each)
+    return replace(
+        ones[0],
+        job=program.job.name,
+        inverse_kinematics=_either([one.inverse_kinematics for one in ones]),
+        timing=_either([one.timing for one in ones]),
+        targets=sum(times * one.targets * one.repeats for one, times in each),
+        repeats=1,
+        path_length_m=length_m,
+        duration_s=found.duration_ns / NS_PER_S,
+        approach_s=sum(times * one.approach_s for one, times in each),
+        moving_s=moving_s,
+        mean_speed_mps=length_m / moving_s if moving_s > 0.0 else 0.0,
+        path_per_step_period_m=None,
+        peak_step_rate_hz=_largest([one.peak_step_rate_hz for one in ones]),
+        approach_step_rate_hz=max(one.approach_step_rate_hz for one in ones),
+        arm_range_deg=_ranges([one.arm_range_deg for one in ones]),
+        smallest_margin=min(one.smallest_margin for one in ones),
+        box_m=_ranges([one.box_m for one in ones]),
+        instructions=found.instructions,
+        waits_at_most_s=found.waits_s,
+    )
+
+
+def _without_moves(program: Program, found: Totals) -> CheckSummary:
+    nowhere: Range = (0.0, 0.0)
+    return CheckSummary(
+        job=program.job.name, robot=program.robot.name, inverse_kinematics="none", timing="none",
+        targets=0, repeats=1, path_length_m=0.0, duration_s=found.duration_ns / NS_PER_S,
+        approach_s=0.0, moving_s=0.0, mean_speed_mps=0.0, path_per_step_period_m=None,
+        peak_step_rate_hz=(0.0, 0.0, 0.0), approach_step_rate_hz=0.0,
+        arm_range_deg=(nowhere,) * 3, smallest_margin=1.0, box_m=(nowhere,) * 3,
+        instructions=found.instructions, waits_at_most_s=found.waits_s,
+    )  # fmt: skip
+
+
+def _either(words: list[str]) -> str:
+    return "; ".join(dict.fromkeys(words))
+
+
+def _largest(triples: list[tuple[float, float, float]]) -> tuple[float, float, float]:
+    first, second, third = (max(column) for column in zip(*triples, strict=True))
+    return first, second, third
+
+
+def _ranges(triples: list[tuple[Range, Range, Range]]) -> tuple[Range, Range, Range]:
+    first, second, third = (
+        (min(low for low, _ in column), max(high for _, high in column))
+        for column in zip(*triples, strict=True)
+    )
+    return first, second, third
