@@ -52,15 +52,23 @@ class Section:
     keys: tuple[Key, ...]
 
 
-def sections(model: type[BaseModel], place: str = "") -> Iterator[Section]:
-    """The section of a model and those below it, depth first."""
+def sections(
+    model: type[BaseModel], place: str = "", seen: set[type[BaseModel]] | None = None
+) -> Iterator[Section]:
+    """The section of a model and those below it, depth first.
+
+    Below a list of steps, which may hold steps, each model is told once.
+    """
+    seen = set() if seen is None else seen
+    seen.add(model)
     keys = tuple(key(name, field, model) for name, field in model.model_fields.items())
     yield Section(place, _choice(model), inspect.getdoc(model) or "", keys)
     for name, field in model.model_fields.items():
         below = f"{place}.{name}" if place else name
         many = "[]" if _is_list(field.annotation) else ""
         for inner in models_in(field.annotation):
-            yield from sections(inner, below + many)
+            if inner not in seen or "steps[]" not in below + many:
+                yield from sections(inner, below + many, seen)
 
 
 def key(name: str, field: FieldInfo, model: type[BaseModel]) -> Key:

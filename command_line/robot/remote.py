@@ -66,6 +66,10 @@ def status_table(status: Status) -> object:
         rows.append(("queue", ", ".join(status.queued)))
     if status.blind_s is not None:
         rows.append(("blind", f"for {status.blind_s:.1f} s: the sensors do not show the arms"))
+    for what, lines in (("outputs", status.outputs), ("inputs", status.inputs)):
+        if lines:
+            each = (f"{name} {'on' if on else 'off'}" for name, on in lines.items())
+            rows.append((what, ", ".join(each)))
     for sensor in status.sensors:
         far = "-" if sensor.distance_m is None else millimetres(sensor.distance_m)
         rows.append((f"sensor {sensor.axis}", f"{far} ({sensor.gate}, {sensor.health})"))

@@ -64,6 +64,8 @@ def snapshot(
         sensors=running.sensors,
         blind_s=running.blind.seconds if running.blind else None,
         robot_file_changed=running.robot_file_changed,
+        outputs=machine.switches.states(output.switched),
+        inputs={name: line() for name, line in machine.inputs.items()},
     )
 
 

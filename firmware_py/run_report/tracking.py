@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -109,12 +110,24 @@ def asked_path(run: Run, robot: RobotFile) -> Run:
     be far apart: there every commanded count is a target, through the robot file's linkage.
     """
     job = Document(Path(f"{run.path} (job file in it)"), run.configuration.job_text)
-    if job.data.get("path", {}).get("shape") not in JOINT_SHAPES or not len(run.commanded.t_ns):
+    joint = any(shape in JOINT_SHAPES for shape in _shapes(job.data))
+    if not joint or not len(run.commanded.t_ns):
         return run
     sent = run.commanded
     position_m = positions_of_counts(robot, sent.steps)
     dense = Targets(sent.t_ns, np.arange(len(sent.t_ns)), position_m, sent.steps)
     return replace(run, targets=dense)
+
+
+def _shapes(value: Any) -> Iterator[str]:
+    """The shapes of all paths in a job, also of an older form."""
+    if isinstance(value, dict):
+        if isinstance(value.get("shape"), str):
+            yield value["shape"]
+        value = list(value.values())
+    if isinstance(value, list):
+        for one in value:
+            yield from _shapes(one)
 
 
 def track(run: Run, robot: RobotFile) -> RunTracking:

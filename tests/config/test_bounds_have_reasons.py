@@ -15,11 +15,13 @@ from firmware_py.robot_file import RobotFile
 from models.robot import RangeSensor, ServoAxis, StepperAxis
 
 UPPER_AND_LOWER = (Ge, Gt, Le, Lt)
-NAMES = {"name", "robot", "file", "record"}
+NAMES = {"name", "robot", "file", "record", "include"}
 """Texts: a bound on their length needs no reason."""
 
 
-def bounded(annotated: Any, inherited: str | None, path: str) -> Iterator[tuple[str, str | None]]:
+def bounded(
+    annotated: Any, inherited: str | None, path: str, above: tuple[type, ...] = ()
+) -> Iterator[tuple[str, str | None]]:
     """Each bounded piece of an annotation with the reason that a message would give."""
     metadata = (
         annotated.metadata
@@ -35,11 +37,11 @@ def bounded(annotated: Any, inherited: str | None, path: str) -> Iterator[tuple[
     kind = annotated.annotation if isinstance(annotated, FieldInfo) else annotated
     if isinstance(kind, type) and issubclass(kind, BaseModel):
         for name, field in kind.model_fields.items():
-            if name not in NAMES:
-                yield from bounded(field, None, f"{path}.{name}")
+            if name not in NAMES and kind not in above:  # steps may hold steps
+                yield from bounded(field, None, f"{path}.{name}", (*above, kind))
         return
     for part in getattr(kind, "__args__", ()):
-        yield from bounded(part, reason, path)
+        yield from bounded(part, reason, path, above)
 
 
 @pytest.mark.parametrize("model", [RobotFile, JobFile, ServoAxis, StepperAxis, RangeSensor])
