@@ -9,6 +9,7 @@ import typer
 
 from command_line.robot.jobs import JsonOption, SocketOption
 
+Place = tuple[float, float, float]
 RobotOption = Annotated[
     str | None, typer.Option(help="Robot file; without it the one that the daemon runs.")
 ]
@@ -62,6 +63,10 @@ def jog(
     deltactl jog --x 1 --y 1 --speed 5
     ```
     """
+    from foundation.errors import ConfigError
+
+    if not (x or y or z):
+        raise ConfigError("say how far: --x, --y or --z, in mm")
     here = _position_m(socket)
     there = (here[0] + x / 1e3, here[1] + y / 1e3, here[2] + z / 1e3)
     _go(there, speed, robot, False, json_out, socket)
@@ -143,48 +148,97 @@ def convert(
 
 
 def _go(
-    place_m: tuple[float, float, float],
+    place_m: Place,
     speed_mmps: float,
     robot: str | None,
     simulate: bool,
     json_out: bool,
     socket: Path | None,
 ) -> None:
-    from command_line.robot.run import run_job
-    from firmware_py.robot_file import find
+    """Through the daemon where one answers, else on the simulated robot of a file."""
+    from firmware_py.daemon.client import daemon_answers
+    from foundation.errors import ConfigError
 
-    named = robot or _robot_of_daemon(socket)
+    if not simulate and daemon_answers(socket):
+        if robot is not None:
+            raise ConfigError(
+                f"--robot {robot}: the daemon runs the robot file it was started with; leave it"
+                " out, or add --simulate"
+            )
+        _go_through_daemon(place_m, speed_mmps, json_out, socket)
+        return
+    if robot is None:
+        raise ConfigError("no daemon answers that could say which robot this is; add --robot FILE")
+    _go_simulated(place_m, speed_mmps, robot, simulate, json_out, socket)
+
+
+def _text(place_m: Place, speed_mmps: float, robot: str) -> str:
     x_m, y_m, z_m = place_m
-    text = (
-        f"name: goto\nrobot: {find(named).resolve()}\n"
+    return (
+        f"name: goto\nrobot: {robot}\n"
         f"path: {{shape: points, points_m: [[{x_m:.9g}, {y_m:.9g}, {z_m:.9g}]]}}\n"
         f"timing: {{mode: accelerated, speed_mps: {speed_mmps / 1e3:.9g}}}\n"
         "inverse_kinematics: {kind: geometry}\n"
     )
+
+
+def _go_simulated(
+    place_m: Place,
+    speed_mmps: float,
+    robot: str,
+    simulate: bool,
+    json_out: bool,
+    socket: Path | None,
+) -> None:
     from tempfile import TemporaryDirectory
+
+    from command_line.robot.run import run_job
+    from firmware_py.robot_file import find
 
     with TemporaryDirectory() as folder:
         job = Path(folder) / "goto.yaml"
+        text = _text(place_m, speed_mmps, str(find(robot).resolve()))
         job.write_text(text, encoding="utf-8")
         run_job(job, None, simulate, False, None, None, json_out, socket)
 
 
-def _robot_of_daemon(socket: Path | None) -> str:
-    from firmware_py.daemon.client import Client, daemon_answers
-    from foundation.errors import ConfigError
+def _go_through_daemon(
+    place_m: Place, speed_mmps: float, json_out: bool, socket: Path | None
+) -> None:
+    import time
+    from dataclasses import asdict
 
-    if not daemon_answers(socket):
-        raise ConfigError("no daemon answers that could say which robot this is; add --robot FILE")
+    from command_line.robot.follow import follow
+    from command_line.output import print_json, say
+    from command_line.robot.run import POLL_S, refuse_unless_done
+    from firmware_py.daemon.client import Client
+
     with Client(socket) as client:
-        return f"{client.status().robot}.yaml"
+        robot = client.status().robot_file
+        number = client.submit_text(_text(place_m, speed_mmps, robot), "goto.yaml")
+        result = follow(client, number, time.sleep, POLL_S, json_out)
+        position_m = client.status().position_m
+    if json_out:
+        print_json(asdict(result) | {"position_m": position_m})
+    elif result.outcome == "done" and position_m is not None:
+        say(f"the platform is at {_words(position_m)} mm")
+    refuse_unless_done(result)
 
 
-def _position_m(socket: Path | None) -> tuple[float, float, float]:
+def _position_m(socket: Path | None) -> Place:
     from firmware_py.daemon.client import Client
     from foundation.errors import NotReady
 
     with Client(socket) as client:
-        place = client.status().position_m
-    if place is None:
+        status = client.status()
+    if status.state in ("running", "paused"):
+        raise NotReady(
+            f"the robot is {status.state}: {status.job}; wait for its end, or 'deltactl cancel'"
+        )
+    if status.position_m is None:
         raise NotReady("the position is unknown; put the arms against their stops, 'deltactl home'")
-    return place
+    return status.position_m
+
+
+def _words(place_m: Place) -> str:
+    return " ".join(f"{1e3 * value:.2f}" for value in place_m)

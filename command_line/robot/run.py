@@ -61,6 +61,11 @@ def run_job(
             say_covered(coverage_of(path, robot_file))
         result = _in_this_process(path, robot_file, record, realtime, json_out)
     _show(result, report, json_out)
+    refuse_unless_done(result)
+
+
+def refuse_unless_done(result: JobResult) -> None:
+    """Raise MotionError, or RecordingError, when a job did not end as it should."""
     if result.outcome != "done":
         why = f": {result.why}" if result.why else ""
         raise MotionError(f"job '{result.name}' ended as {result.outcome}{why}")

@@ -48,6 +48,8 @@ class Status:
     """How long the sensors have not shown where the arms are; None while they do."""
     robot_file_changed: str = ""
     """That the robot file on the disk is no longer the one in force; empty while it is."""
+    robot_file: str = ""
+    """Name of the robot file in force, as a job for this robot may name it."""
     outputs: dict[str, bool] = field(default_factory=dict)
     """The robot file's outputs, and which are on."""
     inputs: dict[str, bool] = field(default_factory=dict)

@@ -271,6 +271,7 @@ class Controller:
                 self.journal.failed,
                 self._observer.blind() if sensing else None,
                 self._file.changed(self.robot),
+                self._file.path.name,
             )
             return snapshot(self.robot, self._belief, self.machine, running)
 

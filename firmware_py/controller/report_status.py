@@ -34,6 +34,7 @@ class Running:
     """Why nothing more is written of the job that runs."""
     blind: Blindness | None = None
     robot_file_changed: str = ""
+    robot_file: str = ""
 
 
 def snapshot(
@@ -64,6 +65,7 @@ def snapshot(
         sensors=running.sensors,
         blind_s=running.blind.seconds if running.blind else None,
         robot_file_changed=running.robot_file_changed,
+        robot_file=running.robot_file,
         outputs=machine.switches.states(output.switched),
         inputs={name: line() for name, line in machine.inputs.items()},
     )

@@ -1,0 +1,78 @@
+"""goto, jog and teach against a daemon that runs, through its socket."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from command_line.main import app
+from firmware_py.controller.build import simulated_machine
+from firmware_py.controller.controller import Controller
+from firmware_py.daemon.listener import Listener
+from firmware_py.daemon.server import Server
+from firmware_py.importing.points_table import read_points
+from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+
+Deltactl = Callable[..., Result]
+STEP_M = 1.5e-4
+"""About what a whole step of a motor moves this platform."""
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Controller, Path]]:
+    """A simulated robot whose file is named otherwise than the robot, homed, and its socket."""
+    folder = tmp_path_factory.mktemp("daemon")
+    robot = folder / "mine.yaml"
+    shutil.copy(CONFIG_FOLDER / "gripper-delta.yaml", robot)
+    # Not build_controller: it freezes what the collector knows, for this process's whole life.
+    described = load_robot(robot)
+    controller = Controller(described, robot, simulated_machine(described, True), folder)
+    server = Server(controller, Listener(folder / "socket"), folder / "jobs", folder)
+    server.start()
+    controller.power_on()
+    controller.home()
+    yield controller, folder / "socket"
+    server.close()
+    controller.close()
+
+
+@pytest.fixture
+def deltactl(served: tuple[Controller, Path], monkeypatch: pytest.MonkeyPatch) -> Deltactl:
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*words: str, status: int = 0) -> Result:
+        done = CliRunner().invoke(app, [*words, "--socket", str(served[1])])
+        assert done.exit_code == status, (done.output, done.exception)
+        return done
+
+    return run
+
+
+def test_goto_jog_and_teach(deltactl: Deltactl, tmp_path: Path) -> None:
+    table = str(tmp_path / "points.csv")
+    said = deltactl("goto", "0", "10", "-300", "--speed", "200").output
+    assert said.startswith("the platform is at ")
+    deltactl("teach", table, "--dwell", "0.5")
+    moved = json.loads(deltactl("jog", "--x", "3", "--z", "-2", "--json").output)
+    assert moved["outcome"] == "done"
+    assert moved["position_m"] == pytest.approx([0.003, 0.01, -0.302], abs=2 * STEP_M)
+    deltactl("teach", table)
+    drawn = read_points(Path(table), (0.0, 0.0, 0.0))
+    assert drawn.start_m == pytest.approx((0.0, 0.01, -0.3), abs=STEP_M)
+    assert drawn.legs[0]["to_m"] == pytest.approx((0.003, 0.01, -0.302), abs=2 * STEP_M)
+
+
+def test_what_cannot_be_reached_does_not_move(deltactl: Deltactl) -> None:
+    before = json.loads(deltactl("status", "--json").output)["counts"]
+    assert "out of reach" in deltactl("goto", "0", "0", "-900", status=2).output
+    assert "out of reach" in deltactl("jog", "--z", "-600", status=2).output
+    assert "say how far" in deltactl("jog", status=2).output
+    assert (
+        "leave it out" in deltactl("goto", "0", "0", "-300", "--robot", "x.yaml", status=2).output
+    )
+    assert json.loads(deltactl("status", "--json").output)["counts"] == before
