@@ -17,6 +17,7 @@ from firmware_py.daemon.listener import Listener
 from firmware_py.daemon.server import Server
 from firmware_py.importing.points_table import read_points
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from foundation.errors import DeltactlError
 
 Deltactl = Callable[..., Result]
 STEP_M = 1.5e-4
@@ -45,10 +46,8 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Controlle
 def deltactl(served: tuple[Controller, Path], monkeypatch: pytest.MonkeyPatch) -> Deltactl:
     monkeypatch.setenv("COLUMNS", "200")
 
-    def run(*words: str, status: int = 0) -> Result:
-        done = CliRunner().invoke(app, [*words, "--socket", str(served[1])])
-        assert done.exit_code == status, (done.output, done.exception)
-        return done
+    def run(*words: str) -> Result:
+        return CliRunner().invoke(app, [*words, "--socket", str(served[1])])
 
     return run
 
@@ -67,12 +66,20 @@ def test_goto_jog_and_teach(deltactl: Deltactl, tmp_path: Path) -> None:
     assert drawn.legs[0]["to_m"] == pytest.approx((0.003, 0.01, -0.302), abs=2 * STEP_M)
 
 
-def test_what_cannot_be_reached_does_not_move(deltactl: Deltactl) -> None:
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("goto", "0", "0", "-900"), "goto: point 0 of repeat 1: target (0, 0, -0.9) m is out of"),
+        (("jog", "--z", "-600"), "out of reach"),
+        (("jog",), "say how far"),
+        (("goto", "0", "0", "-300", "--robot", "x.yaml"), "leave it out"),
+    ],
+)
+def test_what_is_refused_does_not_move(
+    deltactl: Deltactl, words: tuple[str, ...], says: str
+) -> None:
     before = json.loads(deltactl("status", "--json").output)["counts"]
-    assert "out of reach" in deltactl("goto", "0", "0", "-900", status=2).output
-    assert "out of reach" in deltactl("jog", "--z", "-600", status=2).output
-    assert "say how far" in deltactl("jog", status=2).output
-    assert (
-        "leave it out" in deltactl("goto", "0", "0", "-300", "--robot", "x.yaml", status=2).output
-    )
+    refused = deltactl(*words).exception
+    assert isinstance(refused, DeltactlError)
+    assert says in str(refused)
     assert json.loads(deltactl("status", "--json").output)["counts"] == before
