@@ -261,6 +261,15 @@ def load_robot(path: Path) -> RobotFile:
     return robot
 
 
+def check_said(robot: RobotFile) -> None:
+    """Raise ConfigError when the robot file leaves open what hardware depends on."""
+    if open_keys := robot.left_open():
+        raise ConfigError(
+            f"robot '{robot.name}' can be run simulated only: its file does not say "
+            f"{', '.join(open_keys)}; write them down ('deltactl init' asks for them)"
+        )
+
+
 def _wrong_effects(
     place: tuple[str, ...], entries: tuple[EffectEntry, ...]
 ) -> Iterator[tuple[Location, str]]:

@@ -5,15 +5,23 @@ from __future__ import annotations
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from command_line.output import say, warn
+from firmware_py.describing.questions import QUESTIONS, WIRING, gather
 from foundation.errors import ConfigError
 
 if TYPE_CHECKING:
     from firmware_py.describing.questions import Answers, Question
+
+SAID = {one.key: one.text for one in (*(q for qs in QUESTIONS.values() for q in qs), *WIRING)}
+
+
+def _asked(key: str) -> Any:
+    """The option that answers a question without asking."""
+    return typer.Option(help=SAID[key])
 
 
 class Kind(StrEnum):
@@ -23,9 +31,6 @@ class Kind(StrEnum):
     STEPPER_AXIS = "stepper_axis"
     SERVO_AXIS = "servo_axis"
     RANGE_SENSOR = "range_sensor"
-
-
-Given = Annotated[str | None, typer.Option()]
 
 
 def register(app: typer.Typer) -> None:
@@ -49,29 +54,29 @@ def init(
     force: Annotated[
         bool, typer.Option("--force", help="Write over a file that is there.")
     ] = False,
-    name: Given = None,
-    base_radius_mm: Given = None,
-    platform_radius_mm: Given = None,
-    upper_arm_mm: Given = None,
-    forearm_mm: Given = None,
-    microsteps_per_rev: Given = None,
-    gear_ratio: Given = None,
-    motion: Given = None,
-    inertia: Given = None,
-    effort_gain: Given = None,
-    zero: Given = None,
-    step_pins: Given = None,
-    direction_pins: Given = None,
-    enable_pin: Given = None,
-    alarm_pins: Given = None,
-    estop_pin: Given = None,
-    xshut_pins: Given = None,
-    arm_deg: Given = None,
-    step_rate_hz: Given = None,
-    joint_speed_radps: Given = None,
-    joint_acceleration_radps2: Given = None,
-    approach_speed_radps: Given = None,
-    home_deg: Given = None,
+    name: Annotated[str | None, _asked("name")] = None,
+    base_radius_mm: Annotated[str | None, _asked("base_radius_mm")] = None,
+    platform_radius_mm: Annotated[str | None, _asked("platform_radius_mm")] = None,
+    upper_arm_mm: Annotated[str | None, _asked("upper_arm_mm")] = None,
+    forearm_mm: Annotated[str | None, _asked("forearm_mm")] = None,
+    microsteps_per_rev: Annotated[str | None, _asked("microsteps_per_rev")] = None,
+    gear_ratio: Annotated[str | None, _asked("gear_ratio")] = None,
+    motion: Annotated[str | None, _asked("motion")] = None,
+    inertia: Annotated[str | None, _asked("inertia")] = None,
+    effort_gain: Annotated[str | None, _asked("effort_gain")] = None,
+    zero: Annotated[str | None, _asked("zero")] = None,
+    step_pins: Annotated[str | None, _asked("step_pins")] = None,
+    direction_pins: Annotated[str | None, _asked("direction_pins")] = None,
+    enable_pin: Annotated[str | None, _asked("enable_pin")] = None,
+    alarm_pins: Annotated[str | None, _asked("alarm_pins")] = None,
+    estop_pin: Annotated[str | None, _asked("estop_pin")] = None,
+    xshut_pins: Annotated[str | None, _asked("xshut_pins")] = None,
+    arm_deg: Annotated[str | None, _asked("arm_deg")] = None,
+    step_rate_hz: Annotated[str | None, _asked("step_rate_hz")] = None,
+    joint_speed_radps: Annotated[str | None, _asked("joint_speed_radps")] = None,
+    joint_acceleration_radps2: Annotated[str | None, _asked("joint_acceleration_radps2")] = None,
+    approach_speed_radps: Annotated[str | None, _asked("approach_speed_radps")] = None,
+    home_deg: Annotated[str | None, _asked("home_deg")] = None,
 ) -> None:
     """Write a robot file, and for a delta a first job. Asks for what no option says.
 
@@ -82,11 +87,14 @@ def init(
     ```
     """
     options = dict(locals())
-    from firmware_py.describing.questions import QUESTIONS, WIRING, gather
-
+    given = {key: options[key] for key in SAID if options[key] is not None}
+    wiring = wiring or (kind is Kind.DELTA and any(one.key in given for one in WIRING))
     questions = QUESTIONS[kind.value] + (WIRING if wiring else ())
     keys = {question.key for question in questions}
-    known = {key: options[key] for key in keys if options[key] is not None}
+    if extra := [key for key in given if key not in keys]:
+        names = ", ".join("--" + key.replace("_", "-") for key in extra)
+        raise ConfigError(f"{names}: a {kind.value} has no such thing; leave it out")
+    known = given
     if file.exists() and not force:
         raise ConfigError(f"{file}: exists already; name another file, or add --force")
     if measure is not None:

@@ -16,7 +16,7 @@ from firmware_py.controller.controller import Controller
 from firmware_py.controller.servo_machine import servo_machine
 from firmware_py.machine import Machine
 from firmware_py.planning.prepared import Prepare, prepare_here
-from firmware_py.robot_file import RobotFile, load_robot
+from firmware_py.robot_file import RobotFile, check_said, load_robot
 from firmware_py.simulation.world import SimulatedRobot
 from foundation.clock import Clock, RealClock, VirtualClock
 from foundation.errors import ConfigError
@@ -87,15 +87,6 @@ def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:
         release=steps.bench.release_drives,
         closers=(steps.bench.close,),
     )
-
-
-def check_said(robot: RobotFile) -> None:
-    """Raise ConfigError when the robot file leaves open what hardware depends on."""
-    if open_keys := robot.left_open():
-        raise ConfigError(
-            f"robot '{robot.name}' can be run simulated only: its file does not say "
-            f"{', '.join(open_keys)}; write them down ('deltactl init' asks for them)"
-        )
 
 
 def real_machine(robot: RobotFile) -> Machine:

@@ -58,13 +58,13 @@ WIRING: tuple[Question, ...] = (
     Question("estop_pin", "E-stop pin (normally closed to ground), or none"),
     Question("xshut_pins", "XSHUT pins of sensors x, y, z"),
     Question("arm_deg", "Lowest and highest arm angle, degrees (0 level, positive down)"),
-    Question("step_rate_hz", "Most steps a second that a drive takes", "20000"),
+    Question("step_rate_hz", "Most steps a second of a motor (a Pi sends up to 20000)"),
     Question("joint_speed_radps", "Fastest an arm may turn, rad/s"),
     Question("joint_acceleration_radps2", "Fastest it may gain speed, rad/s2"),
-    Question("approach_speed_radps", "How fast it goes to where a job begins, rad/s", "0.5"),
-    Question("home_deg", "Arm angles at the stops or jig where it is homed, degrees", "30 30 30"),
+    Question("approach_speed_radps", "How fast it goes to where a job begins, rad/s (say 0.5)"),
+    Question("home_deg", "Angles of arms 1, 2, 3 at the stops or jig where they are put, degrees"),
 )
-"""What hardware needs besides; a file without it runs simulated only."""
+"""What hardware needs besides, and nobody can guess; a file without it runs simulated only."""
 Answers = dict[str, str]
 
 

@@ -13,7 +13,7 @@ from firmware_py.install.steps import Run, Step, WriteFile, text_of
 from firmware_py.install.unit import Place, service_unit, template
 from firmware_py.install.wiring import as_text, wiring
 from firmware_py.machine import is_raspberry_pi
-from firmware_py.robot_file import RobotFile, load_robot
+from firmware_py.robot_file import RobotFile, check_said, load_robot
 from foundation.errors import HardwareError, ServiceError
 
 Say = Callable[[str], None]
@@ -28,6 +28,7 @@ def install(robot_file: Path, *, apply: bool, say: Say = print, root: Path = Pat
     or ServiceError when `apply` is not possible here.
     """
     robot = load_robot(robot_file)
+    check_said(robot)
     place = Place(robot_file.resolve())
     on_pi = is_raspberry_pi(root / "proc/device-tree/model")
     if apply:

@@ -30,7 +30,8 @@ DELTA = {
 WIRED = {
     "step_pins": "17 27 22", "direction_pins": "23,24,25", "enable_pin": "5", "alarm_pins": "none",
     "estop_pin": "26", "xshut_pins": "4 20 21", "arm_deg": "-10 90", "joint_speed_radps": "4",
-    "joint_acceleration_radps2": "20", "home_deg": "30 30 30",
+    "joint_acceleration_radps2": "20", "home_deg": "30 30 30", "step_rate_hz": "20000",
+    "approach_speed_radps": "0.5",
 }  # fmt: skip
 
 
@@ -44,6 +45,25 @@ def test_from_options_to_a_simulated_job(deltactl: Deltactl, tmp_path: Path) -> 
     result = json.loads(deltactl("run", "mine-circle.yaml", "--simulate", "--json").stdout)
     assert result["outcome"] == "done"
     assert load_robot(tmp_path / "mine.yaml").left_open()
+
+
+@pytest.mark.parametrize("key", [one.key for one in WIRING])
+def test_hardware_is_told_nothing_that_nobody_said(key: str) -> None:
+    """Not one of pins, limits and homing has a default."""
+    said = {name: value for name, value in WIRED.items() if name != key}
+    with pytest.raises(ConfigError, match=f"--{key.replace('_', '-')} is missing"):
+        gather(WIRING, said, None)
+
+
+def test_one_answer_about_hardware_asks_for_all(deltactl: Deltactl) -> None:
+    said = deltactl("init", "m.yaml", *options(DELTA), "--estop-pin", "26", status=2).stderr
+    assert "--step-pins is missing" in said
+    assert "--home-deg is missing" in said
+
+
+def test_an_answer_to_what_is_not_asked_is_refused(deltactl: Deltactl) -> None:
+    words = ("--kind", "range_sensor", "--gear-ratio", "5")
+    assert "--gear-ratio: a range_sensor has" in deltactl("init", "m.yaml", *words, status=2).stderr
 
 
 def test_with_its_wiring_nothing_is_left_open(deltactl: Deltactl, tmp_path: Path) -> None:
