@@ -208,8 +208,8 @@ def _go_through_daemon(
     import time
     from dataclasses import asdict
 
-    from command_line.robot.follow import follow
     from command_line.output import print_json, say
+    from command_line.robot.follow import follow
     from command_line.robot.run import POLL_S, refuse_unless_done
     from firmware_py.daemon.client import Client
 
