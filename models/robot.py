@@ -26,7 +26,7 @@ Mass = Annotated[float, Field(ge=0.0, lt=1000.0, description="kilograms of a mov
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 
 MACHINE_SECTIONS = (
-    *("steps", "inputs", "ranging", "limits", "homing"),
+    *("steps", "inputs", "outputs", "ranging", "limits", "homing"),
     *("recordings", "networks", "as_built"),
 )
 """Sections of a robot file that belong to the machine's wiring, not to its model."""
