@@ -9,9 +9,12 @@ import pytest
 import yaml
 
 from firmware_py.job_file import GeometryIk, JobFile, load_job
-from firmware_py.planner.check import home_counts, make_plan, plan_of
+from firmware_py.planner.check import home_counts, plan_of
 from firmware_py.planner.stream import MotionStream
-from firmware_py.planner.summary import CheckSummary, summarise
+from firmware_py.planner.summary import CheckSummary
+from firmware_py.program.building import make_program
+from firmware_py.program.includes import read_whole
+from firmware_py.program.totals import summarise_program
 from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, find, load_robot
 from foundation.errors import LimitExceeded, UnreachablePoint
 from models.inverse_kinematics import GeometricInverse
@@ -30,10 +33,11 @@ def name(path: Path) -> str:
 
 def dry_run(path: Path, robot: RobotFile | None = None) -> CheckSummary:
     """By geometry, whatever the job says: a network differs from it by less than a step."""
-    job = load_job(path).model_copy(update={"inverse_kinematics": GeometryIk(kind="geometry")})
+    whole = read_whole(path).job
+    job = whole.model_copy(update={"inverse_kinematics": GeometryIk(kind="geometry")})
     robot = robot or load_robot(find(job.robot, beside=path))
-    plan = make_plan(job, robot, GeometricInverse(robot.geometry))
-    return summarise(plan, home_counts(robot))
+    inverse = GeometricInverse(robot.geometry)
+    return summarise_program(make_program(job, robot, lambda one: inverse), home_counts(robot))
 
 
 def test_all_that_was_asked_for_is_there():

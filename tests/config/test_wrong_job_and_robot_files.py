@@ -128,7 +128,7 @@ def test_a_file_that_is_not_there_lists_those_that_are(tmp_path):
     said = str(error.value)
     assert "or in config; did you mean 'zhao-2023.yaml'?" in said
     with pytest.raises(
-        MissingFile, match=r"there are circle\.yaml, demo-heart\.yaml, heart\.yaml, micro"
+        MissingFile, match=r"there are circle\.yaml, demo-heart\.yaml, gripper-delta\.yaml"
     ):
         find("q.yaml")
     (tmp_path / "mine.tflite").write_bytes(b"")
