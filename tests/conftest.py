@@ -10,6 +10,7 @@ tests on a small machine they would measure the other tests. `make test` runs th
 
 from __future__ import annotations
 
+import hypothesis  # noqa: F401 (first: what gc.freeze hides later, its plugin of trio warns of)
 import pytest
 
 REAL_TIME = (
