@@ -21,6 +21,7 @@ from fleet.trends import DAY_S, Course, Trend, courses, trends
 CHARTS = 12
 BAD_SHOWN = 50
 NO_COLUMN = 99
+LIKELY = 0.5
 
 
 def write_page(rows: Sequence[Row], path: Path, limits: dict[str, float]) -> None:
@@ -46,6 +47,7 @@ def fleet_html(rows: Sequence[Row], limits: dict[str, float]) -> str:
         *_trends(moving),
         heading("What comes in groups"),
         *_groups(batches),
+        *_sisters(good),
         heading("All robots"),
         _robots(good, found),
         *_bad(bad),
@@ -146,6 +148,30 @@ def _groups(batches: list[Group]) -> list[str]:
         for group in batches
     ]
     return [table(("what", "size", "robots"), rows, numbers_from=NO_COLUMN)]
+
+
+def _sisters(good: list[Row]) -> list[str]:
+    """Findings whose probability the other machines moved across a half, or to another cause."""
+    moved = [
+        (row["robot"], row["recording"].rsplit("/", 1)[-1],
+         f"{size['effect'].replace('_', ' ')} of {size['component']}",
+         f"{size['alone']:.0%} alone, {size['probability']:.0%} with the fleet: {size['sisters']}",
+         size["rather"] or "-")
+        for row in good
+        for size in row["findings"]
+        if "alone" in size
+        and (size["rather"] or (size["alone"] < LIKELY) != (size["probability"] < LIKELY))
+    ]  # fmt: skip
+    if not any("alone" in size for row in good for size in row["findings"]):
+        return []
+    about = (
+        "What lasts on the other machines counts in every probability of the table (column alone: "
+        "without them; --no-sisters leaves them out)."
+    )
+    head = ("robot", "recording", "what", "how probable", "rather")
+    shown = [table(head, moved[:BAD_SHOWN], numbers_from=NO_COLUMN)] if moved else []
+    said = f"They change what is likely in {len(moved)} findings."
+    return [heading("What sister machines change"), paragraph(f"{about} {said}"), *shown]
 
 
 def _robots(good: list[Row], found: list[Course]) -> str:

@@ -10,6 +10,7 @@ from fleet.book import Book, Row, stamp_of
 from fleet.cluster import Call, cluster
 from fleet.page import write_page
 from fleet.robots import Robots, recorded_at
+from fleet.sisters import sharpened
 from fleet.table import write_table
 from fleet.task import diagnose_one
 from foundation.errors import DeltactlError, MissingFile
@@ -28,9 +29,12 @@ def diagnose_fleet(
     scheduler: str | None = None,
     limits: dict[str, float] | None = None,
     progress: Progress = lambda done, of, row: None,
+    sisters: bool = True,
 ) -> list[Row]:
     """Diagnose what the pattern names and is not answered yet; write table and page.
 
+    sisters: what lasts on the other machines counts in the probabilities (`fleet.sisters`); the
+    answers that are kept are those of each recording alone.
     Returns the newest answer of every recording. Raises MissingFile, ConfigError, RecordingError.
     """
     recordings = [Path(name) for name in sorted(glob.glob(pattern, recursive=True))]
@@ -59,6 +63,8 @@ def diagnose_fleet(
     finally:
         book.close()
     rows = sorted(newest.values(), key=lambda row: (row.get("robot", ""), row.get("time_s", 0.0)))
+    if sisters:
+        rows = sharpened(rows)
     write_table(rows, out / TABLE)
     write_page(rows, out / PAGE, limits or {})
     return rows

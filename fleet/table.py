@@ -12,9 +12,9 @@ import pyarrow.parquet as pq
 from fleet.book import Row
 
 NUMBERS = ("false_alarm_p", "rms_before", "rms_after", "noise_floor", "seconds", "value", "low",
-           "high", "probability", "share")  # fmt: skip
+           "high", "probability", "alone", "share")  # fmt: skip
 TEXTS = ("recording", "robot", "verdict", "error", "effect", "named", "component", "parameter",
-         "unit")  # fmt: skip
+         "unit", "sisters", "rather")  # fmt: skip
 SCHEMA = pa.schema(
     [("time", pa.timestamp("ms", tz="UTC"))]
     + [(name, pa.string()) for name in TEXTS]
@@ -28,7 +28,7 @@ def flat_rows(rows: list[Row]) -> Iterator[Row]:
         head = {name: row.get(name) for name in (*TEXTS, *NUMBERS)}
         head["time"] = int(row["time_s"] * 1e3) if "time_s" in row else None
         for finding in row.get("findings") or [{}]:
-            yield head | finding
+            yield head | {name: finding.get(name) for name in (*TEXTS, *NUMBERS) if name in finding}
 
 
 def write_table(rows: list[Row], path: Path) -> None:

@@ -59,6 +59,14 @@ def _sizes(finding: Any) -> list[Row]:
                     "unit": parameter.unit,
                     "probability": finding.probability,
                     "share": finding.share_of_mismatch,
+                    "alternatives": [
+                        {
+                            "effect": one.effect,
+                            "component": one.component,
+                            "probability": one.probability,
+                        }
+                        for one in finding.alternatives
+                    ],
                 }
             )
     return rows

@@ -68,6 +68,11 @@ class Bench:
             while client.status().state != "running":
                 time.sleep(0.1)
 
+    def state(self) -> str:
+        """As the daemon says."""
+        with Client(self.socket) as client:
+            return str(client.status().state)
+
     def close(self) -> None:
         """End both."""
         for process in (self.page, self.daemon):

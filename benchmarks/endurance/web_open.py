@@ -2,8 +2,8 @@
 
 A simulated robot draws hearts without end and a real Chromium looks at its page all the while.
 Printed every few minutes: memory of the page's service, of the browser's process that draws the
-page, of its JavaScript heap after garbage collection, how many elements the page has, and how often
-the counts on it changed. The browser runs at the lowest priority.
+page, of its JavaScript heap after garbage collection, how many elements the page has, how often
+the counts on it changed, and how often the page was loaded anew. The browser runs at low priority.
 """
 
 from __future__ import annotations
@@ -19,8 +19,13 @@ import psutil
 
 from benchmarks.costs.web_page import WATCHED, Bench, chromium
 
-LOW = 19
+LOW = 10
 MB = 2**20
+COUNTED = """
+const before = window.seen;
+if (before) window.seen = [];
+return [before ? before.length : null, document.querySelectorAll("*").length];
+"""
 
 
 def renderer(browser: Any) -> psutil.Process:
@@ -61,17 +66,22 @@ def main() -> None:
             lower(browser)
             browser.execute_script(WATCHED)
             service, started_s = psutil.Process(bench.page.pid), time.monotonic()
-            print("minute  service MB  browser MB  heap MB  elements  counts/s", flush=True)
+            loaded = 0
+            print(
+                "minute  service MB  browser MB  heap MB  elements  counts/s  loaded anew  state",
+                flush=True,
+            )
             while True:
                 passed_min = (time.monotonic() - started_s) / 60.0
-                changes, elements = browser.execute_script(
-                    "const n = window.seen.length; window.seen = [];"
-                    "return [n, document.querySelectorAll('*').length]"
-                )
+                changes, elements = browser.execute_script(COUNTED)
+                if changes is None:
+                    loaded += 1
+                    browser.execute_script(WATCHED)
                 heap = heap_mb(browser)
                 print(f"{passed_min:6.1f}{service.memory_info().rss / MB:12.1f}"
                       f"{renderer(browser).memory_info().rss / MB:12.1f}{heap:9.1f}{elements:10d}"
-                      f"{changes / (60.0 * given.every):10.1f}", flush=True)  # fmt: skip
+                      f"{(changes or 0) / (60.0 * given.every):10.1f}{loaded:7d}  "
+                      f"{bench.state()}", flush=True)  # fmt: skip
                 if passed_min >= given.minutes:
                     break
                 time.sleep(min(given.every, given.minutes - passed_min + 0.01) * 60.0)

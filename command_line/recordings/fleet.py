@@ -25,6 +25,7 @@ def diagnose_many(
     workers: int,
     scheduler: str | None,
     limits: list[str],
+    sisters: bool = True,
 ) -> None:
     """Diagnose a fleet with a bar of progress; a bad file costs one line."""
     if robots is None:
@@ -47,7 +48,9 @@ def diagnose_many(
                 bar.console.print(row["error"], soft_wrap=True)
             bar.update(task, completed=done, total=of, now=Path(row["recording"]).name)
 
-        rows = run.diagnose_fleet(pattern, robots, out, workers, scheduler, known, progress)
+        rows = run.diagnose_fleet(
+            pattern, robots, out, workers, scheduler, known, progress, sisters
+        )
     bad = sum("error" in row for row in rows)
     missing = sum(row.get("verdict", "nothing_missing") != "nothing_missing" for row in rows)
     say(f"{len(rows)} recordings: {missing} with a mismatch, {bad} bad")

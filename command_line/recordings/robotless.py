@@ -85,6 +85,9 @@ def diagnose(
         list[str] | None,
         typer.Option(help="With --fleet: a size not to reach, as gear_backlash.width=0.01."),
     ] = None,
+    sisters: Annotated[
+        bool, typer.Option(help="With --fleet: what the other machines have makes it more likely.")
+    ] = True,
 ) -> None:
     """Compare recordings with the robot file: what is missing, where, how sure.
 
@@ -99,7 +102,7 @@ def diagnose(
     if fleet is not None:
         from command_line.recordings.fleet import diagnose_many
 
-        diagnose_many(fleet, robots, out, workers, scheduler, limit or [])
+        diagnose_many(fleet, robots, out, workers, scheduler, limit or [], sisters)
         return
     if not recordings:
         raise typer.BadParameter("name at least one, or many with --fleet", param_hint="RECORDINGS")
