@@ -97,19 +97,32 @@ def _reached(edges: Mapping[str, Mapping[str, object]], start: str) -> set[str]:
 
 def deciding(folder: Path) -> list[str]:
     """Names of the numbers below a folder that decide an answer, one for each definition."""
+    return [name for name, _ in _defined(folder)]
+
+
+def at_odds(folder: Path) -> list[str]:
+    """Names of such numbers that mean one thing in one file and another in the next."""
+    values: dict[str, set[str]] = defaultdict(set)
+    for name, value in _defined(folder):
+        values[name].add(value)
+    return sorted(name for name, several in values.items() if len(several) > 1)
+
+
+def _defined(folder: Path) -> list[tuple[str, str]]:
     files = [f for f in sorted(folder.rglob("*.py")) if not set(f.parts) & set(NOT_DECIDING)]
-    return [name for file in files for name in _numbers(ast.parse(file.read_text("utf-8")))]
+    return [found for file in files for found in _numbers(ast.parse(file.read_text("utf-8")))]
 
 
-def _numbers(tree: ast.Module) -> Iterator[str]:
+def _numbers(tree: ast.Module) -> Iterator[tuple[str, str]]:
+    """Names and values."""
     for node in tree.body:
         if isinstance(node, ast.ClassDef) and node.name.endswith(("Options", "EffectKind")):
-            yield from (name for part in node.body for name in _assigned(part) if name.islower())
-        yield from (name for name in _assigned(node) if name.isupper())
+            yield from (one for part in node.body for one in _assigned(part) if one[0].islower())
+        yield from (one for one in _assigned(node) if one[0].isupper())
 
 
-def _assigned(node: ast.stmt) -> Iterator[str]:
-    """Names that get a number, or something with numbers in it."""
+def _assigned(node: ast.stmt) -> Iterator[tuple[str, str]]:
+    """Names that get a number, or something with numbers in it, and what they get."""
     if isinstance(node, ast.Assign):
         targets, value = node.targets, node.value
     elif isinstance(node, ast.AnnAssign) and node.value is not None:
@@ -123,7 +136,7 @@ def _assigned(node: ast.stmt) -> Iterator[str]:
         return
     for target in targets:
         names = target.elts if isinstance(target, ast.Tuple) else [target]
-        yield from (name.id for name in names if isinstance(name, ast.Name))
+        yield from ((n.id, ast.dump(value)) for n in names if isinstance(n, ast.Name))
 
 
 def main() -> int:

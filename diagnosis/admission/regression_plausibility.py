@@ -20,8 +20,8 @@ FACTORS = {
     np.pi / 180.0: "radians in place of degrees (1 / 57.3)",
 }
 """Factors that a wrong unit makes."""
-NEAR = 0.2
-SURE = 8.0
+NEAR_FACTOR = 0.2
+SURE_OF_MASS = 8.0
 """Standard errors by which a mass must differ from the file's before a unit is blamed."""
 LEAST_AGAINST = -0.3
 
@@ -79,15 +79,15 @@ def check_force(plant: ForcedAxis) -> None:
     # Rows stand a filter's memory apart; what is left is still correlated over several.
     error = float(np.sqrt(inverse[0, 0] * np.mean(left**2) * CORRELATED)) / scale[0]
     ratio, error = float(size[0] / scale[0]) / plant.inertia, error / plant.inertia
-    if abs(ratio - 1.0) < SURE * error:
+    if abs(ratio - 1.0) < SURE_OF_MASS * error:
         return
     for factor, words in FACTORS.items():
-        if abs(abs(ratio) / factor - 1.0) < NEAR and error < 0.1 * abs(ratio):
+        if abs(abs(ratio) / factor - 1.0) < NEAR_FACTOR and error < 0.1 * abs(ratio):
             raise RecordingError(
                 f"{plant.source}: the effort moves {abs(ratio):.3g} times the inertia that the "
                 f"robot file gives: {words}; are the units of effort, position or inertia wrong?"
             )
-    if ratio < LEAST_AGAINST and ratio < -SURE * error:
+    if ratio < LEAST_AGAINST and ratio < -SURE_OF_MASS * error:
         raise RecordingError(
             f"{plant.source}: the axis accelerates against its effort ({ratio:.2f} times the "
             "inertia of the robot file); is the sign of effort, of position or of effort_gain "

@@ -25,7 +25,7 @@ BROKEN_OFF = 0.2
 """After it the readings are off by more than this share of how much they move."""
 WORSE = 1.9
 """And by so many times more than before."""
-MOVES = 0.3
+LEAST_MOVING_SHARE = 0.3
 """It still moves by this share: a platform that is pressed on a stop and rests is not broken."""
 STILL_AGREES = 0.3
 """A machine agrees with the file where it is nearer than this share of what it is off later."""
@@ -98,7 +98,7 @@ def _contrast(apart: FloatArray, at: int) -> tuple[float, int]:
 
 
 def _moves(model: DeltaModel, rows: IntArray, span: float) -> bool:
-    return float(np.nanmax(np.nanstd(model.position_m[rows], axis=0))) > MOVES * span
+    return float(np.nanmax(np.nanstd(model.position_m[rows], axis=0))) > LEAST_MOVING_SHARE * span
 
 
 def _shifted(model: DeltaModel, rows: IntArray, left: FloatArray) -> tuple[float, float]:

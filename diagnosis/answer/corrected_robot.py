@@ -20,7 +20,7 @@ from models.effects import VOCABULARY, Port
 from models.robot import DeltaRobot, EffectEntry, FoundBy, load_robot_model
 
 HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
-SURE = 0.8
+SURE_ENOUGH = 0.8
 """A finding less probable than this is written only when everything is asked for."""
 MOVED = (Port.MOTOR, Port.GEAR, Port.ARM, Port.LINKAGE)
 """Where an effect is in the robot, and not in what sees it."""
@@ -106,7 +106,7 @@ def sure(finding: Finding) -> bool:
     alike = [one for one in finding.alternatives if _corrected_alike(finding, one)]
     if finding.probability is None:
         return len(alike) == len(finding.alternatives)
-    return finding.probability + sum(one.probability or 0.0 for one in alike) >= SURE
+    return finding.probability + sum(one.probability or 0.0 for one in alike) >= SURE_ENOUGH
 
 
 def _corrected_alike(finding: Finding, other: Alternative) -> bool:

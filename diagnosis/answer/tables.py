@@ -16,7 +16,7 @@ PLACES = {
     **{f"range_{axis}": float(number) for number, axis in enumerate(AXES, start=1)},
     "range_x, range_y": FROM_MIDDLE,
 }
-ANGLES = {f"theta_{number}": float(number) for number in (1, 2, 3)}
+ANGLE_NUMBERS = {f"theta_{number}": float(number) for number in (1, 2, 3)}
 
 
 class Tables(Enum):
@@ -48,9 +48,11 @@ def table_of(finding: Finding, robot: DeltaRobot, asked: Tables) -> EffectEntry 
 
 
 def _at_joint(finding: Finding, table: Table) -> EffectEntry | str:
-    if table.follows not in ANGLES:
+    if table.follows not in ANGLE_NUMBERS:
         return f"it follows {table.follows}: a joint's table is over the angle of an arm"
-    return _entry("joint_table", finding.component, table, {"follows": ANGLES[table.follows]})
+    return _entry(
+        "joint_table", finding.component, table, {"follows": ANGLE_NUMBERS[table.follows]}
+    )
 
 
 def _at_platform(finding: Finding, table: Table, robot: DeltaRobot) -> EffectEntry | str:

@@ -17,8 +17,8 @@ from diagnosis.plants.regression import RegressionPlant
 from diagnosis.plants.spline_terms import carried_over
 from diagnosis.selection.named_first import Selected
 
-BLOCKS = 5
-PIECES = 6
+FOLDS = 5
+CARRIED_PIECES = 6
 LASTING = ("jump", "drift", "unknown time")
 """Regressors that belong to one moment or course of time and do not come back."""
 
@@ -58,7 +58,7 @@ def _carried(selected: Selected, other: RegressionPlant, key: str) -> FloatArray
     there, at = np.isfinite(known), other.followed(key)
     found = np.zeros(len(at))
     acts = np.isfinite(at)
-    found[acts] = carried_over(shape[there], known[there], PIECES, at[acts])
+    found[acts] = carried_over(shape[there], known[there], CARRIED_PIECES, at[acts])
     return found
 
 
@@ -75,10 +75,10 @@ def _less_free(plant: RegressionPlant, left: FloatArray) -> FloatArray:
 def on_blocks(selected: Selected) -> tuple[float, float]:
     """RMS before and after on each block of rows, sizes fitted on the others."""
     plant, noise, best = selected.plant, selected.noise, selected.best
-    number: IntArray = np.arange(len(noise.rows)) * BLOCKS // len(noise.rows)
+    number: IntArray = np.arange(len(noise.rows)) * FOLDS // len(noise.rows)
     before = np.zeros(len(noise.rows))
     after = np.zeros(len(noise.rows))
-    for block in range(BLOCKS):
+    for block in range(FOLDS):
         held = number == block
         scale = np.where(held, 0.0, noise.scale)
         partial = Laplace(plant, replace(noise, scale=scale), selected.evidence)

@@ -19,7 +19,7 @@ from diagnosis.observations.readings import MAD_TO_SIGMA, FloatArray, IntArray
 
 UNCORRELATED = 0.05
 """The autocorrelation is summed to where it first falls below this."""
-HUBER = 4.0
+HUBER_SATURATED = 4.0
 NEIGHBOURS = 7
 FEWEST_EFFECTIVE = 6.0
 LEAST_OF_LARGEST = 0.05
@@ -109,7 +109,7 @@ def spike_weights(left: FloatArray) -> FloatArray:
         return np.ones(len(left))
     off = np.abs(left - median_filter(left, NEIGHBOURS, mode="nearest"))
     usual = max(MAD_TO_SIGMA * float(np.median(off)), 0.2 * float(np.quantile(off, 0.9)), 1e-300)
-    weight: FloatArray = np.minimum(1.0, HUBER * usual / np.maximum(off, 1e-300))
+    weight: FloatArray = np.minimum(1.0, HUBER_SATURATED * usual / np.maximum(off, 1e-300))
     return np.where(weight < 0.75, weight, 1.0)
 
 

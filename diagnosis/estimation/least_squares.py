@@ -24,10 +24,10 @@ from diagnosis.plants.contract import Model
 from diagnosis.plants.nuisance import Nuisance, given_back
 from models.effects import VOCABULARY
 
-STEPS = 6
+FIT_STEPS = 6
 CLOSE_ENOUGH = 0.02
 """A step that lowers the cost by less than this ends the fit."""
-NEAR = 2.0
+LITTLE_GAIN = 2.0
 """After one that lowers it by less than this the tangent may stay as it is."""
 STRAIGHT = 0.1
 """Or after one that lowers it by what the tangent promised but for this share."""
@@ -163,7 +163,7 @@ class Fitter:
         terms: Sequence[Term],
         frees: Sequence[SplineTerm] = (),
         nuisances: Sequence[Term] | None = None,
-        steps: int = STEPS,
+        steps: int = FIT_STEPS,
         known: FloatArray | None = None,
     ) -> Solution:
         """Levenberg-Marquardt from the terms as they stand; spline terms are linear.
@@ -211,7 +211,7 @@ class Fitter:
                 if gain < CLOSE_ENOUGH:
                     break
                 straight = abs(gain - promised) < STRAIGHT * promised
-                slopes = slopes if straight or gain < NEAR else None
+                slopes = slopes if straight or gain < LITTLE_GAIN else None
             elif not fresh:
                 slopes = None
             else:
@@ -223,7 +223,7 @@ class Fitter:
     def _with_better_moments(self, at: Point, basis: FloatArray, steps: int) -> Point:
         """Events where they fit better, and all else fitted anew where that is much better."""
         while (better := self._retimed(at, basis)) is not None:
-            if at.cost - better.cost < NEAR:
+            if at.cost - better.cost < LITTLE_GAIN:
                 return better
             at = self._descended(better, basis, steps, None)
         return at

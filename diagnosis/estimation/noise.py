@@ -13,7 +13,7 @@ from scipy.sparse import csr_array, diags_array, vstack
 
 from diagnosis.observations.readings import MAD_TO_SIGMA, FloatArray, IntArray, Readings
 
-ORDER = 2
+AR_ORDER = 2
 HUBER = 2.5
 LONGEST_HOLE = 5
 """Samples missing in a row over which the autoregression is still carried."""
@@ -24,10 +24,10 @@ WARM_UP = 200
 
 @dataclass(frozen=True, eq=False)
 class ChannelNoise:
-    """Noise of one channel. rows: valid samples that have `ORDER` valid ones before them."""
+    """Noise of one channel. rows: valid samples that have `AR_ORDER` valid ones before them."""
 
     rows: IntArray
-    """Row numbers, shape (m, ORDER + 1): the sample itself and those before it."""
+    """Row numbers, shape (m, AR_ORDER + 1): the sample itself and those before it."""
     phi: FloatArray
     sigma: float
     """Standard deviation of the innovations."""
@@ -36,12 +36,12 @@ class ChannelNoise:
 
     @cached_property
     def _read(self) -> tuple[IntArray, IntArray | None]:
-        """All rows that are met, and which of them are whitened; None for all that have `ORDER`
+        """All rows that are met, and which of them are whitened; None for all that have `AR_ORDER`
         before them.
         """
         met = np.unique(self.rows)
-        at = np.searchsorted(met, self.rows[:, 0]) - ORDER
-        return met, None if len(at) == len(met) - ORDER else at
+        at = np.searchsorted(met, self.rows[:, 0]) - AR_ORDER
+        return met, None if len(at) == len(met) - AR_ORDER else at
 
     def whitened(self, values: FloatArray, axis: int) -> FloatArray:
         """What is new in samples, in standard deviations, along an axis: from length n to m.
@@ -50,8 +50,8 @@ class ChannelNoise:
         """
         met, at = self._read
         read = values.take(met, axis=axis).swapaxes(0, axis)
-        count = len(met) - ORDER
-        lags = (read[ORDER - lag : ORDER - lag + count] for lag in range(ORDER + 1))
+        count = len(met) - AR_ORDER
+        lags = (read[AR_ORDER - lag : AR_ORDER - lag + count] for lag in range(AR_ORDER + 1))
         white: FloatArray = self.innovations(lags).swapaxes(0, axis)
         return white if at is None else white.take(at, axis=axis)
 
@@ -134,22 +134,24 @@ class Whitener:
             seen = np.unique(noise.rows)
             fresh = noise.sigma * rng.standard_normal(len(seen) + WARM_UP)
             memory = np.tile(np.array([1.0, *-noise.phi])[:, None], len(fresh))
-            drawn[seen, column] = solve_banded((ORDER, 0), memory, fresh)[WARM_UP:]
+            drawn[seen, column] = solve_banded((AR_ORDER, 0), memory, fresh)[WARM_UP:]
         return drawn
 
 
 def history(readings: Readings, valid: Any) -> list[IntArray]:
-    """For each channel the rows of its valid samples with their ORDER valid predecessors."""
+    """For each channel the rows of its valid samples with their AR_ORDER valid predecessors."""
     stretch = np.cumsum(readings.fresh)
     result = []
     for column in range(len(readings.names)):
         rows = np.flatnonzero(valid[:, column])
-        table = np.stack([rows[ORDER - lag : len(rows) - lag] for lag in range(ORDER + 1)], axis=1)
+        table = np.stack(
+            [rows[AR_ORDER - lag : len(rows) - lag] for lag in range(AR_ORDER + 1)], axis=1
+        )
         if len(table):
             usual = np.median(np.diff(rows))
-            near = table[:, 0] - table[:, -1] <= ORDER * usual + LONGEST_HOLE
+            near = table[:, 0] - table[:, -1] <= AR_ORDER * usual + LONGEST_HOLE
             table = table[near & (stretch[table[:, 0]] == stretch[table[:, -1]])]
-        result.append(table.reshape(-1, ORDER + 1))
+        result.append(table.reshape(-1, AR_ORDER + 1))
     return result
 
 
@@ -158,16 +160,16 @@ def estimate(readings: Readings, valid: Any, residual: FloatArray) -> Whitener:
     channels = []
     for column, rows in enumerate(history(readings, valid)):
         x = residual[:, column]
-        table = x[rows] if len(rows) else np.zeros((0, ORDER + 1))
-        if len(table) < 10 * ORDER:
-            channels.append(ChannelNoise(rows[:0], np.zeros(ORDER), 1.0, 1.0))
+        table = x[rows] if len(rows) else np.zeros((0, AR_ORDER + 1))
+        if len(table) < 10 * AR_ORDER:
+            channels.append(ChannelNoise(rows[:0], np.zeros(AR_ORDER), 1.0, 1.0))
             continue
         spread = MAD_TO_SIGMA * float(np.median(np.abs(table[:, 0] - np.median(table[:, 0]))))
         rounding = readings.rounding[column]
         spread = max(spread, rounding, 1e-12)
         table = np.clip(table, -4 * spread, 4 * spread)
         gram = table.T @ table / len(table)
-        normal = gram[1:, 1:] + 1e-9 * gram[0, 0] * np.eye(ORDER)
+        normal = gram[1:, 1:] + 1e-9 * gram[0, 0] * np.eye(AR_ORDER)
         phi: FloatArray = np.linalg.solve(normal, gram[1:, 0])
         phi = stationary(phi)
         innovation = table[:, 0] - table[:, 1:] @ phi

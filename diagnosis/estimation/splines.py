@@ -11,11 +11,11 @@ from scipy.sparse import csr_array, diags_array
 
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.contract import Model
+from diagnosis.plants.spline_terms import DEGREE
 from diagnosis.plants.traits import traits_of
 
 PIECES = 4
 FINE_PIECES = 28
-DEGREE = 3
 LEAST_TRAVEL = 0.005
 LEAST_MOVE = 0.02
 """Share of the covariate's range that it must move before it counts as having come another way."""

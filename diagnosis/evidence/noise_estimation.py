@@ -23,7 +23,7 @@ from diagnosis.priors.file_tolerances import tolerance_columns
 from diagnosis.score_tests.library import Library, build
 from diagnosis.score_tests.score_test import Scorer, tolerance_factor
 
-ROUNDS = 2
+NOISE_ROUNDS = 2
 """The first is whitened by a noise that still has the whole mismatch in it."""
 
 
@@ -56,7 +56,7 @@ def prepare(model: Model, valid: BoolArray, budget: Budget | None = None) -> Pre
     """
     fine = [*spline_terms(model, FINE_PIECES), *way_shapes(model)]
     predicted = model.predict([n.term for n in model.nuisances])
-    return _prepared(model, valid, build(model), fine, predicted, ROUNDS, budget)
+    return _prepared(model, valid, build(model), fine, predicted, NOISE_ROUNDS, budget)
 
 
 def once_more(before: Prepared, predicted: FloatArray) -> Prepared:

@@ -13,8 +13,8 @@ from diagnosis.evidence.laplace import Explanation, Laplace
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.regression import RegressionPlant
 
-ROUNDS = 3
-LEAST_SHARE = 1e-6
+TEMPERING_ROUNDS = 3
+LEAST_NOISE_SHARE = 1e-6
 """No likelihood is believed to this share of the mismatch or less."""
 
 
@@ -23,7 +23,7 @@ def saturated_noise(plant: RegressionPlant) -> TemperedNoise:
     keys = frozenset(r.key for r in plant.regressors if r.saturated and not r.left_over)
     residual = plant.observed - plant.base(frozenset(), {})
     noise = _of(plant, residual, 0)
-    for _ in range(ROUNDS):
+    for _ in range(TEMPERING_ROUNDS):
         fit = Laplace(plant, noise.untempered)(keys)
         noise = _of(plant, fit.residual, fit.tangent.shape[1])
     return noise
@@ -43,7 +43,7 @@ def noise_beyond(
 
 def _of(plant: RegressionPlant, residual: FloatArray, fitted: int) -> TemperedNoise:
     mismatch = (plant.observed - plant.base(frozenset(), {}))[plant.rows]
-    least = max(LEAST_SHARE * float(np.std(mismatch)), plant.rounding, 1e-15)
+    least = max(LEAST_NOISE_SHARE * float(np.std(mismatch)), plant.rounding, 1e-15)
     rounded = plant.rounding > 0.0
     once = runs_of_one_value(plant.observed, plant.groups, plant.rows) if rounded else None
     return tempered(residual, plant.rows, plant.groups, plant.kinds, least, fitted, once)

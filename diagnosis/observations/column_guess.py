@@ -16,7 +16,7 @@ ALIKE = 0.8
 SLOPE_ALIKE = 0.95
 """Correlation with the slope of another from which a column is its velocity."""
 LARGE_COUNT = 200.0
-MOST_SAMPLES = 20_000
+MOST_GUESSED_ROWS = 20_000
 MOST_RUNS = 0.02
 """As a share of the rows: shorter runs than fifty rows are none."""
 MOTIONS = frozenset({"position", "command", "steps", "range"})
@@ -72,7 +72,7 @@ def _starts_again(values: FloatArray) -> bool:
 
 
 def _thinned(table: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    return {name: values[:MOST_SAMPLES] for name, values in table.items()}
+    return {name: values[:MOST_GUESSED_ROWS] for name, values in table.items()}
 
 
 def _time(

@@ -10,13 +10,13 @@ import numpy as np
 
 from diagnosis.observations.readings import MAD_TO_SIGMA, BoolArray, FloatArray
 
-ORDER = 4
+FILTER_ORDER = 4
 ABOVE_NOISE = 10.0
 """Times its noise floor that a spectrum stands above where it still tells of motion. Noise with
 memory (0.7 from sample to sample) has slow parts 6 times its fast ones."""
 LOWEST_HZ, HIGHEST_HZ = 0.5, 15.0
 SHARE_OF_RATE = 0.2
-FEWEST = 40
+FEWEST_IN_STRETCH = 40
 """Rows below which a stretch is not filtered, and does not count."""
 
 
@@ -55,12 +55,12 @@ def motion_of(
     stretches = [slice(a, b) for a, b in pairwise(starts)]
     longest = max(stretches, key=lambda s: s.stop - s.start)
     cut_off_hz = narrower * cut_off(position[longest], step_s)
-    sections = butter(ORDER, min(2.0 * cut_off_hz * step_s, 0.9), output="sos")
+    sections = butter(FILTER_ORDER, min(2.0 * cut_off_hz * step_s, 0.9), output="sos")
 
     def low_passed(values: FloatArray) -> FloatArray:
         smooth = np.array(values, dtype=float)
         for part in stretches:
-            if part.stop - part.start >= FEWEST:
+            if part.stop - part.start >= FEWEST_IN_STRETCH:
                 pad = min(3 * int(1.0 / (cut_off_hz * step_s)) + 9, part.stop - part.start - 2)
                 smooth[part] = sosfiltfilt(sections, values[part], padlen=pad)
         return smooth
@@ -77,7 +77,7 @@ def motion_of(
     settled = np.zeros(len(t_s), dtype=bool)
     edge = max(5, int(0.5 / (cut_off_hz * step_s)))
     for part in stretches:
-        if part.stop - part.start >= max(FEWEST, 3 * edge):
+        if part.stop - part.start >= max(FEWEST_IN_STRETCH, 3 * edge):
             settled[part.start + edge : part.stop - edge] = True
     noise = _white_noise(position) * np.sqrt(8.0 * np.pi**2 / 3.0 * cut_off_hz**3 * step_s)
     top = float(np.quantile(np.abs(speed), 0.98))

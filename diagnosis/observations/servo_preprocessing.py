@@ -18,14 +18,14 @@ from models.chain.servo_delta import Motion, ServoChain
 from recording.flat import FlatRecording
 
 JOINTS = (1, 2, 3)
-BLOCK_S = 0.01
+MEANS_S = 0.01
 SMOOTHING_S = 0.04
 """Length of the polynomials that give speed and acceleration."""
-DEGREE = 3
+SMOOTHING_DEGREE = 3
 AT_REST = 6.0
 """Standard deviations of the speed within which a joint may stand: friction may then be anything
 up to its size, and the sample says nothing."""
-SLOWEST = 0.01
+SLOWEST_JOINT = 0.01
 """The same as a share of the highest speed."""
 DITHERED = 0.3
 """Encoder counts per time constant of the observer below which each step makes the drive twitch:
@@ -84,7 +84,7 @@ def signals_of(recording: FlatRecording, chain: ServoChain) -> Signals:
         )
     observed = _observed(recording, chain, motion)
     twitching = DITHERED * chain.drive.rad_per_count * chain.drive.disturbance_bandwidth_radps
-    still = np.maximum(AT_REST * noise, SLOWEST * np.abs(motion.speed_radps).max(axis=0))
+    still = np.maximum(AT_REST * noise, SLOWEST_JOINT * np.abs(motion.speed_radps).max(axis=0))
     slow = np.abs(motion.speed_radps) < np.maximum(still, twitching)
     near = binary_dilation(slow, np.ones((2 * int(MARGIN_S / step_s) + 1, 1), dtype=bool))
     edge = binary_dilation(fresh, np.ones(2 * int(SMOOTHING_S / step_s) + 1, dtype=bool))
@@ -94,7 +94,7 @@ def signals_of(recording: FlatRecording, chain: ServoChain) -> Signals:
             f"{100 * LEAST_USABLE:g} % of the time; slower, encoder steps hide what friction does"
         )
     usable = ~near & ~edge[:, None] & np.isfinite(observed) & np.isfinite(angle)
-    return _in_blocks(motion, np.nan_to_num(observed), usable, max(1, round(BLOCK_S / step_s)))
+    return _in_blocks(motion, np.nan_to_num(observed), usable, max(1, round(MEANS_S / step_s)))
 
 
 def _in_blocks(motion: Motion, observed: FloatArray, usable: BoolArray, size: int) -> Signals:
@@ -141,7 +141,7 @@ def _motion(
     """Smooth angle, speed and acceleration stretch by stretch; the speeds' noise, (3,)."""
     from scipy.signal import savgol_filter  # takes 0.3 s to import; most runs need none
 
-    size = max(2 * round(0.5 * SMOOTHING_S / step_s) + 1, DEGREE + 2)
+    size = max(2 * round(0.5 * SMOOTHING_S / step_s) + 1, SMOOTHING_DEGREE + 2)
     size += 1 - size % 2
     third = np.diff(angle, 3, axis=0)
     noise = 1.4826 * np.median(np.abs(third), axis=0) / np.sqrt(20.0)
@@ -154,5 +154,7 @@ def _motion(
         if len(part) <= size:
             continue
         for order, into in enumerate((smooth, speed, acceleration)):
-            into[first:last] = savgol_filter(part, size, DEGREE, deriv=order, delta=step_s, axis=0)
+            into[first:last] = savgol_filter(
+                part, size, SMOOTHING_DEGREE, deriv=order, delta=step_s, axis=0
+            )
     return Motion(t_s, fresh, smooth, speed, acceleration), spread

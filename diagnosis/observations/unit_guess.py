@@ -15,8 +15,8 @@ RATIOS: tuple[tuple[float, str, str], ...] = (
     (4096.0 / (2.0 * np.pi), "counts of 4096 a turn", "rad"),
 )  # fmt: skip
 """How many of the first unit are one of the second."""
-NEAR = 0.15
-ANGLES = ("command", "position", "theta")
+NEAR_UNIT = 0.15
+ANGULAR = ("command", "position", "theta")
 WIDEST_RAD = 13.0
 """Two turns: more is degrees, millimetres or counts far more often than radians or metres."""
 LONGEST_M = 15.0
@@ -48,7 +48,7 @@ def with_units(
             out[name] = replace(guess, unit=unit)
             if unit != "s":
                 warnings.append(f"{name}: taken for {unit} ({why}); no unit stands in the file")
-        elif guess.role in (*ANGLES, "pos", "range", "distance"):
+        elif guess.role in (*ANGULAR, "pos", "range", "distance"):
             out[name], warning = _of_motion(guess, values)
             warnings += [warning] if warning else []
     warnings += _pairs(out, table)
@@ -100,7 +100,7 @@ def _pairs(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[s
             (one, other, wide / told) if wide > told else (other, one, told / wide)
         )
         for factor, big, small in RATIOS:
-            if abs(ratio / factor - 1.0) < NEAR:
+            if abs(ratio / factor - 1.0) < NEAR_UNIT:
                 warnings.append(
                     f"{larger.source} moves {ratio:.3g} times as much as {smaller.source}: "
                     f"{big} against {small}?"

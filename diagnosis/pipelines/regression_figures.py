@@ -16,7 +16,7 @@ from diagnosis.pipelines.regression_findings import scaled_covariance
 from diagnosis.plants.regression import RegressionPlant
 from diagnosis.selection.named_first import OPEN, Selected
 
-POWER = 4.2
+FOUND_AT_SIGMA = 4.2
 """Standard deviations of a size at which it is found in four recordings of five: 3.3 to overcome
 its Occam factor and its odds, 0.84 for the power."""
 
@@ -73,7 +73,7 @@ def detection_limits(selected: Selected) -> list[SmallestDetectable]:
         at = [i for i, name in enumerate(more.names) if name.startswith(f"{regressor.key}.")]
         if len(at) != 1:
             continue
-        spread = POWER * float(np.sqrt(scaled_covariance(more)[at[0], at[0]]))
+        spread = FOUND_AT_SIGMA * float(np.sqrt(scaled_covariance(more)[at[0], at[0]]))
         name = more.names[at[0]][len(regressor.key) + 1 :]
         size = abs(float(shown[0].of({name: np.asarray(spread)})) - shown[0].nothing)
         found.append(

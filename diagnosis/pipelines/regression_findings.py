@@ -8,19 +8,19 @@ from collections.abc import Mapping
 import numpy as np
 
 from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
+from diagnosis.assessment.covariance import NORMAL_95
 from diagnosis.assessment.significance import chance
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import FloatArray, Readings
 from diagnosis.plants.regression import Regressor, Shown
 from diagnosis.selection.named_first import LIKELY, Selected
 
-DRAWS = 2000
+POSTERIOR_DRAWS = 2000
 """Draws of the sizes: the ends of a 95 % interval are then known to a few per cent of its width."""
 LEAST_PROBABILITY = 0.02
 """Alternatives less probable than this get no line."""
 SHIFTS = 1.0
 """Standard deviations that a change of preparation stands for."""
-NORMAL_95 = 1.959964
 
 
 def findings(selected: Selected, readings: Readings, axes: list[str]) -> list[Finding]:
@@ -154,14 +154,14 @@ def _own(explanation: Explanation, key: str) -> dict[str, FloatArray]:
 
 
 def _mixture(selected: Selected, key: str) -> dict[str, FloatArray]:
-    """Draws (DRAWS,) of each size of a regressor from the sets of the posterior that have it."""
+    """Draws (n,) of each size of a regressor from the sets of the posterior that have it."""
     pairs = zip(selected.posterior.explanations, selected.posterior.weights, strict=True)
     chosen = [(e, w) for e, w in pairs if key in e.keys]
     total = sum(w for _, w in chosen)
     rng = np.random.default_rng(0)
     parts: list[dict[str, FloatArray]] = []
     for explanation, weight in chosen:
-        count = round(DRAWS * weight / total)
+        count = round(POSTERIOR_DRAWS * weight / total)
         if count:
             parts.append(_drawn(explanation, key, count, rng, selected))
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

@@ -11,7 +11,7 @@ from diagnosis.plants.regression import Columns, Regressor
 from diagnosis.plants.spline_terms import KeepsBeside, spline_terms
 
 UNKNOWN = "unknown "
-LOG_ODDS = -5.0
+UNKNOWN_LOG_ODDS = -5.0
 """Of a mismatch that no named effect makes: one machine in 150 has it, for each covariate."""
 
 
@@ -41,7 +41,7 @@ class LeftOver(KeepsBeside):
     def unknowns(self) -> list[Regressor]:
         """The regressors."""
         return [
-            Regressor(UNKNOWN + name, "unknown", LOG_ODDS, follows=(name,), left_over=True)
+            Regressor(UNKNOWN + name, "unknown", UNKNOWN_LOG_ODDS, follows=(name,), left_over=True)
             for name in self.covariates
         ]
 

@@ -14,7 +14,7 @@ from diagnosis.score_tests.library import Library
 
 DRAWS = 1000
 SEED = 20260101
-COLLINEAR = 1e-6
+COLLINEAR_SCORES = 1e-6
 """Share of a column that must be left after projection for a test to be possible."""
 
 
@@ -113,7 +113,7 @@ def _frame(information: FloatArray, full: FloatArray) -> tuple[FloatArray, BoolA
     """
     scale = np.sqrt(np.maximum(full, 1e-30))
     values, vectors = np.linalg.eigh(information / (scale[..., :, None] * scale[..., None, :]))
-    usable = values > COLLINEAR
+    usable = values > COLLINEAR_SCORES
     length = np.where(usable, 1.0 / np.sqrt(np.where(usable, values, 1.0)), 0.0)
     return vectors * length[..., None, :] / scale[..., :, None], usable
 
@@ -161,7 +161,7 @@ def calibrate(scorer: Scorer, basis: FloatArray) -> Calibration:
     smallest = np.ones(DRAWS)
     for _, columns in scorer.alike:
         own, frame = np.linalg.eigh(unit[columns[:, :, None], columns[:, None, :]])
-        usable = own > COLLINEAR
+        usable = own > COLLINEAR_SCORES
         share = np.where(usable, 1.0 / np.where(usable, own, 1.0), 0.0)
         gain = share[:, None, :] @ (frame.swapaxes(1, 2) @ draws[columns]) ** 2
         possible = usable.any(axis=1)

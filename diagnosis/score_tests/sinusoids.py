@@ -22,7 +22,7 @@ FASTEST = 0.2
 """Turns a sample, at most."""
 FINER = 4
 """Frequencies looked at, for each that the length of the recording tells apart."""
-MOST_SAMPLES = 2**18
+MOST_TRANSFORMED = 2**18
 """Of the stretches that the frequency is looked for in: an hour and a half at 50 Hz. Stretches of
 a day keep no phase with each other."""
 BETWEEN = 16
@@ -75,13 +75,13 @@ def _strongest(
 
 
 def _fullest(at: IntArray) -> slice | BoolArray:
-    """Of sample numbers the MOST_SAMPLES with most rows in them; all where there are no more."""
-    if at.max() - at.min() < MOST_SAMPLES:
+    """Of sample numbers the stretch with most rows in it; all where they are not too many."""
+    if at.max() - at.min() < MOST_TRANSFORMED:
         return slice(None)
     ordered = np.sort(at)
-    ends = np.searchsorted(ordered, ordered + MOST_SAMPLES)
+    ends = np.searchsorted(ordered, ordered + MOST_TRANSFORMED)
     first = ordered[np.argmax(ends - np.arange(len(ordered)))]
-    return np.asarray((at >= first) & (at < first + MOST_SAMPLES), dtype=np.bool_)
+    return np.asarray((at >= first) & (at < first + MOST_TRANSFORMED), dtype=np.bool_)
 
 
 def _strength(series: FloatArray, turns: FloatArray) -> FloatArray:

@@ -21,7 +21,7 @@ from diagnosis.plants.regression import RegressionPlant, Sizes
 from diagnosis.selection.model_posterior import Posterior, Search
 
 Progress = Callable[[str], None]
-ROUNDS = 3
+NAMING_ROUNDS = 3
 SURE, OPEN, LIKELY = 0.95, 0.05, 0.5
 """Posterior above which a regressor is settled, below which it is out of the question, and above
 which it is believed."""
@@ -65,7 +65,7 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
     progress("searching for what is missing")
     evidence = Laplace(plant, noise)
     named = Search(evidence).run()
-    for _ in range(ROUNDS - 1):
+    for _ in range(NAMING_ROUNDS - 1):
         evidence = Laplace(plant, noise_beyond(plant, named.best), evidence)
         again = Search(evidence).run()
         settled, named = again.best.keys == named.best.keys, again

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.structure import ROOT, between_folders, circles, deciding, imports
+from benchmarks.structure import ROOT, at_odds, between_folders, circles, deciding, imports
 
 
 def test_no_rooms_import_each_other() -> None:
@@ -42,6 +42,12 @@ def test_numbers_that_decide_are_counted(tmp_path: Path) -> None:
         'LIMIT = 3.0\nNAME = "x"\nclass SearchOptions:\n    most: int = 4'
     )
     assert deciding(tmp_path) == ["LIMIT", "most"]
+    (tmp_path / "b.py").write_text("LIMIT = 4.0\nmost = 5")
+    assert at_odds(tmp_path) == ["LIMIT"]
+
+
+def test_no_number_of_the_diagnosis_has_a_second_value_elsewhere() -> None:
+    assert at_odds(ROOT / "diagnosis") == []
 
 
 @pytest.mark.parametrize("top", ["diagnosis", "benchmarks", "command_line"])

@@ -16,7 +16,7 @@ from models.robot import FloatArray
 LENGTH_OFF = 0.02
 HOME_OFF_RAD = 0.02
 """How far a faulty machine may well be off; moderate faults are half as large."""
-MOST = 0.2
+MOST_FRAGILE = 0.2
 """More than this share is not left out: then the file is wrong, or the motion is all there."""
 
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -31,4 +31,4 @@ def fragile(linkage: Linkage, angles_rad: FloatArray) -> BoolArray:
             home_offset_rad=linkage.home_offset_rad + further * HOME_OFF_RAD,
         )
         lost |= ~np.isfinite(forward(other, angles_rad).position_m[:, 0])
-    return lost if lost.mean() <= MOST else np.zeros(len(angles_rad), dtype=bool)
+    return lost if lost.mean() <= MOST_FRAGILE else np.zeros(len(angles_rad), dtype=bool)

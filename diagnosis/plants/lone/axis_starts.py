@@ -10,7 +10,7 @@ from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.lone.axis_regressors import FEWEST_WAVES, begins_of, highest_hz, most_waves
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
 
-LAGS_S = (
+LAG_STARTS_S = (
     (0.0, 0.02), (0.0, 0.08), (0.03, 0.0), (0.1, 0.0), (0.06, 0.06), (0.25, 0.05), (0.06, 0.25),
 )  # fmt: skip
 """Time constants and dead times to start from."""
@@ -23,7 +23,7 @@ PERIODS = 3
 def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
     """Where to start the nonlinear sizes of a regressor."""
     if key == "lag":
-        return [{"lag.time": a, "lag.dead_time": b} for a, b in LAGS_S]
+        return [{"lag.time": a, "lag.dead_time": b} for a, b in LAG_STARTS_S]
     if key in ("play", "friction"):
         apart = float(np.ptp(np.quantile(residual[axis.rows], [0.02, 0.98])))
         return [

@@ -24,7 +24,7 @@ from diagnosis.plants.regression import Columns, Shown, Sizes
 from models.robot import ServoAxis, StepperAxis
 from recording.flat import FlatRecording
 
-PIECES = 6
+AXIS_PIECES = 6
 SAME = 0.999
 """Correlation of two covariates above which they are one: an axis that turns steadily."""
 FREE_SPREAD = 1e3
@@ -85,7 +85,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
 
     def pieces(self, name: str) -> int:
         """Twice as many over time, in which anything may come and go."""
-        return PIECES if name != "time" else 2 * PIECES
+        return AXIS_PIECES if name != "time" else 2 * AXIS_PIECES
 
     @property
     def unknown_spread(self) -> float:

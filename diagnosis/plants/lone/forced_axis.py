@@ -25,7 +25,7 @@ from models.chain.effort_axis import Driven, EffortChain
 from models.robot import ServoAxis
 from recording.flat import FlatRecording
 
-FEWEST = 60
+FEWEST_FORCED = 60
 INERTIA_SPREAD = 0.3
 """Share by which a robot file's inertia is off: part weights and drawings, not a measurement."""
 GAIN_SPREAD = 0.1
@@ -41,7 +41,7 @@ CLOCKS_S = 0.02
 """By how much effort and position may be apart in time: filters of the current, sampling."""
 SPEEDS = (0.02, 0.06, 0.2)
 """Stribeck speeds to start from, as shares of the top speed."""
-PIECES = 10
+FORCE_PIECES = 10
 
 
 class ForcedAxis(LeftOver):
@@ -59,7 +59,7 @@ class ForcedAxis(LeftOver):
         self.unit = "N" if robot.motion == "linear" else "N m"
         name = needed(recordings[0], ("position", "theta_1"), "position")
         self.readings: Readings = gather(
-            recordings, [name], {name: "m" if robot.motion == "linear" else "rad"}, FEWEST
+            recordings, [name], {name: "m" if robot.motion == "linear" else "rad"}, FEWEST_FORCED
         )
         self.t_s = self.readings.t_s
         refuse_still(self.readings.values[:, 0], name, self.source)
@@ -77,10 +77,10 @@ class ForcedAxis(LeftOver):
         self.channel = "effort"
         self.drawn_on = self.filtered_force - self.observed
         self.rows = self._rows()
-        if len(self.rows) < FEWEST // 2:
+        if len(self.rows) < FEWEST_FORCED // 2:
             raise RecordingError(
                 f"{self.source}: only {len(self.rows)} samples in clear motion; at least "
-                f"{FEWEST // 2} are needed to tell anything of the effort"
+                f"{FEWEST_FORCED // 2} are needed to tell anything of the effort"
             )
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
@@ -224,7 +224,7 @@ class ForcedAxis(LeftOver):
 
     def pieces(self, name: str) -> int:
         """The same over every covariate."""
-        return PIECES
+        return FORCE_PIECES
 
     @property
     def unknown_spread(self) -> float:

@@ -28,17 +28,17 @@ from models.chain.range_sensor import SensorChain
 from models.robot import RangeSensor
 from recording.flat import FlatRecording
 
-MOST_ROWS = 6000
-FEWEST = 20
+MOST_RANGED_ROWS = 6000
+FEWEST_RANGED = 20
 """A calibration table is short, and each of its rows may be the mean of many readings."""
 GROSS = 30.0
 """Times the usual distance from the median beyond which a reading says nothing of the sensor."""
 MOST_GROSS = 0.2
 SCALE_SPREAD = 0.02
 """A ranging sensor's clock is off by parts in a thousand, its optics by a percent or two."""
-LATE_SPREAD_S = 0.1
+READ_LATE_SPREAD_S = 0.1
 WARM_UP_S = (20.0, 100.0, 500.0, 2500.0)
-PIECES = 8
+RANGE_PIECES = 8
 
 
 class RangeSensorPlant(LeftOver):
@@ -53,7 +53,9 @@ class RangeSensorPlant(LeftOver):
             needed(recording, ("range",), "range")
         recordings = [_averaged(recording) for recording in recordings]
         self.channel = "range"
-        self.readings: Readings = gather(recordings, [self.channel], {self.channel: "m"}, FEWEST)
+        self.readings: Readings = gather(
+            recordings, [self.channel], {self.channel: "m"}, FEWEST_RANGED
+        )
         self.t_s = self.readings.t_s
         self.distance = np.concatenate([filled(r, "distance") for r in recordings])
         source = recordings[0].source
@@ -154,7 +156,7 @@ class RangeSensorPlant(LeftOver):
             "offset": (np.ones(len(self.t_s)), 2.0 * self.mismatch, "offset"),
             "scale": (self.distance, SCALE_SPREAD, "scale"),
             "crosstalk": (self.distance**2, 2.0 * self.mismatch / far**2, "curvature"),
-            "late": (-self._speed, LATE_SPREAD_S, "time"),
+            "late": (-self._speed, READ_LATE_SPREAD_S, "time"),
         }
 
     @cached_property
@@ -181,7 +183,7 @@ class RangeSensorPlant(LeftOver):
 
     def pieces(self, name: str) -> int:
         """The same over every covariate."""
-        return PIECES
+        return RANGE_PIECES
 
     @property
     def unknown_spread(self) -> float:
@@ -241,7 +243,7 @@ def _gross(left: FloatArray, valid: BoolArray) -> BoolArray:
 
 def _averaged(recording: FlatRecording) -> FlatRecording:
     """Means of rows that follow each other, where there are more than are of use."""
-    count = -(-len(recording) // MOST_ROWS)
+    count = -(-len(recording) // MOST_RANGED_ROWS)
     if count == 1:
         return recording
     rows = len(recording) // count * count

@@ -23,7 +23,7 @@ from recording.flat import FlatRecording
 
 OBSERVED = ("theta_1", "position")
 COMMANDED = ("command_1", "command")
-FEWEST = 40
+FEWEST_FOLLOWED = 40
 MOST_ROWS = 2000
 """Rows beyond which an axis tells no more: readings are correlated over many samples."""
 MOST_SAMPLES = 4000
@@ -47,7 +47,9 @@ class RecordedAxis:
         recordings = [_thinned(recording) for recording in recordings]
         order = OBSERVED[::-1] if servo else OBSERVED
         self.name = needed(recordings[0], order, "position" if servo else "theta_1")
-        self.readings: Readings = gather(recordings, [self.name], {self.name: self.unit}, FEWEST)
+        self.readings: Readings = gather(
+            recordings, [self.name], {self.name: self.unit}, FEWEST_FOLLOWED
+        )
         self.observed = np.nan_to_num(self.readings.values[:, 0])
         self.t_s = self.readings.t_s
         self.commanded = np.concatenate([self._commanded(r) for r in recordings])

@@ -13,6 +13,7 @@ import numpy as np
 
 from diagnosis.observations.readings import FEWEST_SAMPLES, FloatArray, IntArray, Readings
 from diagnosis.observations.servo_preprocessing import Signals, signals_of
+from diagnosis.plants.lone.forced_axis import GAIN_SPREAD, INERTIA_SPREAD
 from diagnosis.plants.regression import Columns, Regressor, Shown, Sizes
 from diagnosis.plants.spline_terms import KeepsBeside, spline_terms
 from foundation.errors import RecordingError
@@ -25,11 +26,9 @@ from recording.flat import FlatRecording
 
 CHANNEL = "disturbance"
 APART_S = 60.0
-MOST_ROWS = 4000
+MOST_JOINT_ROWS = 4000
 LATE_SPREAD_S = 0.001
-GAIN_SPREAD = 0.1
-INERTIA_SPREAD = 0.3
-PIECES = 8
+JOINT_PIECES = 8
 LOG_ODDS = {
     "joint_friction": -1.0, "viscous_friction": -1.0, "payload": -1.5, "gravity_error": -2.0,
     "inertia": -2.5, "effort_offset": -3.0, "effort_gain": -3.0,
@@ -62,7 +61,7 @@ class ServoDelta(KeepsBeside):
         self.t_s = self.readings.t_s
         self.observed = np.nan_to_num(self.readings.values[:, 0])
         valid = np.flatnonzero(self.readings.valid[:, 0])
-        self.rows: IntArray = valid[:: max(1, -(-len(valid) // MOST_ROWS))]
+        self.rows: IntArray = valid[:: max(1, -(-len(valid) // MOST_JOINT_ROWS))]
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = (self.readings.part // len(self._signals)).astype(np.intp)
         self.nominal = self._torque(())
@@ -204,7 +203,9 @@ class ServoDelta(KeepsBeside):
         for motor in MOTORS:
             own = self.rows[self.kinds[self.rows] == MOTORS.index(motor)]
             for name in UNKNOWNS:
-                shapes = spline_terms(self.covariates[name], PIECES, self._spanned(motor), own)
+                shapes = spline_terms(
+                    self.covariates[name], JOINT_PIECES, self._spanned(motor), own
+                )
                 shapes = shapes * self._joint(motor)[:, None]
                 found[motor, name] = Columns(shapes, np.full(shapes.shape[1], 0.5 * self._mismatch))
         return found
