@@ -11,6 +11,8 @@ from diagnosis.evidence.detection import Detection
 from diagnosis.observations.readings import FloatArray
 from diagnosis.score_tests.library import Entry
 
+ALIKE = 0.9
+"""Correlation with a nuisance from which on an effect is taken up by it, as far as it goes."""
 POWER = 0.8
 """Share of recordings like this one in which an effect of the smallest size would be found."""
 
@@ -28,6 +30,7 @@ def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable
     ]  # fmt: skip
     independent = tests.calibration.tests + tests.event_tests
     scorer = tests.prepared.scorer
+    held = _absorbed(tests)
     smallest: dict[tuple[str, ...], SmallestDetectable] = {}
     for number, entry in enumerate(library.entries):
         if entry.candidate is None or entry.shape is None or not entry.shape.linear:
@@ -39,6 +42,8 @@ def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable
             independent, entry.df, scatter, scatter * float(scorer.tolerance_factor[number])
         )
         size = _size(entry, scores.information[number], needed)
+        if size is not None and number in held:
+            size = _beyond(entry, size, *held[number])
         if size is None:
             untested.append(
                 NotTestable(
@@ -83,6 +88,42 @@ def _size(entry: Entry, information: FloatArray, needed: float) -> float | None:
     if size > coordinate.high - coordinate.low:
         return None
     return 1.0 / size if coordinate.how == "reciprocal" else size
+
+
+def _absorbed(tests: Detection) -> dict[int, tuple[float, float]]:
+    """Entries whose effect a nuisance at an end of its range takes up before a test sees any of it.
+
+    Such a nuisance was not free to give way when nothing was there, and its information counts; it
+    is free to take what comes from the other side. By number of the entry: how much of a nuisance
+    one unit of the effect is, and how far the nuisance can go.
+    """
+    empty, white = tests.empty, tests.prepared.library.white
+    found: dict[int, tuple[float, float]] = {}
+    place = 0
+    for term in empty.nuisances:
+        for i in term.candidate.moved:
+            coordinate, at = term.candidate.coordinates[i], float(term.at[i])
+            if at in (coordinate.low, coordinate.high):
+                column = empty.tangent[: len(white), place]
+                shared = white.T @ column.astype(np.float32) / float(column @ column)
+                room = coordinate.high - coordinate.low
+                way = 1.0 if at == coordinate.low else -1.0
+                for number, entry in enumerate(tests.prepared.library.entries):
+                    own = white[:, entry.columns.start].astype(np.float64)
+                    alike = float(shared[entry.columns.start])
+                    if way * alike * np.linalg.norm(column) > ALIKE * np.linalg.norm(own):
+                        found[number] = abs(alike), room
+            place += 1
+    return found
+
+
+def _beyond(entry: Entry, size: float, alike: float, room: float) -> float | None:
+    """A size with what a nuisance takes of it first; None where the effect ends before that."""
+    assert entry.candidate is not None
+    assert entry.shape is not None
+    coordinate = entry.candidate.coordinates[entry.shape.linear[0]]
+    more = size + room / alike
+    return None if more > coordinate.high - coordinate.low else more
 
 
 def _better(entry: Entry, size: float, than: float) -> bool:

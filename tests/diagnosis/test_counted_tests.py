@@ -14,8 +14,11 @@ from diagnosis.evidence.detection import Detection
 from diagnosis.evidence.noise_estimation import Prepared, prepare
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.search.search import Search
-from models.robot import DeltaRobot
+from models.robot import DeltaRobot, EffectEntry
 from tests.diagnosis.conftest import Record
+
+PROMPT_S = 0.0097
+"""A reading is the mean of 20 ms: so much sooner, nothing of it is late."""
 
 
 @pytest.fixture(scope="module")
@@ -68,3 +71,26 @@ def test_four_in_five_scores_of_the_smallest_size_raise_the_alarm(prepared: Prep
     drawn = (mean + np.random.default_rng(5).standard_normal(20_000)) ** 2
     alarm = chdtri(1, ALARM / (search.tests.calibration.tests + search.tests.event_tests))
     assert np.mean(drawn > alarm) == pytest.approx(0.8, abs=0.02)
+
+
+def test_a_delay_that_is_always_fitted_takes_its_share_before_a_latency_is_seen(
+    delta: DeltaRobot, record: Record
+) -> None:
+    """Readings that are as prompt as can be: the fitted delay stands at nothing, and can rise."""
+
+    def tested(late_s: float, seed: int) -> Detection:
+        entry = EffectEntry(
+            effect="sensor_latency", component="sensors", parameters={"time": late_s}
+        )
+        recording = record(entry, seconds=20.0, seed=seed)
+        for name in ("range_x", "range_y", "range_z"):
+            values, t_s = recording.columns[name], recording.t_s
+            recording.columns[name] = np.interp(t_s + PROMPT_S, t_s, values)
+        model = DeltaModel(delta, [recording])
+        return Detection(prepare(model, model.readings.valid), 0.0)
+
+    prompt = tested(0.0, 1)
+    assert prompt.empty.nuisances[0].at[0] == 0.0
+    (size,) = [s.value for s in limits(prompt)[1] if s.effect == "sensor_latency"]
+    assert size > prompt.prepared.model.readings.period_s
+    assert tested(size, 2).first_p() <= ALARM

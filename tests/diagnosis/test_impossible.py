@@ -1,0 +1,69 @@
+"""What no machine can have is no finding: it is taken out, and the rest is fitted again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from diagnosis.assessment.impossible import first_impossible, impossible, less
+from diagnosis.evidence.noise_estimation import prepare
+from diagnosis.plants.candidate import Candidate, Term
+from diagnosis.plants.delta.candidates import lost_steps
+from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.search.search import Search
+from diagnosis.selection.ambiguity import stands_of
+from diagnosis.selection.credible_set import credible
+from diagnosis.selection.model_choice import Explained
+from models.robot import DeltaRobot, EffectEntry
+from tests.diagnosis.conftest import Record
+
+
+@pytest.fixture(scope="module")
+def search(delta: DeltaRobot, record: Record) -> Search:
+    wrong = EffectEntry(effect="home_offset", component="motor1", parameters={"angle": 0.02})
+    model = DeltaModel(delta, [record(wrong, seconds=16.0)])
+    return Search(prepare(model, model.readings.valid), 1e-3)
+
+
+def _candidate(search: Search, effect: str) -> Candidate:
+    return next(one for one in search.prepared.model.candidates if one.effect == effect)
+
+
+@pytest.mark.parametrize("steps", [0.0, 0.99, -0.5])
+def test_less_than_one_step_is_not_lost(steps: float) -> None:
+    assert impossible(Term(lost_steps("motor1", 5.0), np.array([steps, 5.0])))
+    assert not impossible(Term(lost_steps("motor1", 5.0), np.array([np.copysign(1.5, steps), 5.0])))
+
+
+@pytest.mark.parametrize("effect", ["following_lag", "gear_backlash", "joint_friction"])
+def test_a_size_of_nothing_or_at_its_bound_is_none(search: Search, effect: str) -> None:
+    candidate = _candidate(search, effect)
+    origin = np.array(candidate.shapes[0].origin)
+    highest = candidate.coordinates[0].high
+    inside, at_bound = origin.copy(), origin.copy()
+    inside[0], at_bound[0] = 0.1 * highest, highest
+    assert impossible(Term(candidate, origin))
+    assert impossible(Term(candidate, at_bound))
+    assert not impossible(Term(candidate, inside))
+
+
+def test_a_second_size_at_its_bound_belongs_to_the_effect(search: Search) -> None:
+    """A pure lag has no dead time, and a stiff shaft no compliance."""
+    assert not impossible(Term(_candidate(search, "following_lag"), np.array([0.05, 0.0])))
+    assert not impossible(Term(_candidate(search, "joint_friction"), np.array([0.01, 0.0, 0.0])))
+
+
+def test_the_rest_is_fitted_again_without_it(search: Search) -> None:
+    home = Term(_candidate(search, "home_offset"), np.array([0.01]))
+    half_a_step = Term(lost_steps("motor2", 7.0), np.array([0.4, 7.0]))
+    solution = search.fitter.solve((half_a_step, home))
+    stands = stands_of(search, solution)
+    chances = credible(search, solution, stands)
+    told = Explained(search, solution, 0.0, False, search.tests.empty, stands, chances)
+    number = first_impossible(solution)
+    assert number == 0
+    left = less(told, number)
+    assert [term.candidate.effect for term in left.solution.terms] == ["home_offset"]
+    assert len(left.stands) == 1
+    assert first_impossible(left.solution) is None
+    assert left.solution.terms[0].at[0] == pytest.approx(0.02, abs=1e-3)
