@@ -7,7 +7,7 @@ import numpy as np
 from diagnosis.plants.contract import Model
 from foundation.errors import RecordingError
 
-FACTOR = 20.0
+UNIT_FACTOR = 20.0
 FEWEST_VALID = 30
 FEWEST_IN_ALL = 90
 """Valid readings of one channel, and of all together, below which nothing is told."""
@@ -42,7 +42,9 @@ def check_input(model: Model) -> None:
                 "is the sensor dead or the column wrong?"
             )
         ratio = np.median(np.abs(seen)) / max(float(np.median(np.abs(expected))), 1e-9)
-        if ratio > FACTOR or (ratio < 1.0 / FACTOR and np.median(np.abs(expected)) > STANDS_STILL):
+        if ratio > UNIT_FACTOR or (
+            ratio < 1.0 / UNIT_FACTOR and np.median(np.abs(expected)) > STANDS_STILL
+        ):
             unit = readings.units[column]
             raise RecordingError(
                 f"{name} is about {ratio:.3g} times what robot and commands give; "

@@ -11,7 +11,7 @@ from diagnosis.evidence.detection import Detection
 from diagnosis.observations.readings import FloatArray
 from diagnosis.score_tests.library import Entry
 
-ALIKE = 0.9
+TAKEN_UP = 0.9
 """Correlation with a nuisance from which on an effect is taken up by it, as far as it goes."""
 POWER = 0.8
 """Share of recordings like this one in which an effect of the smallest size would be found."""
@@ -111,7 +111,7 @@ def _absorbed(tests: Detection) -> dict[int, tuple[float, float]]:
                 for number, entry in enumerate(tests.prepared.library.entries):
                     own = white[:, entry.columns.start].astype(np.float64)
                     alike = float(shared[entry.columns.start])
-                    if way * alike * np.linalg.norm(column) > ALIKE * np.linalg.norm(own):
+                    if way * alike * np.linalg.norm(column) > TAKEN_UP * np.linalg.norm(own):
                         found[number] = abs(alike), room
             place += 1
     return found
