@@ -175,7 +175,8 @@ class StepperAxis(StrictModel):
 
     kind: Literal["stepper_axis"]
     name: str
-    drive: Drive
+    drive: Drive | None = None
+    """Not needed where recordings give angles."""
     zero: Literal["arbitrary", "absolute"] = "absolute"
     effects: tuple[EffectEntry, ...] = ()
 

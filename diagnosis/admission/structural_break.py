@@ -105,7 +105,8 @@ def _shifted(model: DeltaModel, rows: IntArray, left: FloatArray) -> tuple[float
     """The largest shift of a joint [rad] where each is shifted as fits best, and how far off the
     readings are then (median).
     """
-    columns = [change for place, change in model.inputs().items() if place.startswith("motor")]
+    joints = model.traits.events
+    columns = [change for place, change in model.inputs().items() if place in joints]
     known = np.isfinite(left[rows])
     moved = np.stack([change[rows][known] for change in columns], axis=1)
     rest = left[rows][known]

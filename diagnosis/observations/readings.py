@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -129,8 +130,13 @@ def gather(
     names: Sequence[str],
     unit: dict[str, str],
     fewest: int = FEWEST_SAMPLES,
+    status: Mapping[str, str] = MappingProxyType({}),
 ) -> Readings:
-    """Lay recordings end to end. Raises RecordingError when nothing can be told from them."""
+    """Lay recordings end to end.
+
+    names: channels to gather, with `unit` for each. status: for channels that have one, the column
+    that is 0 where a reading is good. Raises RecordingError when nothing can be told from them.
+    """
     times, fresh, parts, values, valid, shifts = [], [], [], [], [], []
     begin = 0.0
     for number, recording in enumerate(recordings):
@@ -145,7 +151,7 @@ def gather(
         begin = float(times[-1][-1]) + 60.0
         fresh.append(starts_of(recording))
         parts.append(np.full(len(recording), number))
-        block, good = _block(recording, names)
+        block, good = _block(recording, names, status)
         values.append(block)
         valid.append(good)
     return Readings(
@@ -155,16 +161,18 @@ def gather(
     )  # fmt: skip
 
 
-def _block(recording: FlatRecording, names: Sequence[str]) -> tuple[FloatArray, BoolArray]:
+def _block(
+    recording: FlatRecording, names: Sequence[str], status: Mapping[str, str]
+) -> tuple[FloatArray, BoolArray]:
     block = np.full((len(recording), len(names)), np.nan)
     for column, name in enumerate(names):
         if name in recording.columns:
             block[:, column] = recording.columns[name]
     good = np.isfinite(block)
     for column, name in enumerate(names):
-        status = recording.columns.get(name.replace("range_", "status_"))
-        if name.startswith("range_") and status is not None:
-            good[:, column] &= status == 0
+        said = recording.columns.get(status.get(name, ""))
+        if said is not None:
+            good[:, column] &= said == 0
         if good[:, column].any():
             good[:, column] &= ~_repeats(block[:, column])
     return block, good

@@ -10,7 +10,7 @@ from diagnosis.answer.records import Alternative
 from diagnosis.estimation.budget import Until
 from diagnosis.estimation.estimate import Solution
 from diagnosis.plants.candidate import Candidate, Term
-from diagnosis.plants.delta.shared_parameters import apart, whole_groups
+from diagnosis.plants.shared_parameters import apart, whole_groups
 from diagnosis.priors.penalties import Trial
 from diagnosis.score_tests.chi2_tail import log_sf
 from diagnosis.search.begun_fits import followed, promising, tried

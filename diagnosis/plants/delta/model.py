@@ -12,9 +12,9 @@ from diagnosis.observations.sensor_clock import OwnTimes
 from diagnosis.plants.candidate import Candidate, Coordinate, Shape, Term
 from diagnosis.plants.delta.candidates import EVENTS, candidates_of, contact, runout, tolerances
 from diagnosis.plants.delta.near_singular import fragile
-from diagnosis.plants.delta.shared_parameters import groups_of
 from diagnosis.plants.delta.traits import delta_traits
 from diagnosis.plants.nuisance import Nuisance
+from diagnosis.plants.shared_parameters import groups_of
 from foundation.errors import RecordingError
 from models.chain import Chain, Commands
 from models.chain.delta import Course, standing
@@ -27,6 +27,7 @@ RANGES = tuple(f"range_{axis}" for axis in AXES)
 POSITIONS = tuple(f"pos_{axis}" for axis in AXES)
 ANGLES = tuple(f"theta_{motor}" for motor in (1, 2, 3))
 UNITS = {**dict.fromkeys((*RANGES, *POSITIONS), "m"), **dict.fromkeys(ANGLES, "rad")}
+STATUS = {name: name.replace("range_", "status_") for name in RANGES}
 ONLY_WITH_RANGES = ("sensor_", "stale_", "frame_tilt")
 
 
@@ -44,7 +45,7 @@ class DeltaModel:
                 f"{recordings[0].source}: nothing observed; it needs range_x..z (with `sensors` in "
                 "the robot file), theta_1..3 or pos_x..z"
             )
-        self.readings = gather(recordings, seen, UNITS)
+        self.readings = gather(recordings, seen, UNITS, status=STATUS)
         self.commanded_rad = np.concatenate([self._commands(r) for r in recordings])
         self._own_times = [OwnTimes(recording) for recording in recordings]
         self._courses = self._split()

@@ -15,6 +15,7 @@ from diagnosis.observations.needed_columns import (
     refuse_still,
 )
 from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather, step_of
+from foundation.errors import RecordingError
 from models.chain.axis import AxisChain
 from models.chain.commands import Commands
 from models.effects.recursion import lagged
@@ -42,7 +43,8 @@ class RecordedAxis:
         self.robot = robot
         servo = isinstance(robot, ServoAxis)
         self.unit = "m" if isinstance(robot, ServoAxis) and robot.motion == "linear" else "rad"
-        self.rad_per_step = robot.drive.rad_per_step if isinstance(robot, StepperAxis) else 0.0
+        self._motor = robot.drive if isinstance(robot, StepperAxis) else None
+        self.rad_per_step = self._motor.rad_per_step if self._motor else 0.0
         self.chain = self._chain()
         recordings = [_thinned(recording) for recording in recordings]
         order = OBSERVED[::-1] if servo else OBSERVED
@@ -80,7 +82,7 @@ class RecordedAxis:
     def _chain(self) -> AxisChain:
         robot = self.robot
         if isinstance(robot, StepperAxis):
-            return AxisChain("rotary", None, None, robot.drive.rad_per_step, robot.effects)
+            return AxisChain("rotary", None, None, self.rad_per_step, robot.effects)
         return AxisChain(robot.motion, robot.gravity, robot.drive_stiffness, 0.0, robot.effects)
 
     def _commanded(self, recording: FlatRecording) -> FloatArray:
@@ -89,6 +91,10 @@ class RecordedAxis:
         if name is not None:
             return filled(recording, name)
         if isinstance(self.robot, StepperAxis) and first_of(recording, ["steps_1"]):
+            if not self.rad_per_step:
+                raise RecordingError(
+                    f"{recording.source}: steps_1 needs a `drive` section in the robot file"
+                )
             return filled(recording, "steps_1") * self.rad_per_step
         needed(recording, (), "command" if servo else "command_1")
         raise AssertionError("needed() raises")
@@ -159,9 +165,9 @@ class RecordedAxis:
     @property
     def full_step(self) -> float:
         """Least that a motor loses at the axis [rad]: one of its 200 full steps a turn."""
-        if not isinstance(self.robot, StepperAxis):
+        if self._motor is None:
             return 0.0
-        return self.rad_per_step * self.robot.drive.microsteps_per_rev / FULL_STEPS
+        return self.rad_per_step * self._motor.microsteps_per_rev / FULL_STEPS
 
 
 def _thinned(recording: FlatRecording) -> FlatRecording:
