@@ -21,7 +21,7 @@ from recording.flat import GAP_PERIODS, FlatRecording
 
 STRETCHES = 10
 DELTA_ROWS = 30_000
-"""Ten minutes at 50 Hz: a search on two cores holds 1.1 GB then (benchmarks/diagnosis_cost.py)."""
+"""Ten minutes at 50 Hz: a search on two cores holds 1.1 GB then (`costs/diagnosis_cost.py`)."""
 FAST_ROWS = 300_000
 """Of a servo's loop or a lone machine, of which fewer rows are worked on than are read."""
 RANGE_ROWS = 5_000_000
