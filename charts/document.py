@@ -38,7 +38,7 @@ def document(specs: Sequence[dict[str, Any]]) -> tuple[str, bool]:
             drawn.add_root(plot)
             items[plot.id] = spec["id"]
     name = "charts"
-    render = [{"docid": name, "roots": items}]
+    render = [{"docid": name, "roots": items, "root_ids": list(items)}]
     text = script_json({"docs": {name: drawn.to_json(deferred=False)}, "items": render})
     return _numbered(text), thinned
 
@@ -48,7 +48,7 @@ def _numbered(text: str) -> str:
     names: dict[str, str] = {}
     for found in re.finditer(r'"id":"(p\d+)"', text):
         names.setdefault(found[1], f"p{len(names) + 1}")
-    return re.sub(r'"(p\d+)"(?=[,}:])', lambda one: f'"{names.get(one[1], one[1])}"', text)
+    return re.sub(r'"(p\d+)"(?=[],}:])', lambda one: f'"{names.get(one[1], one[1])}"', text)
 
 
 @cache

@@ -19,6 +19,8 @@ from charts.thin import MAXIMUM_POINTS, FloatArray
 LINE_HEIGHT_PX = 260
 EQUAL_HEIGHT_PX = 460
 HEAT_ROW_PX = 26
+HEAT_AROUND_PX = 84
+"""Tools above a strip, and its axis below."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,7 @@ class HeatStrip:
             "high": high if self.high is None else self.high,
             "cells": cells,
         }
-        return figure(self.title, spec, HEAT_ROW_PX * len(self.rows) + 46, note)
+        return figure(self.title, spec, HEAT_ROW_PX * len(self.rows) + HEAT_AROUND_PX, note)
 
 
 @dataclass(frozen=True)

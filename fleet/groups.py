@@ -57,6 +57,8 @@ def groups(found: Sequence[Course], moving: Sequence[Trend] = ()) -> list[Group]
             continue
         robot, effect, component, parameter = course.key
         place = re.sub(r"\d+$", "", component)
+        if not np.median(course.value):
+            continue  # nothing at all, on several: no batch has that
         scatter = 1.48 * float(np.median(np.abs(course.value - np.median(course.value))))
         size = float(np.median(course.value))
         lasting[effect, parameter, course.unit, place].append((robot, component, size, scatter))

@@ -15,7 +15,7 @@ import numpy as np
 
 RAD_PER_STEP = 2.0 * math.pi / 16_000
 AXIS_SPAN_S, AXIS_PERIOD_S, AXIS_NOISE_RAD = 12.0, 0.02, 2e-4
-DELTA_SPAN_S, DELTA_PERIOD_S, RANGE_NOISE_M, RANGE_STEP_M = 20.0, 0.04, 1.5e-3, 1e-3
+DELTA_SPAN_S, DELTA_PERIOD_S, RANGE_NOISE_M, RANGE_STEP_M = 30.0, 0.02, 1.5e-3, 1e-3
 BASE_M, PLATFORM_M, UPPER_M, FOREARM_M = 0.325, 0.075, 0.25, 0.5
 OFFSETS_M = np.array([0.6, 0.6, 0.9])
 
@@ -70,7 +70,7 @@ def record_axis(path: Path, rng: np.random.Generator, its: Concealed) -> None:
 
 
 def record_delta(path: Path, rng: np.random.Generator, its: Concealed) -> None:
-    """Twenty seconds of two sines on each arm, ranged at 25 Hz."""
+    """Half a minute of two sines on each arm, ranged at 50 Hz."""
     t_s = np.arange(0.0, DELTA_SPAN_S, DELTA_PERIOD_S)
     period_s, phase = rng.uniform(2.5, 6.0, (2, 3)), rng.uniform(0.0, 2.0 * np.pi, (2, 3))
     waves = np.sin(2 * np.pi * t_s[None, :, None] / period_s[:, None, :] + phase[:, None, :])

@@ -1,6 +1,6 @@
 """What the check of every run announces: python -m benchmarks.proofs.run_checks [--healthy 200].
 
-One delta (spheres of its own, benchmarks/costs/fleet_machines.py) runs 20 s at a time. First
+One delta (spheres of its own, benchmarks/costs/fleet_machines.py) runs 30 s at a time. First
 healthy runs: nothing may be announced. Then its play grows to 0.2 degrees in steps of 0.02, and
 stays. Printed: from which run on the play was larger than the smallest that the checks said they
 would see (80 % power), which run announced it, and how far each run is from the next. Answers are

@@ -47,11 +47,13 @@ Bokeh.embed.embed_items(drawn.docs, drawn.items).then(([found]) => {
     view.figure = figures.get(view.model.name);
     if (matchMedia("(pointer: coarse)").matches) view.model.toolbar.active_drag = null;
     view.figure.addEventListener("click", async ({ target }) => {
-      const { save: kind, series } = target.dataset;
+      const button = target.closest("button");
+      if (!button) return;
+      const { save: kind, series } = button.dataset;
       if (kind) save(kind === "csv" ? table(view) : await view.export(kind).to_blob(), view.figure.dataset.title, kind);
       if (!series) return;
-      const shown = target.getAttribute("aria-pressed") !== "true";
-      target.setAttribute("aria-pressed", String(shown));
+      const shown = button.getAttribute("aria-pressed") !== "true";
+      button.setAttribute("aria-pressed", String(shown));
       for (const renderer of view.model.renderers) if (renderer.name === series) renderer.visible = shown;
     });
   }

@@ -132,6 +132,18 @@ def test_the_same_charts_give_the_same_page() -> None:
     assert page("", [chart().html()]) == page("", [chart().html()])
 
 
+def test_every_chart_has_its_place_in_the_page() -> None:
+    """A root that the page does not name is not drawn, and nothing says so."""
+    text = page("", [chart().html(), chart().html()])
+    [found] = re.findall(r'id="drawn">(.*?)</script>', text)
+    drawn = json.loads(found)
+    [item] = drawn["items"]
+    ids = [root["id"] for root in drawn["docs"]["charts"]["roots"]]
+    assert item["root_ids"] == ids == list(item["roots"])
+    for place in item["roots"].values():
+        assert f'<div class="plot" id="{place}"' in text
+
+
 def test_charts_of_a_group_share_one_axis_that_shows_all_of_both() -> None:
     short = chart(group="time", series=[Series("a", [2.0, 3.0], [0.0, 1.0])])
     long = chart(group="time", series=[Series("b", [0.0, 9.0], [0.0, 1.0])])
