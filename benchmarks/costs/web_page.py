@@ -2,29 +2,37 @@
 
 A simulated robot draws a heart; a real Chromium (skipped where there is none) looks at its page.
 Printed: how often the counts on the page change and how old they are when they do, processor time
-of the page's service and of the daemon's two processes, with and without the page open, and how
-late the daemon's step schedule slipped in either case (`late_ns` of its status). The browser draws
-in software and on the same cores here; on a Pi it is another machine.
+of the page's service and of the daemon's two processes, how late the daemon's step schedule slipped
+(`late_ns` of its status), and how long after STOP is pressed the last edge went out. All of it with
+no page, with a page that nobody draws (a connection that listens as a browser does: what the page
+itself costs), and with Chromium, which draws in software on the same cores here; on a Pi it is
+another machine.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import re
 import shutil
 import socket
 import subprocess
 import sys
 import tempfile
 import time
+import urllib.request
+import uuid
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import psutil
+import socketio
 
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.robot_file import CONFIG_FOLDER
+from foundation.errors import ServiceError
+from recording.reader import read_run
 
 WATCHED = """
 const place = document.querySelector('[data-testid="counts"]');
@@ -33,6 +41,7 @@ new MutationObserver(() => window.seen.push([performance.timeOrigin + performanc
   place.textContent])).observe(place, {childList: true, characterData: true, subtree: true});
 """
 """Notes when the counts on the page change, and to what. In the benchmark only."""
+CLIENT_ID = re.compile(r'client_id["\']?\s*[:=]\s*["\']([0-9a-f-]{36})')
 LOOK_S = 0.02
 LONGEST_S = 3.0
 
@@ -48,13 +57,20 @@ class Bench:
         robot = folder / "zhao-2023.yaml"
         robot.write_text(text.replace("backend: pulse", "heartbeat_s: 5.0\n  backend: pulse"))
         self.daemon = self._start("daemon", str(robot), "--simulate")
-        while not (self.socket.exists() and daemon_answers(self.socket)):
+        while not self._answers():
             time.sleep(0.1)
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
             self.port = int(probe.getsockname()[1])
         self.page = self._start("web", "--port", str(self.port))
         self._wait_for_page()
+
+    def _answers(self) -> bool:
+        """Whether the daemon is up; on a loaded machine it may take long to say so."""
+        try:
+            return self.socket.exists() and daemon_answers(self.socket)
+        except ServiceError:
+            return False
 
     def run_heart(self) -> None:
         """On, home, and a heart of half an hour."""
@@ -94,6 +110,33 @@ class Bench:
                 return
             except OSError:
                 time.sleep(0.1)
+
+
+class BarePage:
+    """Loads the page as a browser does and listens to its changes; keeps only when they came."""
+
+    def __init__(self, port: int):
+        place = f"http://127.0.0.1:{port}"
+        with urllib.request.urlopen(f"{place}/", timeout=30.0) as answer:
+            found = CLIENT_ID.search(answer.read().decode())
+        assert found is not None, "the page has another form than this benchmark knows"
+        self.updates_s: list[float] = []
+        self._socket: Any = socketio.Client()
+        self._socket.on("update", lambda *_: self.updates_s.append(time.monotonic()))
+        query = (f"client_id={found[1]}&tab_id={uuid.uuid4()}&document_id={uuid.uuid4()}"
+                 "&next_message_id=0&implicit_handshake=true")  # fmt: skip
+        self._socket.connect(
+            f"{place}?{query}", socketio_path="/_nicegui_ws/socket.io", transports=["websocket"]
+        )
+
+    def rate_hz(self) -> float:
+        """Changes a second, from the first to the last."""
+        times = self.updates_s
+        return (len(times) - 1) / max(1e-9, times[-1] - times[0]) if len(times) > 1 else 0.0
+
+    def close(self) -> None:
+        """Close it."""
+        self._socket.disconnect()
 
 
 def chromium(url: str) -> Any:
@@ -155,6 +198,27 @@ def lags_s(had: list[tuple[float, str]], seen: list[list[Any]]) -> np.ndarray:
     return np.array(found)
 
 
+def stopped_after_ms(bench: Bench, browser: Any) -> float:
+    """Press the stop button of the page; until the last edge that went out, as recorded."""
+    with Client(bench.socket) as client:
+        recording = client.status().recording
+        button = browser.find_element("css selector", '[data-testid="stop"]')
+        pressed_s = time.time()
+        button.click()
+        while client.status().state == "running":
+            time.sleep(0.01)
+    assert recording is not None
+    time.sleep(1.0)
+    run = read_run(Path(recording))
+    last_s = (run.configuration.start_epoch_ns + int(run.edges.t_ns[-1])) / 1e9
+    return 1e3 * (last_s - pressed_s)
+
+
+def _tell(what: str, found: dict[str, float]) -> None:
+    print(f"{what:<16}page {found['page']:5.1f} %  daemon {found['daemon']:5.1f} % of a core, "
+          f"schedule slipped {found['slip_ms']:.2f} ms", flush=True)  # fmt: skip
+
+
 def main() -> None:
     """Measure, and print."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -165,10 +229,13 @@ def main() -> None:
         bench = Bench(Path(folder))
         try:
             bench.run_heart()
-            alone, _ = look(bench, given.seconds)
             print(f"load of this machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
-            print(f"no page open:   page {alone['page']:5.1f} %  daemon {alone['daemon']:5.1f} % "
-                  f"of a core, schedule slipped {alone['slip_ms']:.2f} ms")  # fmt: skip
+            _tell("no page open", look(bench, given.seconds)[0])
+            bare = [BarePage(bench.port) for _ in range(given.pages)]
+            _tell(f"{given.pages} undrawn", look(bench, given.seconds)[0])
+            print(f"changes sent to it: {bare[0].rate_hz():.1f} Hz")
+            for one in bare:
+                one.close()
             opened = [chromium(f"http://127.0.0.1:{bench.port}") for _ in range(given.pages)]
             if None in opened:
                 print("no Chromium here: apt-get install chromium chromium-driver")
@@ -177,14 +244,13 @@ def main() -> None:
             opened[0].execute_script(WATCHED)
             shown, had = look(bench, given.seconds)
             seen = opened[0].execute_script("return window.seen")
-            print(f"{given.pages} page(s) open: page {shown['page']:5.1f} %  daemon "
-                  f"{shown['daemon']:5.1f} % of a core, "
-                  f"schedule slipped {shown['slip_ms']:.2f} ms")  # fmt: skip
+            _tell(f"{given.pages} in Chromium", shown)
             lag = 1e3 * lags_s(had, seen)
             gaps = np.diff([when for when, _ in seen])
             print(f"update rate: {1e3 / gaps.mean():.1f} Hz; longest gap {gaps.max():.0f} ms")
             print(f"lag: p50 {np.percentile(lag, 50):.0f} ms, p95 {np.percentile(lag, 95):.0f} ms, "
                   f"max {lag.max():.0f} ms ({len(lag)} values)")  # fmt: skip
+            print(f"STOP pressed to the last edge: {stopped_after_ms(bench, opened[0]):.0f} ms")
             for browser in opened:
                 browser.quit()
         finally:
