@@ -9,6 +9,7 @@ import numpy as np
 
 from proof.hidden.build_in import SINGLES, VOCABULARY, Planned, construct, hidden, plan, settle
 from proof.hidden.hidden import Hidden
+from proof.hidden.more_oddities import SEEN, SURVEY_ONLY, UNKNOWN, UNSEEN
 from proof.hidden.oddities import ODDITIES
 from proof.hidden.tolerances import tolerances
 from proof.motion.curves import SHAPES, curve
@@ -24,6 +25,10 @@ ROUND = (
     *["tolerance"] * 2, *["unknown"] * 3,
 )  # fmt: skip
 """Groups of twenty successive cases."""
+MORE_ROUND = ("four", "five", "seen", "unseen", "beside")
+"""Groups of five successive cases of the second set: many causes, new unknowns of which the
+diagnosis' makers may look at half, and an unknown beside a named effect."""
+MORE = "more"
 CURVES = 0.25
 """Share of cases that only draw curves."""
 FAINT = 1.0 / 3.0
@@ -47,12 +52,14 @@ class Case:
     holdout_train: StepTrain
     answers: list[Hidden] = field(default_factory=list)
     planned: list[Planned] = field(default_factory=list)
+    stem: str = "case"
+    """Which set it is of, in names of folders."""
 
     def truth(self) -> dict[str, Any]:
         """In the form of the practice recordings' answers.json, with more keys."""
         noise = self.machine.noise
         return {
-            "case": f"case_{self.number:04d}",
+            "case": f"{self.stem}_{self.number:04d}",
             "group": self.group,
             "motion": self.motion,
             "answers": [part.answer() for part in self.answers],
@@ -83,6 +90,23 @@ def draw(seed: int, number: int) -> Case:
     count = {"two": 2, "three": 3}.get(group, 1)
     others = [name for name in rng.permutation(SINGLES).tolist() if name != first]
     return assemble(number, group, [first, *others[: count - 1]], rng)
+
+
+def draw_more(seed: int, number: int) -> Case:
+    """Case `number` of the second set; it takes nothing away from what `draw` gives."""
+    group = MORE_ROUND[number % len(MORE_ROUND)]
+    rng = np.random.default_rng([seed, number, 2])
+    turn = number // len(MORE_ROUND)
+    order = np.random.default_rng([seed, sum(group.encode()), 2])
+    first_of = {"seen": SEEN, "unseen": UNSEEN, "beside": tuple(sorted(UNKNOWN))}
+    names = order.permutation(first_of.get(group, SINGLES))
+    first = str(names[turn % len(names)])
+    beside = {"four": 3, "five": 4, "beside": 1}.get(group, 0)
+    works_through = ("joint_compliance",) if first in UNKNOWN else ()
+    others = [n for n in rng.permutation(SINGLES).tolist() if n not in (first, *works_through)]
+    case = assemble(number, group, [first, *others[:beside]], rng)
+    case.stem = MORE
+    return case
 
 
 def assemble(
@@ -117,7 +141,7 @@ def assemble(
         built = np.random.default_rng(build_seed)
         if group == "tolerance":
             tolerances(machine, built)
-        odd = [ODDITIES[kind](machine, built, size) for kind in kinds if kind in ODDITIES]
+        odd = [UNKNOWN[kind](machine, built, size) for kind in kinds if kind in UNKNOWN]
         construct(machine, planned, with_events)
         machines.append(machine)
     answers = [hidden(part) for part in planned] + odd
@@ -127,8 +151,9 @@ def assemble(
 
 
 def _motion(rng: np.random.Generator, kinds: list[str]) -> str:
-    """A table is only ever met in a survey: a level curve is on it all the time or never."""
-    if rng.random() < CURVES and "contact" not in kinds:
+    """A table is only ever met in a survey: a level curve is on it all the time or never. So is
+    what shows at some places or speeds only."""
+    if rng.random() < CURVES and not {"contact", *SURVEY_ONLY} & set(kinds):
         return str(rng.choice(sorted(SHAPES)))
     return "survey"
 

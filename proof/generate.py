@@ -3,7 +3,7 @@
 KIND is an effect of the vocabulary, an oddity beyond it, several with a comma between, `nothing`,
 or `tolerance` (build tolerances everywhere, with `--culprit KIND`). Writes recording.csv.gz,
 holdout.csv.gz, robot.yaml and answers.json. With `--number N` instead of `--kind` it writes case
-N of `deltactl prove --seed S`.
+N of `deltactl prove --seed S`, with `--more N` one of its second set.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from foundation.errors import ConfigError, DeltactlError
-from proof.cases import Case, assemble, draw
+from proof.cases import Case, assemble, draw, draw_more
 from proof.hidden.build_in import VOCABULARY
-from proof.hidden.oddities import ODDITIES
+from proof.hidden.more_oddities import UNKNOWN
 from proof.motion.curves import SHAPES
 from proof.write_case import write_answers, write_blind
 
@@ -27,6 +27,7 @@ def main() -> None:
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("--kind")
     what.add_argument("--number", type=int)
+    what.add_argument("--more", type=int)
     parser.add_argument("--culprit", default=None)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--out", type=Path, required=True)
@@ -46,6 +47,8 @@ def main() -> None:
 def _case(chosen: argparse.Namespace) -> Case:
     if chosen.number is not None:
         return draw(chosen.seed, chosen.number)
+    if chosen.more is not None:
+        return draw_more(chosen.seed, chosen.more)
     kinds = _kinds(chosen.culprit if chosen.kind == "tolerance" else chosen.kind)
     group = "tolerance" if chosen.kind == "tolerance" else "generated"
     rng = np.random.default_rng([chosen.seed, 7])
@@ -57,8 +60,8 @@ def _kinds(text: str | None) -> list[str]:
         return []
     kinds = str(text).split(",")
     for kind in kinds:
-        if kind not in VOCABULARY and kind not in ODDITIES:
-            known = ", ".join(["nothing", *VOCABULARY, *ODDITIES])
+        if kind not in VOCABULARY and kind not in UNKNOWN:
+            known = ", ".join(["nothing", *VOCABULARY, *UNKNOWN])
             raise ConfigError(f"--kind: '{kind}' is not one of {known}")
     return kinds
 

@@ -24,6 +24,9 @@ def prove(
     ties: Annotated[
         int | None, typer.Option(help="Pairs to settle by a proposed run; a tenth of the cases.")
     ] = None,
+    more: Annotated[
+        int, typer.Option(help="Further cases: four and five causes, more kinds of unknowns.")
+    ] = 0,
     workers: Annotated[int, typer.Option(help="Processes here; 0 runs in this one.")] = 2,
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler, for more machines.")
@@ -43,6 +46,7 @@ def prove(
 
     ```
     deltactl prove --cases 300 --seed 7 --out proof-7
+    deltactl prove --cases 300 --more 100 --seed 7 --out proof-7
     deltactl prove --repair --cases 40 --seed 1 --out repair-1
     deltactl prove --cases 3000 --seed 8 --out proof-8 --scheduler tcp://host:8786
     ```
@@ -59,14 +63,14 @@ def prove(
 
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=errors, transient=True) as bars:
-        bar = bars.add_task("", total=cases + tied)
+        bar = bars.add_task("", total=cases + tied + more)
 
         def show(done: int, total: int, text: str) -> None:
             bars.update(bar, completed=done, total=total)
             if text:
                 bars.console.print(text)
 
-        outcome = run(cases, seed, out, tied, workers, scheduler, minutes, show, errors.print)
+        outcome = run(cases, seed, out, tied, workers, scheduler, minutes, show, errors.print, more)
     table = Table(title=outcome.title, title_justify="left")
     for heading in ("figure", "goal", "reached", "95 % limits", "cases", "met"):
         table.add_column(heading)

@@ -55,6 +55,8 @@ class Hidden:
     memory: bool | None = None
     kind: str = ""
     """Which oddity, for an unknown."""
+    through: tuple[tuple[str, str], ...] = ()
+    """Named effects by which an unknown shows, with their components: right to name, not needed."""
     known_size: tuple[str, ...] = field(default=())
     """Parameters whose true value the contract defines; only these are scored."""
 
@@ -74,6 +76,8 @@ class Hidden:
             line["also_where"] = list(self.also_where)
             line["depends_on"] = list(self.depends_on)
             line["memory"] = self.memory
+            if self.through:
+                line["through"] = [list(name) for name in self.through]
         return line
 
 

@@ -6,19 +6,20 @@ import itertools
 import json
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from foundation.errors import ConfigError
+from proof.cases import MORE
 from proof.prove.matrix import confusion, picture
-from proof.prove.one_case import run_case
+from proof.prove.one_case import run_case, run_more
 from proof.prove.one_tie import run_tie
 from proof.prove.reliability import diagram
 from proof.prove.score import Score, score
 from proof.prove.score_tie import score_tie, tie_rows
-from proof.prove.table import Row, markdown, table
+from proof.prove.table import Row, markdown, more_rows, table
 from proof.prove.workers import Task, workers
 
 PLAN, RESULT = "prove.json", "result.json"
@@ -66,48 +67,59 @@ def prove(
     minutes: float = float("inf"),
     progress: Progress = lambda done, all_, text: None,
     say: Say = lambda text: None,
+    more: int = 0,
 ) -> Proof:
     """Run the cases and ties of a seed that are not in `out` yet, and score them all.
 
+    more: cases of the second set, with four and five causes and more kinds of unknowns.
     minutes: no further case is begun after that time; the table is then of those before the
     first that is missing.
     Raises ConfigError for a folder of another seed, or when the scheduler does not answer.
     """
-    if cases < 1 or ties < 0:
-        raise ConfigError(f"--cases {cases} --ties {ties}: at least one case is needed")
+    if cases < 1 or ties < 0 or more < 0:
+        asked = f"--cases {cases} --ties {ties} --more {more}"
+        raise ConfigError(f"{asked}: at least one case is needed, and no number below zero")
     until = time.monotonic() + 60.0 * minutes
     _claim(out, seed)
-    parts = (_Part("case", cases, run_case, _line), _Part("tie", ties, run_tie, _tie_line))
+    parts = (
+        _Part("case", cases, run_case, _line),
+        _Part("tie", ties, run_tie, _tie_line),
+        _Part(MORE, more, run_more, _line),
+    )
+    total = cases + ties + more
     missing = [job for job in _in_turn(parts) if not job[0].file(out, job[1]).exists()]
-    done = cases + ties - len(missing)
-    progress(done, cases + ties, f"{done} were there already" if done else "")
+    done = total - len(missing)
+    progress(done, total, f"{done} were there already" if done else "")
     if missing:
         with workers(count, scheduler, say) as run:
             for place, result in run([(part.task, seed, n) for part, n in missing]):
                 part, number = missing[place]
                 _write(part.file(out, number), json.dumps(result, indent=1))
                 done += 1
-                progress(done, cases + ties, part.line(result))
+                progress(done, total, part.line(result))
                 if time.monotonic() > until:
                     say(f"stopped after {minutes:g} minutes; the same command again goes on")
                     break
     return _conclude(parts, seed, out)
 
 
-def _in_turn(parts: tuple[_Part, _Part]) -> list[tuple[_Part, int]]:
-    """Cases and ties evenly mixed, so that a proof that is cut off has its share of both."""
+def _in_turn(parts: Sequence[_Part]) -> list[tuple[_Part, int]]:
+    """All evenly mixed, so that a proof that is cut off has its share of each."""
     jobs = [(part, number) for part in parts for number in range(part.count)]
     return sorted(jobs, key=lambda job: (job[1] + 0.5) / job[0].count)
 
 
-def _conclude(parts: tuple[_Part, _Part], seed: int, out: Path) -> Proof:
+def _conclude(parts: tuple[_Part, _Part, _Part], seed: int, out: Path) -> Proof:
     """Score what is in the folder, and write the table and the picture."""
-    cases, ties = parts
-    scores = [score(result) for result in cases.results(out)]
+    cases, ties, more = parts
+    first = [score(result) for result in cases.results(out)]
+    second = [score(result) for result in more.results(out)]
+    scores = [*first, *second]
     tied = [score_tie(result) for result in ties.results(out)]
-    rows = [*table(scores), *(tie_rows(tied) if tied else [])]
-    title = f"{_of(len(scores), cases.count)} cases and {_of(len(tied), ties.count)} ties"
-    title += f" of seed {seed}"
+    rows = [*table(scores), *more_rows(second), *(tie_rows(tied) if tied else [])]
+    title = f"{_of(len(first), cases.count)} cases"
+    title += f", {_of(len(second), more.count)} more" if more.count else ""
+    title += f" and {_of(len(tied), ties.count)} ties of seed {seed}"
     _write(out / "table.md", f"{title}\n\n{markdown(rows)}")
     _write(out / "matrix.svg", picture(confusion(scores), title))
     claims = [claim for marks in scores for claim in marks.claims]

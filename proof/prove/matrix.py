@@ -10,8 +10,8 @@ from proof.prove.score import NOTHING, Score
 
 CELL, LEFT, TOP, RIGHT = 26, 190, 190, 110
 WRONG_PLACE = "right effect, wrong place"
-GROUPS = ("nothing", "single", "faint", "tolerance", "unknown")
-"""Groups with one answer at most; two and three effects have no single cell."""
+GROUPS = ("nothing", "single", "faint", "tolerance", "unknown", "seen", "unseen")
+"""Groups with one answer at most; several effects have no single cell."""
 Matrix = dict[tuple[str, str], int]
 
 

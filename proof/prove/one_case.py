@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from foundation.errors import DeltactlError
-from proof.cases import Case, draw
+from proof.cases import Case, draw, draw_more
 from proof.prove.bound import as_recorded, bound, distance
 from proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
 
@@ -18,8 +18,16 @@ WITH_BOUND = ("single", "faint")
 
 def run_case(seed: int, number: int) -> dict[str, Any]:
     """Draw, simulate, diagnose blind; returns the truth, the answer and what it took as JSON."""
+    return _blind(draw(seed, number), seed)
+
+
+def run_more(seed: int, number: int) -> dict[str, Any]:
+    """The same for a case of the second set."""
+    return _blind(draw_more(seed, number), seed)
+
+
+def _blind(case: Case, seed: int) -> dict[str, Any]:
     begun = time.monotonic()
-    case = draw(seed, number)
     with tempfile.TemporaryDirectory(prefix="prove-") as folder:
         truth = write_blind(case, Path(folder), seed)
         simulated = time.monotonic()

@@ -42,6 +42,10 @@ class Score:
     """Whether it is right about the memory of what it calls unknown; None where it says nothing."""
     misnamed: bool = False
     """Unknown physics explained by named effects alone, none of which is left open."""
+    named: bool = False
+    """Every named effect that was concealed stands among the findings."""
+    needless: bool = False
+    """A named effect stands among the findings that was not concealed."""
     clarity: float = float("nan")
     """Distance from nothing in standard deviations of the noise; below 5 nobody could be sure."""
     covered: list[bool] = field(default_factory=list)
@@ -80,7 +84,10 @@ def score(result: dict[str, Any]) -> Score:
     marks.first_right = bool(names) and bool(found) and marks.said[0] == names[0]
     marks.offered = set(names) <= set(marks.said) | set(_open_names(found))
     marks.exact = sorted(set(names)) == sorted(set(marks.said))
-    marks.claims = claims_of(diagnosis, names)
+    true = [*names, *_through(truth["answers"])]
+    marks.named = {name for name in names if name[0] != "unknown"} <= set(marks.said)
+    marks.needless = any(name not in true for name in marks.said if name[0] != "unknown")
+    marks.claims = claims_of(diagnosis, true)
     marks.flagged = any(finding.effect == "unknown" for finding in found)
     _mark_unknown(marks, truth["answers"], found)
     _mark_sizes(marks, truth["answers"], found, result.get("bound"))
@@ -92,6 +99,11 @@ def score(result: dict[str, Any]) -> Score:
     marks.holdout_improved = after < before
     marks.holdout_over_floor = diagnosis.fit.holdout_rms_after_m / float(floor)
     return marks
+
+
+def _through(truths: list[dict[str, Any]]) -> list[Name]:
+    """Named effects by which an unknown shows."""
+    return [(effect, where) for line in truths for effect, where in line.get("through", [])]
 
 
 def _open_names(found: list[Finding]) -> list[Name]:

@@ -90,6 +90,36 @@ def table(scores: Sequence[Score]) -> list[Row]:
     ]  # fmt: skip
 
 
+def more_rows(scores: Sequence[Score]) -> list[Row]:
+    """Figures of the second set; no rows without a case."""
+
+    def of(group: str) -> list[Score]:
+        return [s for s in scores if s.group == group]
+
+    rows = [
+        share("four and five effects: exactly those", [*of("four"), *of("five")],
+              lambda s: s.exact, 0.80),
+        *(share(f"... {group}", of(group), lambda s: s.exact) for group in ("four", "five")),
+        share("... all in findings or alternatives", [*of("four"), *of("five")], _offered),
+    ]  # fmt: skip
+    for group, words in (("seen", "may be looked at"), ("unseen", "kept out of sight")):
+        rows += [
+            share(f"new unknowns, {words}: flagged", of(group), lambda s: s.flagged, 0.90),
+            share("... misnamed", of(group), lambda s: s.misnamed, 0.03, "most"),
+            share("... needless names", of(group), lambda s: s.needless, 0.05, "most"),
+            share("... right driver", of(group), lambda s: s.right_driver),
+            share("... right place", of(group), lambda s: s.right_place),
+        ]
+    both = of("beside")
+    rows += [
+        share("unknown beside a named effect: both found", both, lambda s: s.flagged and s.named),
+        share("... the unknown", both, lambda s: s.flagged),
+        share("... the named effect", both, lambda s: s.named),
+        share("... needless names", both, lambda s: s.needless),
+    ]
+    return rows if scores else []
+
+
 def _reliability(claims: Sequence[Claim]) -> list[Row]:
     """Whether stated probabilities hold."""
     error = calibration_error(claims)

@@ -12,6 +12,9 @@ FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 Bend = Callable[[FloatArray, FloatArray], FloatArray]
 """Angles (n, 3) [rad] and times (n,) [s] -> angles (n, 3): an error of the gears of any shape."""
 
+Pull = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+"""Times (n,) [s], platform positions and velocities (n, 3) [m, m/s] -> forces (n, 3) [N]."""
+
 YIELDS_NM_PER_RAD = 4_000.0
 STIFF_NM_PER_RAD = 20_000.0
 """Joints of a robot without compliance: gravity (1 to 2 N m) bends them by 0.08 mrad."""
@@ -48,6 +51,8 @@ class Body:
     ringing_hz: float | None = None
     """The sensors' targets stand on the platform on springs of this frequency, if any."""
     ringing_damping: float = 0.1
+    pulls: list[Pull] = field(default_factory=list)
+    """Forces on the platform that have no name; stiff joints hardly show them."""
 
 
 @dataclass

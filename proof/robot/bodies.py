@@ -20,6 +20,10 @@ CONSTRAINT = 'solref="{time:.6f} 1" solimp="0.9999 0.9999 0.0001"'
 """Stiff closed loops: a time constant of two steps, and 1e-4 of the force for softness."""
 ROD_DRAG_NMS_PER_RAD = 1e-4
 PAD_M = 0.01
+PUSHES = "".join(
+    f'<general site="push" gear="{way} 0 0 0"/>' for way in ("1 0 0", "0 1 0", "0 0 1")
+)
+"""Forces from outside, each as large as its control [N]; the platform stays level."""
 
 
 def build(body: Body, joints: Joints, timestep_s: float) -> mujoco.MjModel:
@@ -34,6 +38,8 @@ def build(body: Body, joints: Joints, timestep_s: float) -> mujoco.MjModel:
     actuators = "".join(_gear(number, joints) for number in ARMS)
     if joints.yields_at_nm is not None:
         actuators += "".join(_mount(number, joints) for number in ARMS)
+    if body.pulls:
+        actuators += PUSHES
     text = f"""<mujoco model="delta">
   <compiler angle="radian" autolimits="true"/>
   <option timestep="{timestep_s}" gravity="0 0 -9.81" integrator="implicitfast"
@@ -102,6 +108,7 @@ def _platform(body: Body, loops: str) -> str:
       <inertial pos="0 0 0" mass="{mass:.9g}"
         diaginertia="{across:.9g} {across:.9g} {2 * across:.9g}"/>
       {pad if body.table_height_m is not None else ""}{sites}{_target(body)}
+      {'<site name="push"/>' if body.pulls else ""}
     </body>"""
 
 

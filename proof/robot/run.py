@@ -45,16 +45,43 @@ def run(robot: AsBuilt, train: StepTrain, start_in_play: FloatArray | None = Non
     """Simulate a whole motion. Raises UnreachablePoint when the robot cannot be assembled.
 
     start_in_play: where in its play each arm begins, -1 to 1, shape (3,).
+    A force on the platform is that of the motion without it: what it bends changes it by some
+    per cent, which no case depends on.
     """
     grid_s = np.arange(round(train.seconds / TIMESTEP_S)) * TIMESTEP_S
     asked = asked_angles(train.smooth(grid_s), grid_s, robot.joints)
     controls = flanks(asked, grid_s, robot.joints)
+    inside = np.zeros(3) if start_in_play is None else start_in_play
+    if not robot.body.pulls:
+        return _simulate(robot, asked[0], controls, grid_s, inside)
+    still = np.zeros((len(grid_s), 3))
+    free = _simulate(robot, asked[0], np.hstack([controls, still]), grid_s, inside)
+    forces = np.hstack([controls, pulled_n(robot, free, grid_s)])
+    return _simulate(robot, asked[0], forces, grid_s, inside)
+
+
+def pulled_n(robot: AsBuilt, truth: Truth, t_s: FloatArray) -> FloatArray:
+    """Sum of the forces on the platform along a motion, at other times, (n, 3) [N]."""
+    speed = np.gradient(truth.position_m, truth.t_s, axis=0)
+    total = np.zeros_like(speed)
+    for pull in robot.body.pulls:
+        total += pull(truth.t_s, truth.position_m, speed)
+    return np.stack([np.interp(t_s, truth.t_s, total[:, axis]) for axis in range(3)], axis=1)
+
+
+def _simulate(
+    robot: AsBuilt,
+    start_rad: FloatArray,
+    controls: FloatArray,
+    grid_s: FloatArray,
+    inside: FloatArray,
+) -> Truth:
+    """Let it come to rest at the start, then follow the controls."""
     model = build(robot.body, robot.joints, TIMESTEP_S)
     assembly = Assembly(model)
     data = mujoco.MjData(model)
     width = controls[0, 1:6:2] - controls[0, 0:6:2]
-    inside = np.zeros(3) if start_in_play is None else start_in_play
-    data.qpos[:] = assembly.at(asked[0] + 0.5 * width * inside)
+    data.qpos[:] = assembly.at(start_rad + 0.5 * width * inside)
     data.ctrl[:] = controls[0]
     mujoco.mj_step(model, data, round(SETTLE_S / TIMESTEP_S))
     return _follow(robot, model, data, assembly, controls, grid_s)
