@@ -53,7 +53,7 @@ def diagnose_recordings(
     if quiet:
         print_json(answer.to_json())
         return
-    for line in summary_lines(answer):
+    for line in summary_lines(answer, load_robot_model(robot_file)):
         console.print(line, markup=True)
     if next_job is not None:
         made = answer.next_experiment is not None

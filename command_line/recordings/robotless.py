@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from command_line.overwriting import ForceOption, refuse_existing
 from command_line.robot.jobs import JsonOption
 
 
@@ -65,6 +66,7 @@ def diagnose(
             "--thorough", help="Compare everything, where the answer says that it ended early."
         ),
     ] = False,
+    force: ForceOption = False,
     fleet: Annotated[
         str | None,
         typer.Option(help="Many recordings instead, by a pattern such as 'runs/**/*.mcap'."),
@@ -109,6 +111,7 @@ def diagnose(
     if look:
         from command_line.recordings.inspect import inspect_recordings
 
+        refuse_existing(force, save_columns)
         inspect_recordings(recordings, robot, save_columns, json_file is not None)
         return
     if robot is None:
@@ -118,6 +121,7 @@ def diagnose(
         )
     from command_line.recordings.diagnose import diagnose_recordings
 
+    refuse_existing(force, json_file, report, save_robot, next_job)
     diagnose_recordings(
         recordings,
         robot,

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from command_line.overwriting import ForceOption, refuse_existing
+
 JobArgument = Annotated[Path, typer.Argument(help="Job file; sought here, then in config/.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON document instead of tables.")]
 RobotOption = Annotated[
@@ -39,6 +41,7 @@ def run(
     robot: RobotOption = None,
     json_out: JsonOption = False,
     socket: SocketOption = None,
+    force: ForceOption = False,
 ) -> None:
     """Run a job: on the robot through its daemon, or on the simulated robot.
 
@@ -53,6 +56,7 @@ def run(
     """
     from command_line.robot.run import run_job
 
+    refuse_existing(force, report)
     run_job(job, robot, simulate or realtime, realtime, record, report, json_out, socket)
 
 
@@ -92,6 +96,7 @@ def report(
     recording: Annotated[Path, typer.Argument(help="A recorded run (.mcap).")],
     out: Annotated[Path | None, typer.Option("--out", "-o", help="HTML file to write.")] = None,
     json_out: JsonOption = False,
+    force: ForceOption = False,
 ) -> None:
     """Tracking errors of a recorded run, and one HTML file with the curves.
 
@@ -101,7 +106,9 @@ def report(
     """
     from command_line.robot.show import show_recording
 
-    show_recording(recording, out or recording.with_suffix(".html"), json_out)
+    page = out or recording.with_suffix(".html")
+    refuse_existing(force, page)
+    show_recording(recording, page, json_out)
 
 
 def record(
@@ -129,6 +136,7 @@ def export(
     truth: Annotated[
         bool, typer.Option("--truth", help="Also the simulated robot's true position.")
     ] = False,
+    force: ForceOption = False,
 ) -> None:
     """Turn a recorded run into a flat table (one row every 20 ms).
 
@@ -138,4 +146,5 @@ def export(
     """
     from command_line.robot.show import export_recording
 
+    refuse_existing(force, out)
     export_recording(recording, out, truth)

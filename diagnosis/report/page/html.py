@@ -24,6 +24,7 @@ from diagnosis.report.sentences import sureness, words
 from diagnosis.report.sentences.fit_words import fit_lines, fit_title
 from diagnosis.report.sentences.limit_words import smallest_text
 from diagnosis.report.sentences.next_run_words import experiment_line
+from diagnosis.report.sentences.remedies import remedies
 from diagnosis.report.sentences.sizes import scale_of
 from diagnosis.report.sentences.summary import (
     headline,
@@ -49,7 +50,7 @@ def write_report(diagnosis: Diagnosis, robot: RobotModel, path: Path) -> None:
 def report_html(diagnosis: Diagnosis, robot: RobotModel) -> str:
     """The report as one HTML document."""
     parts = [
-        _verdict(diagnosis),
+        _verdict(diagnosis, robot),
         columns([machine_drawing(robot, diagnosis.findings), _improvement(diagnosis)]),
         *_findings(diagnosis),
         *mismatch_sections(diagnosis),
@@ -66,9 +67,12 @@ def _style() -> str:
     return (files("diagnosis.report.page") / "report.css").read_text(encoding="utf-8")
 
 
-def _verdict(diagnosis: Diagnosis) -> str:
-    lines = [headline(diagnosis), sureness.false_alarm(diagnosis), *remarks(diagnosis)]
-    body = "".join(paragraph(line) for line in lines)
+def _verdict(diagnosis: Diagnosis, robot: RobotModel) -> str:
+    lines = [sureness.false_alarm(diagnosis), *remarks(diagnosis)]
+    do = "".join(f"<li>{html.escape(line)}</li>" for line in remedies(diagnosis, robot))
+    body = paragraph(headline(diagnosis))
+    body += f'<p><strong>Do this</strong></p><ol class="do">{do}</ol>' if do else ""
+    body += "".join(paragraph(line) for line in lines)
     return f'<section class="verdict {diagnosis.verdict}">{body}</section>'
 
 

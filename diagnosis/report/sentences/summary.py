@@ -13,7 +13,9 @@ from diagnosis.report.sentences import sureness, words
 from diagnosis.report.sentences.fit_words import fit_lines, fit_title
 from diagnosis.report.sentences.limit_words import faintest_line, untested_line
 from diagnosis.report.sentences.next_run_words import experiment_line, tie_lines
+from diagnosis.report.sentences.remedies import remedies
 from diagnosis.report.sentences.sizes import sizes, told
+from models.robot import RobotModel
 
 ENDED_EARLY = (
     "The search ended at its limit of work, with the best it had: not everything was compared "
@@ -24,10 +26,13 @@ MOST_NAMED = 4
 """Things of one kind that a sentence names; the rest are counted."""
 
 
-def summary_lines(diagnosis: Diagnosis) -> list[str]:
-    """The summary as lines of rich markup, everything that came from outside escaped."""
+def summary_lines(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]:
+    """The summary as lines of rich markup, everything that came from outside escaped.
+
+    robot: whose lengths what is to be done is said in.
+    """
     lines = []
-    for number, (style, line) in enumerate(_summary(diagnosis)):
+    for number, (style, line) in enumerate(_summary(diagnosis, robot)):
         if style == "head" and number:
             lines.append("")
         text = escape(line)
@@ -39,7 +44,7 @@ def summary_lines(diagnosis: Diagnosis) -> list[str]:
 
 def plain_lines(diagnosis: Diagnosis) -> list[str]:
     """The same without markup."""
-    return [line for _, line in _summary(diagnosis)]
+    return [line for _, line in _summary(diagnosis, None)]
 
 
 def headline(diagnosis: Diagnosis) -> str:
@@ -90,8 +95,12 @@ def _enters(finding: Finding) -> str:
     return f"{at} and follows {follows}" if follows else at
 
 
-def _summary(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
+def _summary(diagnosis: Diagnosis, robot: RobotModel | None) -> Iterator[tuple[str, str]]:
     yield "head", headline(diagnosis)
+    if do := remedies(diagnosis, robot):
+        yield "head", "Do this"
+        yield from (("", f"{number}. {line}") for number, line in enumerate(do, 1))
+        yield "head", "Why"
     yield "", sureness.false_alarm(diagnosis)
     for number, finding in enumerate(diagnosis.findings, 1):
         title = finding_title(finding)

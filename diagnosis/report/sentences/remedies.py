@@ -1,0 +1,118 @@
+"""What to do about a finding, for whoever has the spanner: one sentence for each effect.
+
+A table by effect. `{part}` is the component in words, `{size}` the main size as people use it,
+`{true}` what the robot file's own value becomes with it (where it has one).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from diagnosis.answer.records import Diagnosis, Finding
+from diagnosis.report.sentences import words
+from diagnosis.report.sentences.sizes import quantity
+from models.robot import DeltaRobot, RobotModel, per_arm
+
+NOTE = " (deltactl diagnose ... --save-robot NEW.yaml writes it down)"
+"""For what is as well described as mended."""
+
+REMEDIES: dict[str, str] = {
+    "gear_backlash": "take up the play of {part} ({size} at its output): tighten coupling and set"
+    " screws; if it stays, replace the gear",
+    "joint_friction": "free the bearings of {part}: look for what rubs, clean, grease",
+    "viscous_friction": "look at the grease and seals of {part}, or describe its friction",
+    "stribeck_friction": "grease {part}: it sticks at low speed",
+    "joint_compliance": "look for loose clamps and thin shafts at {part}: it yields under load",
+    "home_offset": "move the home stop of {part} by {size} against the direction found, or home it"
+    " there and write the angle down",
+    "gear_ratio": "compare gear and microstep switches of {part} with the robot file: it turns"
+    " {size} otherwise than said",
+    "transmission_error": "replace the gear of {part} if {size} is too much; or write it down, and"
+    " jobs make up for it",
+    "encoder_error": "centre the encoder of {part}: it errs by {size} once and again",
+    "lost_steps": "home again; then run slower or softer, and look for what held {part} up:"
+    " {size} were lost",
+    "following_lag": "tighten the control of {part}, or allow for its being late by {size}",
+    "upper_arm_length": "set the upper arm of {part} to {true} in the robot file, or replace it",
+    "forearm_length": "set the forearm of {part} to {true} in the robot file, or replace it",
+    "base_radius": "measure base and platform: the difference of their radii is {true}",
+    "motor_azimuth": "turn {part} on the base by {size} against what was found, or write it down",
+    "frame_tilt": "square the sensors up with the robot, or write down how they stand ({size})",
+    "thermal_expansion": "let the arms warm up before exact work: they grow by {size}",
+    "payload": "weigh what hangs at the platform: it is {size} against the robot file",
+    "contact": "clear away what stops the platform at {size}",
+    "resonance": "gain speed more gently, or stiffen the frame: it rings at {size}",
+    "sensor_offset": "set {part} to zero ('deltactl sensors --calibrate'): it reads {size} off",
+    "sensor_scale": "have {part} calibrated: its scale is {size} off",
+    "sensor_crosstalk": "clean the window of {part}, or move it: its error grows with distance",
+    "sensor_latency": "allow for readings that come {size} late, or read them faster",
+    "sensor_drift": "let {part} warm up before use: it drifts by {size}",
+    "stale_reading": "look at the cable and supply of {part}: it repeats old values",
+    "inertia": "write the true inertia of {part} down: {size}",
+    "effort_offset": "balance {part}, or set its effort to zero at rest: {size} act always",
+    "effort_gain": "set the scale between effort and force of {part}: it is {size} off",
+}
+"""By effect; what has no line here cannot be mended by name."""
+
+WRITABLE = frozenset({
+    "home_offset", "transmission_error", "upper_arm_length", "forearm_length", "motor_azimuth",
+    "base_radius", "frame_tilt", "inertia",
+})  # fmt: skip
+_ARM = re.compile(r"(?:arm|motor)([123])")
+
+
+@dataclass(frozen=True, slots=True)
+class Remedy:
+    """What to do, and whether something else should be ruled out first."""
+
+    says: str
+    unsure: str
+
+    @property
+    def line(self) -> str:
+        """As one sentence."""
+        return words.sentence(self.says + self.unsure)
+
+
+def remedies(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]:
+    """One sentence for each finding that can be mended, the surest and largest first."""
+    found = (remedy(finding, robot) for finding in diagnosis.findings)
+    return [one.line for one in found if one is not None]
+
+
+def remedy(finding: Finding, robot: RobotModel | None) -> Remedy | None:
+    """What to do about one finding; None where nobody can say."""
+    text = REMEDIES.get(finding.effect)
+    main = next(iter(finding.parameters.items()), None)
+    if text is None or main is None:
+        return None
+    name, result = main
+    largest = max((value for value, _, _ in result.components), key=abs)
+    shown = quantity(largest, result.unit, name, 3)
+    true = _true(finding, robot, largest) or f"{shown} otherwise"
+    says = text.format(part=words.part(finding.component), size=shown, true=true)
+    if finding.effect in WRITABLE:
+        says += NOTE
+    others = [words.rival(finding.effect, o.effect, o.component) for o in finding.alternatives]
+    unsure = f"; but first rule out {others[0]}, which looks the same here" if others else ""
+    if len(others) > 1:
+        unsure = f"; but first rule out {len(others)} others that look the same here (below)"
+    return Remedy(says, unsure)
+
+
+def _true(finding: Finding, robot: RobotModel | None, error: float) -> str:
+    """The robot file's length with what was found added; empty where it has none."""
+    if not isinstance(robot, DeltaRobot):
+        return ""
+    geometry = robot.geometry
+    arm = _ARM.fullmatch(finding.component)
+    lengths = {
+        "upper_arm_length": per_arm(geometry.upper_arm_m),
+        "forearm_length": per_arm(geometry.forearm_m),
+        "base_radius": geometry.radius_m,
+    }.get(finding.effect)
+    if lengths is None or (arm is None and finding.effect != "base_radius"):
+        return ""
+    nominal_m = float(lengths[int(arm[1]) - 1 if arm is not None else 0])
+    return f"{1e3 * (nominal_m + error):.1f} mm (not {1e3 * nominal_m:.1f} mm)"

@@ -1,0 +1,58 @@
+"""What a mechanic is told to do: a line for every effect, with the machine's own lengths."""
+
+from __future__ import annotations
+
+import pytest
+
+from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
+from diagnosis.report.sentences.remedies import REMEDIES, remedy
+from diagnosis.report.sentences.words import EFFECTS
+from firmware_py.robot_file import CONFIG_FOLDER
+from models.robot import load_robot_model
+
+ROBOT = load_robot_model(CONFIG_FOLDER / "zhao-2023.yaml")
+
+
+def found(effect: str, component: str, value: float, unit: str, *others: str) -> Finding:
+    return Finding(
+        effect=effect,
+        component=component,
+        parameters={"size": ParameterResult(value=value, ci95=[value, value], unit=unit)},
+        where=Where(axes=[], times_s=[]),
+        evidence=Evidence(delta_chi2=100.0, p=1e-9),
+        share_of_mismatch=0.9,
+        alternatives=[Alternative(effect=o, component=component, delta_chi2=1.0) for o in others],
+    )
+
+
+def test_every_effect_but_the_unknown_has_a_remedy() -> None:
+    assert set(EFFECTS) - set(REMEDIES) == {"unknown"}
+    assert set(REMEDIES) <= set(EFFECTS)
+
+
+@pytest.mark.parametrize("effect", sorted(REMEDIES))
+def test_each_is_one_plain_sentence(effect: str) -> None:
+    one = remedy(found(effect, "motor2", 0.01, "rad"), ROBOT)
+    assert one is not None
+    assert one.line.endswith(".")
+    assert "{" not in one.line
+    assert "_" not in one.line.replace("--save-robot", "")
+
+
+def test_an_arm_is_told_by_its_true_length() -> None:
+    one = remedy(found("upper_arm_length", "arm3", 0.0029, "m"), ROBOT)
+    assert one is not None
+    assert "Set the upper arm of arm 3 to 252.9 mm (not 250.0 mm) in the robot file" in one.line
+    base = remedy(found("base_radius", "frame", -0.001, "m"), ROBOT)
+    assert base is not None
+    assert "249.0 mm (not 250.0 mm)" in base.line
+
+
+def test_what_looks_the_same_is_to_be_ruled_out_first() -> None:
+    one = remedy(found("gear_backlash", "motor1", 0.01, "rad", "joint_friction"), ROBOT)
+    assert one is not None
+    assert "first rule out bearing friction in motor 1" in one.line
+
+
+def test_nothing_is_told_of_what_has_no_name() -> None:
+    assert remedy(found("unknown", "range_x", 0.001, "m"), ROBOT) is None
