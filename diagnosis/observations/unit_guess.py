@@ -69,8 +69,8 @@ def _of_motion(guess: Guess, values: FloatArray) -> tuple[Guess, str]:
                     f' say what one is: --set "{guess.name}={guess.source}*0.001534" (4096 a turn)'
                 )
             return replace(guess, unit="deg"), (
-                f"{guess.source}: up to {largest:g}, taken for degrees; if it is mm, write"
-                f' --set "{guess.name}={guess.source}[mm]"'
+                f"{guess.source}: up to {largest:g}, taken for degrees; if it is mm, put"
+                " [mm] in place of [deg] into the command below"
             )
         return guess, ""
     if guess.unit == "rad" and largest > 4 * WIDEST_RAD:

@@ -48,6 +48,14 @@ def test_an_arm_is_told_by_its_true_length() -> None:
     assert "249.0 mm (not 250.0 mm)" in base.line
 
 
+def test_a_drive_is_late_by_the_larger_of_lag_and_dead_time() -> None:
+    late = found("following_lag", "axis", 0.0, "s")
+    late.parameters["dead_time"] = ParameterResult(value=0.0064, ci95=[0.006, 0.007], unit="s")
+    one = remedy(late, ROBOT)
+    assert one is not None
+    assert "late by 6.40 ms" in one.line
+
+
 def test_what_looks_the_same_is_to_be_ruled_out_first() -> None:
     one = remedy(found("gear_backlash", "motor1", 0.01, "rad", "joint_friction"), ROBOT)
     assert one is not None

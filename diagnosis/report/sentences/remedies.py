@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from diagnosis.answer.records import Diagnosis, Finding
+from diagnosis.answer.records import Diagnosis, Finding, ParameterResult
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.sizes import quantity
 from models.robot import DeltaRobot, RobotModel, per_arm
@@ -24,8 +24,8 @@ REMEDIES: dict[str, str] = {
     "viscous_friction": "look at the grease and seals of {part}, or describe its friction",
     "stribeck_friction": "grease {part}: it sticks at low speed",
     "joint_compliance": "look for loose clamps and thin shafts at {part}: it yields under load",
-    "home_offset": "move the home stop of {part} by {size} against the direction found, or home it"
-    " there and write the angle down",
+    "home_offset": "set the home stop or jig of {part} right, it stands {size} off; or write that"
+    " down",
     "gear_ratio": "compare gear and microstep switches of {part} with the robot file: it turns"
     " {size} otherwise than said",
     "transmission_error": "replace the gear of {part} if {size} is too much; or write it down, and"
@@ -37,7 +37,7 @@ REMEDIES: dict[str, str] = {
     "upper_arm_length": "set the upper arm of {part} to {true} in the robot file, or replace it",
     "forearm_length": "set the forearm of {part} to {true} in the robot file, or replace it",
     "base_radius": "measure base and platform: the difference of their radii is {true}",
-    "motor_azimuth": "turn {part} on the base by {size} against what was found, or write it down",
+    "motor_azimuth": "turn {part} on the base, it stands {size} off; or write that down",
     "frame_tilt": "square the sensors up with the robot, or write down how they stand ({size})",
     "thermal_expansion": "let the arms warm up before exact work: they grow by {size}",
     "payload": "weigh what hangs at the platform: it is {size} against the robot file",
@@ -59,6 +59,7 @@ WRITABLE = frozenset({
     "home_offset", "transmission_error", "upper_arm_length", "forearm_length", "motor_azimuth",
     "base_radius", "frame_tilt", "inertia",
 })  # fmt: skip
+SIGNED = frozenset({"gear_ratio", "sensor_scale", "effort_gain", "payload", "sensor_offset"})
 _ARM = re.compile(r"(?:arm|motor)([123])")
 
 
@@ -87,9 +88,11 @@ def remedy(finding: Finding, robot: RobotModel | None) -> Remedy | None:
     main = next(iter(finding.parameters.items()), None)
     if text is None or main is None:
         return None
-    name, result = main
+    name, result = _late(finding) if finding.effect == "following_lag" else main
     largest = max((value for value, _, _ in result.components), key=abs)
     shown = quantity(largest, result.unit, name, 3)
+    if finding.effect not in SIGNED:
+        shown = shown.lstrip("+\u2212")
     true = _true(finding, robot, largest) or f"{shown} otherwise"
     says = text.format(part=words.part(finding.component), size=shown, true=true)
     if finding.effect in WRITABLE:
@@ -99,6 +102,16 @@ def remedy(finding: Finding, robot: RobotModel | None) -> Remedy | None:
     if len(others) > 1:
         unsure = f"; but first rule out {len(others)} others that look the same here (below)"
     return Remedy(says, unsure)
+
+
+def _late(finding: Finding) -> tuple[str, ParameterResult]:
+    """Of lag and dead time the larger."""
+    times = ((n, p) for n, p in finding.parameters.items() if p.unit == "s")
+    return max(
+        times,
+        key=lambda one: one[1].components[0][0],
+        default=next(iter(finding.parameters.items())),
+    )
 
 
 def _true(finding: Finding, robot: RobotModel | None, error: float) -> str:
