@@ -99,7 +99,7 @@ def _summary(diagnosis: Diagnosis, robot: RobotModel | None) -> Iterator[tuple[s
     yield "head", headline(diagnosis)
     if do := remedies(diagnosis, robot):
         yield "head", "Do this"
-        yield from (("", f"{number}. {line}") for number, line in enumerate(do, 1))
+        yield from (("", f"- {line}") for line in do)
         yield "head", "Why"
     yield "", sureness.false_alarm(diagnosis)
     for number, finding in enumerate(diagnosis.findings, 1):
