@@ -105,6 +105,66 @@ NAMED: tuple[Named, ...] = (
         "if (free_bytes := self.free_bytes()) < reserve_bytes:",
         "if (free_bytes := self.free_bytes()) < 0:",
     ),
+    Named(
+        "two sensors at 0x29",
+        "drivers/ranging/bank.py",
+        "        if held and not self._somebody_addressing():",
+        "        if held:",
+    ),
+    Named(
+        "held-out blocks that leak into the fit",
+        "diagnosis/assessment/holdout.py",
+        "np.where(held[white.rows], 0.0, white.weight)",
+        "white.weight",
+    ),
+    Named(
+        "held-out RMS of the trained part",
+        "diagnosis/assessment/holdout.py",
+        "rms(observed - after.predicted[held], valid[held], columns)",
+        "rms(fitter.observed[~held] - after.predicted[~held], valid[~held], columns)",
+    ),
+    Named(
+        "events carried to another run",
+        "diagnosis/assessment/holdout.py",
+        "[term for term in solution.terms if not term.candidate.kind.event]",
+        "list(solution.terms)",
+    ),
+    Named(
+        "held-out blocks of a lone machine that leak into the fit",
+        "diagnosis/assessment/regression_holdout.py",
+        "scale = np.where(held, 0.0, noise.scale)",
+        "scale = noise.scale",
+    ),
+    Named(
+        "events of a lone machine carried to another run",
+        "diagnosis/assessment/regression_holdout.py",
+        "frozenset(k for k in best.keys if k not in LASTING)",
+        "best.keys",
+    ),
+    Named(
+        "the sandwich",
+        "diagnosis/assessment/covariance.py",
+        "widen = np.clip(ratio, 1.0, 3.0)",
+        "widen = np.ones_like(ratio)",
+    ),
+    Named(
+        "what no robot file can promise",
+        "diagnosis/assessment/covariance.py",
+        "cov += pulled @ pulled.T + np.diag(giving_way(solution))",
+        "cov += np.diag(giving_way(solution))",
+    ),
+    Named(
+        "a stop that gives way",
+        "diagnosis/assessment/covariance.py",
+        "cov += pulled @ pulled.T + np.diag(giving_way(solution))",
+        "cov += pulled @ pulled.T",
+    ),
+    Named(
+        "look-elsewhere",
+        "diagnosis/assessment/significance.py",
+        "single * tests(selected)",
+        "single",
+    ),
 )
 
 EQUIVALENT: dict[str, str] = {}

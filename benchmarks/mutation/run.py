@@ -62,6 +62,8 @@ class Copy:
         """The mutant in its place, for a while."""
         path = self.folder / mutant.path
         text = path.read_text()
+        if text[mutant.start : mutant.end] != mutant.was:
+            raise SystemExit(f"{mutant.path} was changed since this run began; start it again")
         path.write_text(mutant.apply(text))
         try:
             yield

@@ -146,4 +146,30 @@ RECORDING = Row(
         "tests/recording/test_recording_bombs.py",
     ),
 )
-TABLE: tuple[Row, ...] = (STEPS, RANGING, PLANNER, CONTROLLER, DAEMON, RECORDING)
+ASSESSMENT = Row(
+    "diagnosis/assessment",
+    {
+        "holdout.py": 10,
+        "regression_holdout.py": 10,
+        "covariance.py": 12,
+        "significance.py": 5,
+    },
+    (
+        "tests/axes/test_axis_held_out.py",
+        "tests/diagnosis/test_held_out.py",
+    ),
+)
+DETECTION = Row(
+    "diagnosis/answer",
+    {"verdict.py": 10, "assembly.py": 8, "consistency.py": 12},
+    ("tests/diagnosis_answer/test_no_contradictions.py",),
+)
+ADMISSION = Row(
+    "diagnosis/admission",
+    {"excerpt.py": 10, "step_counts.py": 6},
+    ("tests/diagnosis/test_bounded.py",),
+)
+TABLE: tuple[Row, ...] = (
+    *(STEPS, RANGING, PLANNER, CONTROLLER, DAEMON, RECORDING),
+    *(ASSESSMENT, DETECTION, ADMISSION),
+)

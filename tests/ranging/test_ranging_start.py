@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import pytest
+from smbus2 import i2c_msg
 
 from drivers.fakes.ranging_bench import RangingBench
 from drivers.ranging.contract import Reading
@@ -107,3 +108,18 @@ def test_a_start_through_a_noisy_bus_succeeds() -> None:
     bench.rig.bus.i2c_rdwr = noisy
     bench.bank.start()
     assert _axes(bench.run(0.1)) == {"x", "y", "z"}
+
+
+def test_never_do_two_sensors_answer_at_0x29() -> None:
+    """Out of reset one at a time: of two, both would take the new address that is meant for one."""
+    bench = RangingBench()
+    at_once: list[int] = []
+    carry_out = bench.rig.bus._transfer
+
+    def watched(messages: Sequence[i2c_msg]) -> tuple[int | None, int]:
+        at_once.append(sum(chip.answers(0x29) for chip in bench.chips.values()))
+        return carry_out(messages)
+
+    bench.rig.bus._transfer = watched  # type: ignore[method-assign]
+    bench.bank.start()
+    assert max(at_once) == 1

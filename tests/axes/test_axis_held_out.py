@@ -1,0 +1,114 @@
+"""Held-out figures and the alarm of a lone machine, by what is known of them beforehand."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import f
+
+from diagnosis.assessment.regression_holdout import BLOCKS, on_blocks, on_other_runs
+from diagnosis.assessment.significance import STARTS, chance
+from diagnosis.estimation.effective_size import TemperedNoise
+from diagnosis.evidence.laplace import Laplace
+from diagnosis.plants.regression import Columns, Regressor
+
+COUNT = 500
+
+
+class Slope:
+    """A plant of one linear regressor, and of a jump in the middle that does not come back."""
+
+    unit = "m"
+    rounding = 0.0
+
+    def __init__(self, seed: int, size: float):
+        rng = np.random.default_rng(seed)
+        self.t_s = np.arange(COUNT) / 50.0
+        self.shapes = np.stack([rng.standard_normal(COUNT), self.t_s > 5.0], axis=1)
+        self.observed = size * self.shapes[:, 0] + 0.01 * rng.standard_normal(COUNT)
+        self.rows = np.arange(COUNT)
+        self.groups = self.kinds = np.zeros(COUNT, dtype=np.intp)
+        self.regressors = (
+            Regressor("a", "gear_ratio", -1.0),
+            Regressor("jump", "lost_steps", -1.0),
+        )
+
+    def base(self, keys: frozenset[str], sizes: dict[str, float]) -> np.ndarray:
+        return np.zeros(COUNT)
+
+    def columns(self, key: str, base: np.ndarray, sizes: dict[str, float]) -> Columns:
+        one = self.shapes[:, [("a", "jump").index(key)]]
+        return Columns(one, np.array([10.0]), (key,))
+
+    def free(self) -> Columns:
+        return Columns(np.zeros((COUNT, 0)), np.zeros(0))
+
+    def starts(self, key: str, residual: np.ndarray) -> list[dict[str, float]]:
+        return [{}]
+
+    def impossible(self, *_: object) -> bool:
+        return False
+
+    def adopt(self, other: Slope) -> None:
+        """Nothing of the other run is needed here."""
+
+
+def chosen(plant: Slope, keys: tuple[str, ...]) -> Any:
+    ones = np.ones(COUNT)
+    noise = TemperedNoise(plant.rows, ones / 0.01, 0.01 * ones, 1.0, float(COUNT))
+    evidence = Laplace(plant, noise)  # type: ignore[arg-type]
+    return SimpleNamespace(plant=plant, evidence=evidence, noise=noise, best=evidence(keys))
+
+
+def test_a_block_takes_no_part_in_the_fit_that_it_is_held_against() -> None:
+    """Another slope in one block: the others say what they say, and that block is off by all."""
+    plant = Slope(1, 0.0)
+    last = np.arange(COUNT) * BLOCKS // COUNT == BLOCKS - 1
+    plant.observed[last] += 5.0 * plant.shapes[last, 0]
+    _, after = on_blocks(chosen(plant, ("a",)))
+    per_block = []
+    for block in range(BLOCKS):
+        held = np.arange(COUNT) * BLOCKS // COUNT == block
+        x, y = plant.shapes[:, 0], plant.observed
+        size = (x[~held] @ y[~held]) / (x[~held] @ x[~held])
+        per_block.append(np.mean((y[held] - size * x[held]) ** 2))
+    assert after == pytest.approx(np.sqrt(np.mean(per_block)), rel=1e-3)
+
+
+def test_before_is_without_what_was_found() -> None:
+    plant = Slope(2, 1.0)
+    before, after = on_blocks(chosen(plant, ("a",)))
+    assert before == pytest.approx(np.sqrt(np.mean(plant.observed**2)), rel=1e-6)
+    assert after == pytest.approx(0.01, rel=0.1)
+
+
+def test_an_event_is_not_carried_to_another_run_and_the_rest_is() -> None:
+    plant, other = Slope(3, 1.0), Slope(4, 1.0)
+    plant.observed[plant.t_s > 5.0] += 3.0
+    selected = chosen(plant, ("a", "jump"))
+    before, after = on_other_runs(selected, [other])  # type: ignore[list-item]
+    assert before == pytest.approx(np.sqrt(np.mean(other.observed**2)), rel=1e-6)
+    assert after == pytest.approx(0.01, rel=0.1)
+
+
+@pytest.mark.parametrize("regressors", [1, 7])
+def test_every_regressor_that_was_tried_counts_in_the_alarm(regressors: int) -> None:
+    """Sidak to first order of an F test with as many readings as there are effectively."""
+    selected: Any = SimpleNamespace(
+        noise=SimpleNamespace(effective=100.0),
+        plant=SimpleNamespace(regressors=range(regressors)),
+    )
+    better: Any = SimpleNamespace(chi2=98.0, tangent=np.zeros((9, 2)))
+    worse: Any = SimpleNamespace(chi2=118.0, tangent=np.zeros((9, 1)))
+    assert chance(selected, better, worse) == pytest.approx(
+        STARTS * regressors * f.sf(20.0, 1, 98.0), rel=1e-6
+    )
+    noisy: Any = SimpleNamespace(chi2=196.0, tangent=np.zeros((9, 2)))
+    more: Any = SimpleNamespace(chi2=216.0, tangent=np.zeros((9, 1)))
+    assert chance(selected, noisy, more) == pytest.approx(
+        min(1.0, STARTS * regressors * f.sf(10.0, 1, 98.0)), rel=1e-6
+    )
+    assert chance(selected, worse, worse) == 1.0
