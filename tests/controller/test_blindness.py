@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,9 +11,10 @@ from drivers.ranging.contract import Gate, Reading
 from firmware_py.controller.controller import Controller
 from firmware_py.controller.determined import determine, unseen_rad
 from firmware_py.controller.home_check import check_plausible, expected_ranges_m
+from firmware_py.controller.ranging_loop import RangingLoop
 from firmware_py.controller.sight import BLIND_S, Sight
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
-from foundation.clock import sleep_s
+from foundation.clock import VirtualClock, ns, sleep_s
 from foundation.errors import NotReady
 from models.linkage import Linkage, forward
 
@@ -202,3 +205,24 @@ def test_sight_is_about_the_age_of_good_readings() -> None:
     told("z", 1.8)
     assert at(1.89) is None
     assert at(1.91).axes == ("y",)
+
+
+def test_a_reading_has_its_age_and_is_good_only_since_it_was_taken() -> None:
+    clock = VirtualClock()
+    sleep_s(clock, 10.0)
+    loop = RangingLoop(Silent(), clock, 50.0, lambda reading: None)  # type: ignore[arg-type]
+    taken_ns = clock.now_ns() - ns(0.25)
+    loop.latest["y"] = Reading("y", taken_ns, 0.3, 0, 9, 10.0, 1.0, 0.002, 7, Gate.GOOD)
+    assert loop.good_readings(taken_ns) == [loop.latest["y"]]
+    assert loop.good_readings(taken_ns + 1) == []
+    loop.latest["y"] = replace(loop.latest["y"], gate=Gate.SIGMA)
+    assert loop.good_readings(0) == []
+    x, y, _ = loop.status()
+    assert (x.age_s, y.age_s) == (None, pytest.approx(0.25))
+
+
+class Silent:
+    """Sensors that are well and say nothing."""
+
+    def health(self) -> dict[str, str]:
+        return dict.fromkeys("xyz", "ok")

@@ -24,11 +24,12 @@ class Output:
 
     def __init__(self) -> None:
         self.pushed: list[Ticks] = []
+        self.slip_ns = 0
 
     def status(self):
         from drivers.steps.contract import OutputState, OutputStatus
 
-        return OutputStatus(OutputState.READY, (0, 0, 0), 0, 0)
+        return OutputStatus(OutputState.READY, (0, 0, 0), 0, self.slip_ns)
 
     def push(self, ticks: Ticks) -> None:
         self.pushed.append(ticks)
@@ -89,3 +90,21 @@ def test_a_hang_shorter_than_the_heartbeat_is_none() -> None:
     clock.hang_ns = HEARTBEAT_NS // 2
     one.feed(asked_ns)
     assert output.pushed
+
+
+def test_what_a_player_that_ran_dry_was_late_by_becomes_part_of_the_plan() -> None:
+    """Late before this run: nothing. Late by 3 ms within it: ticks go out 3 ms later, once."""
+    clock, output = SlowClock(), Output()
+    output.slip_ns = 5_000_000
+    one = feeder(clock, output)
+    one.feed(clock.now_ns())
+    first = output.pushed[0].due_ns[0]
+    plain = output.pushed[-1].due_ns[-1]
+    for slip_ns in (8_000_000, 8_000_000):
+        output.slip_ns = slip_ns
+        clock.sleep_until_ns(clock.now_ns() + ns(0.1))
+        before = len(output.pushed)
+        one.feed(clock.now_ns())
+        assert output.pushed[before].due_ns[0] == plain + PERIOD_NS + 3_000_000
+        plain = output.pushed[-1].due_ns[-1] - 3_000_000
+    assert first < plain

@@ -1,0 +1,44 @@
+"""What a stop is said to be for, and where ticks may go on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from drivers.fakes.steps import simulated_step_output
+from drivers.settings import InputSettings, StepSettings
+from drivers.steps.board import ALL_MOTORS, BOARD_BYTES, BY_ALARM, REASON, REQUESTED, Board
+from drivers.steps.contract import Ticks
+from foundation.clock import VirtualClock
+
+
+@pytest.mark.parametrize("motor", [1, 2, 3])
+def test_an_alarm_names_its_motor(motor: int) -> None:
+    board = Board(bytearray(BOARD_BYTES))
+    board.words[REASON] = BY_ALARM + motor
+    assert board.reason_text() == f"alarm motor{motor}"
+    board.words[REASON] = BY_ALARM + ALL_MOTORS
+    assert "all three motors at once" in board.reason_text()
+
+
+def test_the_words_of_a_request_are_kept() -> None:
+    clock = VirtualClock()
+    made = simulated_step_output(StepSettings(), InputSettings(), clock, realtime=False)
+    made.output.enable()
+    made.output.stop("somebody stands in the way")
+    assert made.output.status().reason == "somebody stands in the way"
+    made.close()
+    assert REQUESTED > 0
+
+
+def test_ticks_follow_the_last_ones_not_the_first() -> None:
+    clock = VirtualClock()
+    made = simulated_step_output(StepSettings(), InputSettings(), clock, realtime=False)
+    made.output.enable()
+    start_ns = clock.now_ns() + 100_000_000
+    due_ns = start_ns + 10_000_000 * np.arange(4)
+    made.output.push(Ticks(due_ns, np.ones((4, 3), np.int8)))
+    between = np.array([due_ns[1] + 12_000_000])
+    with pytest.raises(ValueError, match="strictly increasing"):
+        made.output.push(Ticks(between, np.ones((1, 3), np.int8)))
+    made.close()
