@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from diagnosis.answer.records import Diagnosis, Finding
-from diagnosis.answer.verdict import NAMELESS, at_floor, grew, seen
+from diagnosis.answer.verdict import NAMELESS, at_floor, gained, grew, seen
 
 ROUNDING = 1e-9
 LEAST_STEPS = 1.0
@@ -49,6 +49,8 @@ def _verdict(answer: Diagnosis) -> Iterator[str]:
                 yield "explained, and the residual is above the noise floor"
             if grew(answer.fit):
                 yield "explained, and the held-out mismatch grew"
+            elif not gained(answer.findings, answer.fit):
+                yield "explained, and the held-out mismatch did not fall"
         case "partly_explained":
             if not named:
                 yield "partly explained by nothing that has a name"

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.answer.records import Finding, Fit, Verdict
+from models.effects import VOCABULARY
 
 ALARM = 0.003
 """Chance that a sound machine is said to have something missing: one recording in three hundred,
@@ -60,6 +61,16 @@ def grew(fit: Fit) -> bool:
     return fit.holdout_rms_after_m > GREW * fit.holdout_rms_before_m
 
 
+def gained(findings: Sequence[Finding], fit: Fit) -> bool:
+    """Whether the held-out mismatch fell by what was found; where all of it are events, which do
+    not come back, whether it did not grow.
+    """
+    kinds = [VOCABULARY.get(finding.effect) for finding in findings]
+    if all(kind is not None and kind.event for kind in kinds):
+        return not grew(fit)
+    return fit.holdout_rms_after_m < fit.holdout_rms_before_m
+
+
 def left_over(fit: Fit, rest: Rest) -> float:
     """Share of the mismatch's power above the noise that nothing explains; 0 where it is noise."""
     if is_noise(fit, rest):
@@ -84,5 +95,5 @@ def verdict(
     if all(unknown):
         return "unexplained"
     faint = not seen(rest.p) or left_over(fit, rest) <= FAINT_REST
-    whole = not any(unknown) and at_floor(fit) and faint and not grew(fit)
+    whole = not any(unknown) and at_floor(fit) and faint and gained(findings, fit)
     return "explained" if whole else "partly_explained"

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from diagnosis.answer.assembly import assembled
 from diagnosis.answer.consistency import contradictions
 from diagnosis.answer.records import Diagnosis, Evidence, Finding, Fit, ParameterResult, Where
-from diagnosis.answer.verdict import ALARM, AT_FLOOR, GREW, Rest
+from diagnosis.answer.verdict import ALARM, AT_FLOOR, GREW, Rest, left_over
 
 RMS = st.floats(1e-6, 1.0)
 PS = st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 1e-300, ALARM, 1.0]))
@@ -122,3 +122,32 @@ def test_a_fit_below_the_floor_lowers_the_floor() -> None:
     more = assembled([finding()], low, 0.0, Rest(1e-9, ("time",), "motor1", 0.19))
     assert more.fit.noise_floor_m == pytest.approx(0.72)
     assert more.verdict == "partly_explained" or more.unexplained.share_of_mismatch < 0.05
+
+
+@pytest.mark.parametrize(
+    ("effect", "after", "said"),
+    [
+        ("gear_backlash", 4.9, "explained"),
+        ("gear_backlash", 5.0, "partly_explained"),
+        ("lost_steps", 5.0, "explained"),
+        ("lost_steps", 5.0 * GREW + 0.01, "partly_explained"),
+    ],
+)
+def test_an_effect_that_brings_no_held_out_gain_explains_nothing(
+    effect: str, after: float, said: str
+) -> None:
+    """An event does not come back on held-out data: it need only do no harm there."""
+    fit = Fit(
+        rms_before_m=5.0, rms_after_m=1.0, noise_floor_m=1.0, holdout_rms_before_m=5.0,
+        holdout_rms_after_m=after,
+    )  # fmt: skip
+    assert assembled([finding(effect)], fit, 1e-9, Rest(0.5)).verdict == said
+
+
+@pytest.mark.parametrize(("after", "left"), [(1.0, 0.0), (2.0, 0.125), (5.0, 1.0), (7.0, 1.0)])
+def test_what_is_left_is_a_share_of_the_power_above_the_noise(after: float, left: float) -> None:
+    fit = Fit(
+        rms_before_m=5.0, rms_after_m=after, noise_floor_m=1.0, holdout_rms_before_m=5.0,
+        holdout_rms_after_m=after,
+    )  # fmt: skip
+    assert left_over(fit, Rest(0.0)) == pytest.approx(left)
