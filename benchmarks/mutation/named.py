@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import NamedTuple
 
 
@@ -167,5 +169,7 @@ NAMED: tuple[Named, ...] = (
     ),
 )
 
-EQUIVALENT: dict[str, str] = {}
+EQUIVALENT: dict[str, str] = json.loads(
+    Path(__file__).with_name("equivalent.json").read_text(encoding="utf-8")
+)
 """Survivors that are no mistakes, by name, each with the reason."""
