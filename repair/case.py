@@ -22,6 +22,7 @@ from firmware_py.planner.plan import Plan
 from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
 from models.calibrated_inverse import corrections_of
 from recording.flat_files import write_flat
+from repair.coverage import coverage
 from repair.limit import limit_of
 from repair.machine import Concealing, conceal
 from repair.network import trained
@@ -77,7 +78,7 @@ def run(case: Case, networks: bool) -> dict[str, Any]:
     robot = _written(case, corrected_text(ROBOT, answer), "corrected")
     plan = _plan(robot)
     after = _again(machine, plan, shipped, before)
-    limit = limit_of(plan)
+    limit = limit_of(plan, coverage(load_job(JOB), robot, JOB))
     result: dict[str, Any] = {
         "number": case.number,
         "concealed": [f"{one.effect} on {one.where}" for one in machine.answers],

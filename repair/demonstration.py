@@ -14,8 +14,9 @@ from firmware_py.robot_file import load_robot
 from proof.hidden.hidden import Hidden
 from recording.flat_files import write_flat
 from repair.coverage import Coverage, coverage_of
-from repair.machine import Concealing, conceal
-from repair.played import Played, played
+from repair.limit import Limit, limit_of
+from repair.machine import conceal
+from repair.played import played
 from repair.tracking import Drawn
 
 Progress = Callable[[str], None]
@@ -32,6 +33,8 @@ class Demonstration:
     possible: Drawn
     diagnosis: Diagnosis
     coverage: Coverage
+    limit: Limit | None
+    """What the corrected robot file says is possible."""
     robot_file: Path
     corrected: Path
     recording: Path
@@ -76,22 +79,19 @@ def demonstrate(
     corrected.unlink(missing_ok=True)
     save_corrected(robot_file, answer, corrected)
     progress("drawing with the corrected robot")
-    after = _again(job, corrected, machine, path, before)
+    plan, covered = plan_of(job, load_robot(corrected)), coverage_of(job, corrected)
+    new = played(plan)
+    after = before if new.is_same_as(path) else machine.draw(new)
     return Demonstration(
         answers=machine.answers,
         before=before,
         after=after,
         possible=possible,
         diagnosis=answer,
-        coverage=coverage_of(job, corrected),
+        coverage=covered,
+        limit=limit_of(plan, covered),
         robot_file=robot_file,
         corrected=corrected,
         recording=recording,
         survey_s=survey_s,
     )
-
-
-def _again(job: Path, corrected: Path, machine: Concealing, path: Played, before: Drawn) -> Drawn:
-    """The corrected run; where the same counts are sent it is the same run."""
-    new = played(plan_of(job, load_robot(corrected)))
-    return before if new.is_same_as(path) else machine.draw(new)

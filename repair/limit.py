@@ -1,9 +1,10 @@
 """What tracking is possible: the distance from the target that no correction takes away.
 
-Three things are left when a robot file is right and all it says is compensated: counts are whole
-microsteps; sizes are known only as well as the sensors told them; and some effects no command makes
-better. The first and the last are seen by letting the believed chain follow the very counts of the
-plan, the second by moving each size by its standard deviation.
+Three things are left when a robot file is right: counts are whole microsteps, made at whole
+moments; sizes are known only as well as the sensors told them; and some effects are not
+compensated. The first and the last are seen by letting the believed chain follow the very counts of
+the plan, the second by moving each size by its standard deviation, one after the other: what
+intervals have in common is left out, so that sizes that make up for each other count too much.
 """
 
 from __future__ import annotations
@@ -15,9 +16,8 @@ import numpy as np
 from firmware_py.paths.path import Space
 from firmware_py.planner.plan import Plan
 from models.chain import Chain, Commands
-from models.linkage import Linkage, jacobian
 from models.robot import DeltaRobot, EffectEntry, FloatArray
-from repair.coverage import READINGS
+from repair.coverage import READINGS, Coverage
 from repair.played import Played, played
 
 SAMPLE_S = 0.005
@@ -25,21 +25,19 @@ MOST_S = 60.0
 """So much of a job stands for the whole of it."""
 INTERVAL = 2.0 * 1.96
 """Width of a 95 % interval in standard deviations."""
-TO_WHOLE = 1.0 / np.sqrt(12.0)
-"""Standard deviation of what is rounded to whole numbers."""
 
 
 @dataclass(frozen=True, slots=True)
 class Limit:
     """Distances from the target [m], RMS.
 
-    step_m: whole microsteps, spread evenly over a step. sizes_m: what the intervals of the sizes
-    in the robot file leave open. left_m: what is known and not compensated, with what the
-    compensation cannot do. rms_m: all together.
+    steps_m: what whole microsteps and their moments leave, with all that is compensated
+    compensated. sizes_m: what the intervals of the sizes in the robot file leave open. left_m:
+    what is known and not compensated. rms_m: all together.
     """
 
     rms_m: float
-    step_m: float
+    steps_m: float
     sizes_m: float
     left_m: float
 
@@ -48,8 +46,8 @@ class Limit:
         return asdict(self)
 
 
-def limit_of(plan: Plan) -> Limit | None:
-    """Of a plan; None for a path in arm angles, which has no targets in space.
+def limit_of(plan: Plan, covered: Coverage) -> Limit | None:
+    """Of a plan and what it does about each effect; None for a path in arm angles.
 
     Raises MotionError where the plan does not hold any more.
     """
@@ -57,18 +55,19 @@ def limit_of(plan: Plan) -> Limit | None:
         return None
     path, robot = played(plan, MOST_S), plan.robot
     believed = tuple(one for one in robot.effects if one.effect not in READINGS)
-    reached_m = _reached_m(robot, believed, path)
-    known_rms_m = _rms_m(reached_m - path.target_m)
-    step_m = _step_m(robot, path)
+    left = {(one.effect, one.component) for one in covered.left}
+    met = tuple(one for one in believed if (one.effect, one.component) not in left)
+    at_best_m, reached_m = (_reached_m(robot, effects, path) for effects in (met, believed))
+    known_m = _rms_m(reached_m - path.target_m)
     opened_m = [
         _rms_m(_reached_m(robot, moved, path) - reached_m) for moved in _moved_by_sigma(believed)
     ]
     sizes_m = float(np.sqrt(np.sum(np.square(opened_m))))
     return Limit(
-        rms_m=float(np.hypot(known_rms_m, sizes_m)),
-        step_m=step_m,
+        rms_m=float(np.hypot(known_m, sizes_m)),
+        steps_m=_rms_m(at_best_m - path.target_m),
         sizes_m=sizes_m,
-        left_m=float(np.sqrt(max(known_rms_m**2 - step_m**2, 0.0))),
+        left_m=_rms_m(reached_m - at_best_m),
     )
 
 
@@ -98,16 +97,6 @@ def _moved_by_sigma(effects: tuple[EffectEntry, ...]) -> list[tuple[EffectEntry,
             off = entry.model_copy(update={"parameters": parameters})
             moved.append((*effects[:number], off, *effects[number + 1 :]))
     return moved
-
-
-def _step_m(robot: DeltaRobot, path: Played) -> float:
-    """What rounding to whole microsteps does at the platform, RMS [m]."""
-    assert robot.drive is not None
-    linkage = Linkage.of(robot.geometry)
-    angles_rad = path.at(path.target_s) * robot.drive.rad_per_step
-    slopes = jacobian(linkage, angles_rad, path.target_m)
-    off_m = TO_WHOLE * robot.drive.rad_per_step * slopes.reshape(len(slopes), -1)
-    return _rms_m(off_m)
 
 
 def _rms_m(off_m: FloatArray) -> float:

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from command_line.output import console, print_json, say, waiting
+from command_line.output import console, facts, print_json, say, waiting
 from command_line.robot.jobs import JsonOption
 from foundation.extras import needs
 
 if TYPE_CHECKING:
     from repair.correct import Corrected
+    from repair.limit import Limit
 
 
 def register(app: typer.Typer) -> None:
@@ -54,19 +55,29 @@ def correct(
     with needs("training", "correct"), needs("diagnosis", "correct"):
         from diagnosis.answer.tables import Tables
         from repair.correct import correct as run
-    from firmware_py.program.dry_run import check_job
     from firmware_py.robot_file import find
 
     with waiting("reading", json_out) as show:
         found = run(recordings, find(robot), out, all_of_them, train, Tables(tables), show)
-    if job is not None:
-        check_job(find(job), robot_file=out)
+    limit = None if job is None else _limit_of(find(job), found)
     if json_out:
-        print_json(_as_json(found))
+        possible = None if limit is None else limit.as_json()
+        print_json(_as_json(found) | {"limit": possible})
         return
     _say(found)
     if job is not None:
-        say(f"{job} may run with it")
+        from command_line.robot.check import limit_rows
+
+        console.print(facts(f"{job} may run with it", limit_rows(limit)))
+
+
+def _limit_of(job: Path, found: Corrected) -> Limit | None:
+    """Check a job with the corrected robot. Raises ConfigError, MotionError, NetworkError."""
+    from firmware_py.planner.check import plan_of
+    from repair.coverage import coverage_of
+    from repair.limit import limit_of
+
+    return limit_of(plan_of(job, found.robot), coverage_of(job, found.robot_file))
 
 
 def _say(found: Corrected) -> None:

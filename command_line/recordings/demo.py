@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -83,11 +84,16 @@ def _say(shown: Demonstration) -> None:
     from rich.table import Table
 
     table = Table(box=SIMPLE_HEAD, title="Distance from the target", title_justify="left")
-    for heading in ("", "RMS", "largest"):
+    for heading in ("", "RMS", "above the limit", "largest"):
         table.add_column(heading, justify="right" if heading else "left")
-    runs = (("before", shown.before), ("after", shown.after), ("possible", shown.possible))
+    limit_m = math.nan if shown.limit is None else shown.limit.rms_m
+    runs = (("before", shown.before), ("after", shown.after), ("sound robot", shown.possible))
     for name, run in runs:
-        table.add_row(name, millimetres(run.rms_m), millimetres(run.worst_m))
+        above_m = max(run.rms_m - limit_m, 0.0) if math.isfinite(limit_m) else math.nan
+        sizes_m = (run.rms_m, above_m, run.worst_m)
+        table.add_row(name, *(millimetres(size_m) for size_m in sizes_m))
+    if shown.limit is not None:
+        table.add_row("limit", millimetres(limit_m), "", "")
     console.print(table)
     from command_line.robot.check import say_covered
 
@@ -101,6 +107,7 @@ def _as_json(shown: Demonstration, page: Path) -> dict[str, Any]:
         "before_rms_m": shown.before.rms_m,
         "after_rms_m": shown.after.rms_m,
         "possible_rms_m": shown.possible.rms_m,
+        "limit": None if shown.limit is None else shown.limit.as_json(),
         "effects": [one.as_json() for one in shown.coverage.effects],
         "page": str(page),
         "robot": str(shown.corrected),

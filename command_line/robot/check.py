@@ -4,30 +4,45 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from command_line.output import console, duration, facts, print_json, say, warn
-from firmware_py.planner.summary import CheckSummary
-from firmware_py.program.dry_run import check_job as dry_run
-from firmware_py.robot_file import find
+from command_line.output import console, duration, facts, millimetres, print_json, say, warn
+from firmware_py.planner.check import home_counts, plan_of
+from firmware_py.planner.summary import CheckSummary, summarise
+from firmware_py.robot_file import find, load_robot
 from repair.coverage import Coverage, coverage_of
+from repair.limit import Limit, limit_of
 
 
 def check_job(job: Path, robot: str | None, json_out: bool) -> None:
     """Print the dry run. Raises any DeltactlError when the job must not run."""
     path = find(str(job))
     robot_file = None if robot is None else find(robot)
-    summary = dry_run(path, robot_file=robot_file)
+    plan = plan_of(path, None if robot_file is None else load_robot(robot_file))
+    summary = summarise(plan, home_counts(plan.robot))
     covered = coverage_of(path, robot_file)
+    limit = limit_of(plan, covered)
     if json_out:
         print_json(
             summary.as_json()
             | {
                 "effects": [one.as_json() for one in covered.effects],
                 "warning": covered.warning or None,
+                "limit": None if limit is None else limit.as_json(),
             }
         )
         return
-    console.print(facts(f"{summary.job} may run", _rows(summary)))
+    console.print(facts(f"{summary.job} may run", [*_rows(summary), *limit_rows(limit)]))
     say_covered(covered)
+
+
+def limit_rows(limit: Limit | None) -> list[tuple[str, str]]:
+    """What tracking is possible, and of what it is made."""
+    if limit is None:
+        return []
+    parts = (
+        f"whole microsteps {millimetres(limit.steps_m)}, sizes not known better"
+        f" {millimetres(limit.sizes_m)}, not compensated {millimetres(limit.left_m)}"
+    )
+    return [("possible, RMS", f"{millimetres(limit.rms_m)} ({parts})")]
 
 
 def say_covered(covered: Coverage) -> None:

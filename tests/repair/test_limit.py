@@ -1,0 +1,74 @@
+"""What tracking is possible, against what a chain with those very effects does."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from firmware_py.job_file import load_job
+from firmware_py.planner.check import make_plan
+from firmware_py.planner.kinematics import kinematics_of
+from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from models.robot import EffectEntry, FoundBy
+from repair.coverage import coverage
+from repair.limit import Limit, limit_of
+
+JOB = CONFIG_FOLDER / "demo-heart.yaml"
+STEP_RAD = np.deg2rad(0.0225)
+ELBOW_M = 0.25
+
+
+def limit(*effects: EffectEntry, job: str = "demo-heart.yaml") -> Limit | None:
+    robot = load_robot(CONFIG_FOLDER / "zhao-2023.yaml").model_copy(update={"effects": effects})
+    path = CONFIG_FOLDER / job
+    asked = load_job(path)
+    plan = make_plan(asked, robot, kinematics_of(asked, robot, path))
+    return limit_of(plan, coverage(asked, robot, path))
+
+
+def home(sigma_rad: float) -> EffectEntry:
+    ends = (0.01 - 1.96 * sigma_rad, 0.01 + 1.96 * sigma_rad)
+    return EffectEntry(
+        effect="home_offset",
+        component="motor1",
+        parameters={"angle": 0.01},
+        found=FoundBy(recordings=("survey.mcap",), on="2026-01-31", ci95={"angle": ends}),
+    )
+
+
+def test_a_sound_robot_is_limited_by_a_microstep() -> None:
+    found = limit()
+    assert found is not None
+    assert 0.3 * STEP_RAD * ELBOW_M < found.rms_m < 1.5 * STEP_RAD * ELBOW_M
+    assert (found.sizes_m, found.left_m) == (0.0, 0.0)
+
+
+def test_a_size_half_as_well_known_opens_twice_as_much() -> None:
+    once, twice = limit(home(2e-4)), limit(home(4e-4))
+    assert once is not None
+    assert twice is not None
+    assert twice.sizes_m == pytest.approx(2.0 * once.sizes_m, rel=1e-2)
+    # An arm that is off by an angle moves the platform by about its elbow's way.
+    assert 0.3 < once.sizes_m / (2e-4 * ELBOW_M) < 2.0
+    assert once.left_m == 0.0
+    assert once.rms_m == pytest.approx(np.hypot(once.steps_m, once.sizes_m))
+
+
+def test_what_nothing_compensates_is_what_is_left() -> None:
+    rings = EffectEntry(
+        effect="resonance", component="platform", parameters={"frequency": 3.0, "damping": 0.05}
+    )
+    found = limit(rings)
+    assert found is not None
+    assert found.left_m > 3.0 * found.steps_m
+    assert found.rms_m > 0.9 * found.left_m
+
+
+def test_a_network_that_does_not_know_leaves_the_effect() -> None:
+    found = limit(home(0.0), job="heart.yaml")
+    assert found is not None
+    assert found.left_m == pytest.approx(0.01 * ELBOW_M, rel=0.5)
+
+
+def test_a_path_in_arm_angles_has_no_targets_to_be_off() -> None:
+    assert limit(job="survey.yaml") is None
