@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from command_line.output import errors, say
+from foundation.errors import ConfigError
 from foundation.extras import needs
 
 if TYPE_CHECKING:
@@ -38,11 +39,18 @@ def reproduce(
     quick: Annotated[
         bool, typer.Option("--quick", help="A short version that shows that it runs.")
     ] = False,
+    diagnosed: Annotated[
+        bool,
+        typer.Option(
+            "--diagnosed", help="zhao-2023: only the table of the diagnosed and corrected robot."
+        ),
+    ] = False,
 ) -> None:
     """Do a paper's experiments on a simulated robot; tables and one HTML report.
 
     ```
     deltactl reproduce zhao-2023 --out zhao
+    deltactl reproduce zhao-2023 --out zhao --diagnosed
     deltactl reproduce uzunovic-2013 --quick
     ```
     """
@@ -52,6 +60,13 @@ def reproduce(
     def tell(text: str) -> None:
         errors.print(f"{time.monotonic() - started_s:6.0f} s  {text}", soft_wrap=True)
 
+    if diagnosed:
+        with needs("proof,training", "reproduce"):
+            from reproduction.zhao_2023.run import diagnosed_only
+        if paper is not Paper.ZHAO:
+            raise ConfigError("--diagnosed is a table of zhao-2023; leave it out, or name that")
+        say(diagnosed_only(folder, quick, tell).text())
+        return
     with needs("proof,training", "reproduce"):
         outcome = _run(paper, folder, quick, tell)
     for sheet in outcome.sheets:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from command_line.output import console, duration, facts, millimetres, print_json, say, warn
+from firmware_py.feedback.reach import farthest_m as farthest_m_of
 from firmware_py.planner.check import home_counts, plan_of
 from firmware_py.planner.summary import CheckSummary, summarise
 from firmware_py.robot_file import find, load_robot
@@ -20,6 +21,9 @@ def check_job(job: Path, robot: str | None, json_out: bool) -> None:
     summary = summarise(plan, home_counts(plan.robot))
     covered = coverage_of(path, robot_file)
     limit = limit_of(plan, covered)
+    farthest_m = None
+    if plan.job.feedback is not None:
+        farthest_m = farthest_m_of(plan.robot, plan.job.feedback, plan.first.lap.angles_rad)
     if json_out:
         print_json(
             summary.as_json()
@@ -27,10 +31,14 @@ def check_job(job: Path, robot: str | None, json_out: bool) -> None:
                 "effects": [one.as_json() for one in covered.effects],
                 "warning": covered.warning or None,
                 "limit": None if limit is None else limit.as_json(),
+                "feedback_moves_at_most_m": farthest_m,
             }
         )
         return
-    console.print(facts(f"{summary.job} may run", [*_rows(summary), *limit_rows(limit)]))
+    rows = [*_rows(summary), *limit_rows(limit)]
+    if farthest_m is not None:
+        rows.append(("feedback", f"moves the platform by at most {millimetres(farthest_m)}"))
+    console.print(facts(f"{summary.job} may run", rows))
     say_covered(covered)
 
 

@@ -8,6 +8,8 @@ drives only start a little later. No drive is told more than `MOST_LEAD_S` early
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from drivers.steps.contract import MOTORS, Int64Array
@@ -49,11 +51,25 @@ class Lead:
     Everything comes out `after_ns` later than planned, less what it has to be early.
     """
 
-    def __init__(self, dead_s: float, lag_s: float, after_ns: int, fastest_hz: float):
+    def __init__(
+        self,
+        dead_s: float,
+        lag_s: float,
+        after_ns: int,
+        fastest_hz: float,
+        acceleration_hzps: float = math.inf,
+    ):
+        """No more than `fastest_hz` steps a second, whose rate changes by no more than
+        `acceleration_hzps` a second.
+        """
         self._lag_s = lag_s
         self._half = round(max(SMOOTHED * lag_s, LEAST_SMOOTHED_S) / GRID_S) if lag_s else 0
         self._shift_ns = after_ns - round(dead_s * NS_PER_S)
         self._most = fastest_hz * GRID_S
+        self._most_change = acceleration_hzps * GRID_S**2
+        self._speed = 0.0
+        """Steps a grid point."""
+        self._goal = self._goal_speed = 0.0
         self._grid_ns = round(GRID_S * NS_PER_S)
         self._due, self._sign = NOTHING, NOTHING
         self._done = 0
@@ -103,9 +119,9 @@ class Lead:
 
     def _as_steps(self, wanted: FloatArray) -> tuple[Int64Array, Int64Array]:
         due, signs = [], []
-        told, most = self._told, self._most
+        told = self._told
         for number, goal in enumerate(wanted.tolist()):
-            new = told + min(max(goal - told, -most), most)
+            new = told + self._step_to(goal, told)
             crossed = self._crossed(new)
             for count in range(abs(crossed)):
                 sign = 1 if crossed > 0 else -1
@@ -117,6 +133,21 @@ class Lead:
             told = new
         self._told = told
         return np.array(due, dtype=np.int64), np.array(signs, dtype=np.int64)
+
+    def _step_to(self, goal: float, told: float) -> float:
+        """How far to go at a grid point, within speed and acceleration.
+
+        Towards the goal no faster than can be braked from there, relative to its own motion.
+        """
+        off, self._goal_speed = goal - told, goal - self._goal
+        self._goal = goal
+        change = self._most_change
+        left = off - self._goal_speed
+        brakes = math.sqrt(2.0 * change * abs(left)) if math.isfinite(change) else math.inf
+        towards = math.copysign(min(abs(left), brakes), left)
+        speed = min(max(self._goal_speed + towards, -self._most), self._most)
+        self._speed += min(max(speed - self._speed, -change), change)
+        return self._speed
 
     def _forget(self) -> None:
         old = int(np.searchsorted(self._due, (self._done - self._half - 2) * self._grid_ns))

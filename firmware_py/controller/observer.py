@@ -9,6 +9,10 @@ from firmware_py.controller.step_watch import StepLoss, StepWatch
 from firmware_py.feedback.feedback import Feedback
 from firmware_py.machine import Machine
 from firmware_py.robot_file import RobotFile
+from foundation.clock import ns
+
+BORNE_OUT_S = 4.0
+"""The feedback takes some seconds to be sure of what the watch sees at once."""
 
 
 class Observer:
@@ -22,6 +26,8 @@ class Observer:
         self._journal = journal
         self._watch = StepWatch(robot) if machine.servo is None else None
         self._sight = Sight(robot)
+        self._seen: tuple[StepLoss, int] | None = None
+        """A loss that the feedback has not borne out yet, and until when it may."""
         self.feedback: Feedback | None = None
         """Of the job that runs now, if it has one."""
 
@@ -81,4 +87,18 @@ class Observer:
         loss = self._watch.look(now_ns) if self._watch is not None else None
         if loss is not None and self._watch is not None:
             self._watch.forgive()
-        return loss
+        if self.feedback is None:
+            return loss
+        return self._borne_out(loss, self.feedback, now_ns)
+
+    def _borne_out(self, loss: StepLoss | None, feedback: Feedback, now_ns: int) -> StepLoss | None:
+        """A loss once the feedback corrects it: that tells late readings and liars from arms."""
+        if loss is not None:
+            self._seen = loss, now_ns + ns(BORNE_OUT_S)
+        if self._seen is None:
+            return None
+        seen, until_ns = self._seen
+        corrected = feedback.corrects(seen.motor)
+        if corrected or now_ns > until_ns:
+            self._seen = None
+        return seen if corrected else None

@@ -92,6 +92,10 @@ class Feedback:
         first, second, third = (np.array(counts) - self.offset).tolist()
         return first, second, third
 
+    def corrects(self, motor: int) -> bool:
+        """Whether steps are added to those of a motor (1 to 3)."""
+        return bool(self._goal[motor - 1])
+
     def says(self) -> str:
         """What it did and found, in one line; empty where that is nothing."""
         parts = []

@@ -31,7 +31,8 @@ class LeadStream:
         fastest = min(
             robot.limits.step_rate_hz, robot.limits.joint_speed_radps / robot.drive.rad_per_step
         )
-        self._leads = [Lead(dead, lag, self.after_ns, fastest) for dead, lag in pairs]
+        acceleration = robot.limits.joint_acceleration_radps2 / robot.drive.rad_per_step
+        self._leads = [Lead(dead, lag, self.after_ns, fastest, acceleration) for dead, lag in pairs]
         self._gate = StepGate()
         self._gate.rules(min(ns(MERGE_S), ns(step_s / 6.0)), ns(step_s))
 

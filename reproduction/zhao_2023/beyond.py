@@ -9,8 +9,16 @@ import numpy as np
 from models.robot import FloatArray
 from reproduction.sheet import Sheet
 from reproduction.zhao_2023.curves import CURVES, TITLES
-from reproduction.zhao_2023.measures import distance_m
-from reproduction.zhao_2023.study import CALIBRATED, GEOMETRY, LIMIT, RECIPES, TRUSTING, Study
+from reproduction.zhao_2023.measures import distance_m, rms_m
+from reproduction.zhao_2023.study import (
+    CALIBRATED,
+    CORRECTED,
+    GEOMETRY,
+    LIMIT,
+    RECIPES,
+    TRUSTING,
+    Study,
+)
 
 
 @dataclass(frozen=True)
@@ -50,6 +58,36 @@ def _cell(study: Study, models: list[str], curve: str, t_pwm_s: float) -> Cell:
         t_pwm_s,
         {model: distance_m(track.true_error_m) for model, track in tracks.items()},
         {model: distance_m(track.true_m - limit_m) for model, track in tracks.items()},
+    )
+
+
+def diagnosed(study: Study) -> Sheet:
+    """Diagnosed and corrected from one survey, on all curves and speeds."""
+    rows = []
+    for curve in CURVES:
+        for speed in study.scale.speeds:
+            true_m = {m: study.track(m, curve, speed).true_error_m for m in (GEOMETRY, CORRECTED)}
+            closed_m = study.true_with_feedback(curve, speed) - study.targets(curve)
+            rows.append(
+                [
+                    TITLES[curve],
+                    f"{speed:g}",
+                    *(f"{1e3 * distance_m(one):.2f}" for one in (*true_m.values(), closed_m)),
+                    *(f"{1e3 * value:.2f}" for value in rms_m(true_m[CORRECTED])),
+                    *(f"{1e3 * value:.2f}" for value in rms_m(closed_m)),
+                ]
+            )
+    known = ", ".join(f"{one.effect} on {one.component}" for one in study.corrected.effects)
+    head = ["Curve", "T_PWM", "geometry", "corrected", "with feedback"]
+    head += [f"{words}e_{axis}" for words in ("", "with feedback ") for axis in "xyz"]
+    return Sheet(
+        f"Diagnosed and corrected from one survey of {study.scale.survey_s / 60.0:g} minutes: "
+        "error against the truth, RMS [mm]",
+        head,
+        rows,
+        1,
+        f"Written into the robot file: {known or 'nothing'}. Zhao's network, trained on "
+        f"{study.scale.main} poses, is in the table of errors against the truth.",
     )
 
 

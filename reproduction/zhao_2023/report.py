@@ -42,6 +42,7 @@ def sheets(study: Study) -> list[Sheet]:
         tables.greatest(study),
         tables.ablation_samples(study),
         tables.ablation_trajectory(study),
+        beyond.diagnosed(study),
         beyond.above_the_limit(study),
         beyond.few_samples(study),
         beyond.apart_from_the_limit(study),

@@ -7,7 +7,8 @@ from pathlib import Path
 from firmware_py.robot_file import find, load_robot
 from foundation.errors import DeltactlError, RecordingError
 from reproduction.outcome import Outcome, check_writable, write
-from reproduction.zhao_2023 import report
+from reproduction.sheet import Sheet
+from reproduction.zhao_2023 import beyond, report
 from reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built
 from reproduction.zhao_2023.scale import FULL, QUICK
 from reproduction.zhao_2023.study import Say, Study
@@ -15,12 +16,16 @@ from reproduction.zhao_2023.study import Say, Study
 ROBOT = "zhao-2023.yaml"
 
 
+def diagnosed_only(folder: Path, quick: bool, say: Say) -> Sheet:
+    """The one table that needs no network. Raises ConfigError or RecordingError."""
+    check_writable(folder)
+    return beyond.diagnosed(_study(folder, quick, say))
+
+
 def reproduce(folder: Path, quick: bool, say: Say) -> Outcome:
     """Run what is missing in the folder. Raises ConfigError or RecordingError."""
     check_writable(folder)
-    robot = load_robot(find(ROBOT))
-    built = load_as_built(AS_BUILT_FILE, robot)
-    study = Study(folder, robot, built, QUICK if quick else FULL, say)
+    study = _study(folder, quick, say)
     command = f"deltactl reproduce zhao-2023{' --quick' if quick else ''}"
     try:
         sheets = report.sheets(study)
@@ -33,3 +38,9 @@ def reproduce(folder: Path, quick: bool, say: Say) -> Outcome:
             "same command goes on from there"
         ) from error
     return write(folder, sheets, html, markdown)
+
+
+def _study(folder: Path, quick: bool, say: Say) -> Study:
+    robot = load_robot(find(ROBOT))
+    built = load_as_built(AS_BUILT_FILE, robot)
+    return Study(folder, robot, built, QUICK if quick else FULL, say)

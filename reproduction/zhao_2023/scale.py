@@ -22,6 +22,8 @@ class Scale:
     speeds: tuple[float, ...] = T_PWM_S
     effort: int | None = None
     """Epochs or iterations; None is each recipe's own."""
+    survey_s: float = 240.0
+    """Length of the survey that the robot is diagnosed from."""
     part: float = 1.0
     """How much of each curve is followed."""
 
@@ -38,6 +40,7 @@ QUICK = Scale(
     few=100,
     ablation=(100, 200),
     effort=10,
+    survey_s=30.0,
     part=0.1,
     speeds=(0.002, 0.006),
 )

@@ -27,6 +27,7 @@ from proof.recorded import Machine
 from reproduction.stage_results import Arrays, kept
 from reproduction.zhao_2023.as_built import AsBuiltFile, machine_of
 from reproduction.zhao_2023.collecting import collect
+from reproduction.zhao_2023.corrected import angles_of, corrected_robot, with_feedback
 from reproduction.zhao_2023.curves import CURVES, TRAINED_T_PWM_S, targets
 from reproduction.zhao_2023.limit import ExpectedMap
 from reproduction.zhao_2023.on_curve import collect_on_curve
@@ -38,6 +39,8 @@ GEOMETRY, LIMIT = "geometry", "limit"
 RECIPES: tuple[Recipe, ...] = ("zhao", "uzunovic", "ours")
 CALIBRATED, TRUSTING = "calibrated", "trusting"
 """The calibrated geometry; and the same asked for what the sensors will say, not for the truth."""
+CORRECTED, WITH_FEEDBACK = "corrected", "with_feedback"
+"""Diagnosed and corrected from one survey; and the same with feedback from the sensors."""
 SEED = 1
 EVERY_S = 10.0
 
@@ -68,6 +71,29 @@ class Study:
         left = _Left(self.say, samples)
         collect(self.folder / "data", self.robot, self.built, samples, SEED, left.seen)
         return load_dataset(self.folder / "data").first(samples)
+
+    @cached_property
+    def corrected(self) -> RobotFile:
+        """The robot file that one survey of the as-built robot gives."""
+        seconds = self.scale.survey_s
+        self.say(f"a survey of {seconds:.0f} s, and its diagnosis")
+        name = f"{self.robot.name}.yaml"
+        return corrected_robot(self.folder, name, self.machine, self.built, seconds)
+
+    def true_with_feedback(self, curve: str, t_pwm_s: float) -> FloatArray:
+        """Where the corrected robot truly was at the targets, with feedback, (n, 3) [m]."""
+        mark = f"{self.built.mark} {self._model_mark(CORRECTED)} {len(self.targets(curve))}"
+
+        def run() -> Arrays:
+            self.say(f"running {curve} at T_PWM {t_pwm_s:g} s: {CORRECTED}, with feedback")
+            counts = self.counts(CORRECTED, curve)
+            found = with_feedback(
+                self.machine, self.corrected, self.targets(curve), counts, t_pwm_s
+            )
+            return {"true_m": found[0], "passes": np.array(found[1])}
+
+        path = self.folder / "tracks" / f"{WITH_FEEDBACK}-{curve}-{t_pwm_s:g}.npz"
+        return np.asarray(kept(path, mark, run)["true_m"])
 
     def network(self, model: str) -> InverseNetwork:
         """A trained network, trained now unless one of this data and recipe is kept.
@@ -148,6 +174,8 @@ class Study:
     def _angles(self, model: str, target_m: FloatArray) -> FloatArray:
         if model == GEOMETRY:
             return GeometricInverse(self.robot.geometry).angles_rad_many(target_m)
+        if model == CORRECTED:
+            return angles_of(self.corrected, target_m)
         name, _, rest = model.partition("-")
         if name in (CALIBRATED, TRUSTING):
             found = self.calibration(int(rest))
@@ -169,7 +197,7 @@ class Study:
             return model
         if model == LIMIT:
             return f"{model} {hashlib.sha256(repr(self.scale).encode()).hexdigest()[:8]}"
-        if model.partition("-")[0] in (CALIBRATED, TRUSTING):
+        if model.partition("-")[0] in (CALIBRATED, TRUSTING, CORRECTED):
             angles = self._angles(model, self.targets(CURVES[0])[:5])
             return f"{model} {hashlib.sha256(np.round(angles, 7).tobytes()).hexdigest()[:12]}"
         return f"{model} {self.network(model).metadata.sha256[:12]}"

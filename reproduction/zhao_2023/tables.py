@@ -7,7 +7,7 @@ from reproduction.sheet import Sheet
 from reproduction.zhao_2023 import paper
 from reproduction.zhao_2023.curves import CURVES, TITLES, TRAINED_T_PWM_S
 from reproduction.zhao_2023.measures import distance_m, greatest_m, rms_m
-from reproduction.zhao_2023.study import GEOMETRY, LIMIT, Study
+from reproduction.zhao_2023.study import CORRECTED, GEOMETRY, LIMIT, Study
 
 
 def metres(values_m: FloatArray | tuple[float, ...]) -> list[str]:
@@ -26,24 +26,24 @@ def table_3(study: Study) -> Sheet:
     network = f"zhao-{study.scale.main}"
     for curve in CURVES:
         runs = [(network, speed) for speed in study.scale.speeds] + [(GEOMETRY, TRAINED_T_PWM_S)]
+        runs += [(CORRECTED, speed) for speed in study.scale.speeds]
         for model, t_pwm_s in runs:
             track = study.track(model, curve, t_pwm_s)
-            by_geometry = model == GEOMETRY
-            printed = (
-                paper.GEOMETRY_RMS_M[curve]
-                if by_geometry
-                else paper.NETWORK_RMS_M[(curve, t_pwm_s)]
-            )
             rows.append(
                 [
                     TITLES[curve],
-                    "Inverse kinematics" if by_geometry else "Neural networks",
+                    ALGORITHMS.get(model, "Neural networks"),
                     f"{t_pwm_s:g}",
                     *metres(rms_m(track.seen_error_m)),
-                    *metres(printed),
+                    *_printed(model, curve, t_pwm_s),
                     *metres(rms_m(track.true_error_m)),
                 ]
             )
+        for t_pwm_s in study.scale.speeds:
+            closed_m = study.true_with_feedback(curve, t_pwm_s) - study.targets(curve)
+            name = f"{ALGORITHMS[CORRECTED]}, with feedback"
+            line = [TITLES[curve], name, f"{t_pwm_s:g}", *NOT_PRINTED, *NOT_PRINTED]
+            rows.append([*line, *metres(rms_m(closed_m))])
     head = ["Curve", "Algorithm", "T_PWM"]
     for words in ("", "printed ", "true "):
         head += [f"{words}e_{axis}" for axis in "xyz"]
@@ -55,6 +55,18 @@ def table_3(study: Study) -> Sheet:
         "Ours by the as-built robot's own sensors (as the paper), then the paper's, then against "
         "the simulated truth, which the paper could not see.",
     )
+
+
+ALGORITHMS = {GEOMETRY: "Inverse kinematics", CORRECTED: "Diagnosed and corrected"}
+NOT_PRINTED = ("", "", "")
+
+
+def _printed(model: str, curve: str, t_pwm_s: float) -> list[str] | tuple[str, ...]:
+    if model == CORRECTED:
+        return NOT_PRINTED
+    if model == GEOMETRY:
+        return metres(paper.GEOMETRY_RMS_M[curve])
+    return metres(paper.NETWORK_RMS_M[(curve, t_pwm_s)])
 
 
 def table_4(study: Study) -> Sheet:

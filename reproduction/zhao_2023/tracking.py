@@ -68,30 +68,32 @@ def follow(
     ticks = np.cumsum(np.abs(np.diff(counts, axis=0, prepend=counts[:1])).max(axis=1))
     reached_s = ticks * t_pwm_s
     truth = run(machine.robot, train)
-    true_m = _at(truth.t_s, truth.position_m, reached_s)
+    true_m = at_times(truth.t_s, truth.position_m, reached_s)
     t_s = sample_times(train)
     t_s = t_s[t_s <= reached_s[-1]]
     ranges_m, status = read(machine.sensors, machine.noise, truth, t_s, rng)
-    ranges_m = np.where(_good(ranges_m, status), ranges_m, np.nan)
+    ranges_m = np.where(good(ranges_m, status), ranges_m, np.nan)
     return Track(
         target_m=target_m,
         t_s=reached_s,
         true_m=true_m,
         seen_s=t_s,
         seen_m=np.linalg.solve(sensors.axes, (ranges_m - sensors.offsets_m).T).T,
-        seen_target_m=_at(reached_s, target_m, t_s),
+        seen_target_m=at_times(reached_s, target_m, t_s),
         seen_counts=train.at(t_s),
         length_m=float(np.linalg.norm(np.diff(target_m, axis=0), axis=1).sum()),
         seconds=float(reached_s[-1]),
     )
 
 
-def _at(known_s: FloatArray, values: FloatArray, t_s: FloatArray) -> FloatArray:
+def at_times(known_s: FloatArray, values: FloatArray, t_s: FloatArray) -> FloatArray:
+    """Columns of values (n, k) known at times (n,), at others."""
     columns = [np.interp(t_s, known_s, column) for column in values.T]
     return np.stack(columns, axis=1)
 
 
-def _good(ranges_m: FloatArray, status: IntArray) -> BoolArray:
+def good(ranges_m: FloatArray, status: IntArray) -> BoolArray:
+    """Readings that a driver's gate would let pass, (n, 3)."""
     half = NEIGHBOURS // 2
     valid = np.where(status == 0, ranges_m, np.nan)
     padded = np.pad(valid, ((half, half), (0, 0)), mode="edge")

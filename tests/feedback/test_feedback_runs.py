@@ -63,16 +63,46 @@ def test_lost_steps_are_made_up_for_within_five_seconds_without_a_stop(tmp_path:
     assert error_m[t_s > far[0] + 5.0].max() < 0.5e-3
 
 
-def test_where_nothing_is_wrong_feedback_does_nothing(tmp_path: Path) -> None:
-    _, _, closed = run(tmp_path / "closed", [], feedback={})
+def test_late_readings_are_told_as_no_lost_steps(tmp_path: Path) -> None:
+    late = {"effect": "sensor_latency", "component": "sensors", "parameters": {"time": 0.2}}
+    result, _, error_m = run(tmp_path / "late", [late], feedback={})
+    assert (result.outcome, result.warning) == ("done", "")
+    assert error_m.max() < 1e-3
     _, _, opened = run(tmp_path / "open", [])
-    rms = [float(np.sqrt(np.mean(error**2))) for error in (opened, closed)]
+    rms = [float(np.sqrt(np.mean(error**2))) for error in (opened, error_m)]
     assert rms[1] <= 1.05 * rms[0]
 
 
-def test_a_drifting_sensor_does_not_move_the_platform(tmp_path: Path) -> None:
-    drift = {"effect": "sensor_drift", "component": "range_x",
-             "parameters": {"offset": 0.02, "time_constant": 5.0}}  # fmt: skip
-    result, _, error_m = run(tmp_path / "drift", [drift], feedback={})
-    assert result.outcome == "done"
-    assert error_m.max() < 1e-3
+def test_an_emergency_stop_while_feedback_corrects_ends_both(tmp_path: Path) -> None:
+    robot = tmp_path / "robot.yaml"
+    robot.write_text((CONFIG_FOLDER / "zhao-2023.yaml").read_text())
+    (tmp_path / "job.yaml").write_text(yaml.safe_dump(JOB | {"feedback": {}}))
+    controller = build_controller(robot, simulated=True, realtime=False, recordings=tmp_path)
+    bench = controller.machine.bench
+    assert bench is not None
+    try:
+        controller.power_on()
+        controller.home()
+        number = controller.submit(tmp_path / "job.yaml")
+        sleep_s(controller.clock, 6.0)
+        bench.slip(2, 100)
+        sleep_s(controller.clock, 2.5)
+        job = controller.job
+        assert job is not None
+        assert job.feedback is not None
+        assert job.feedback.offset[1] > 0
+        bench.press_estop()
+        sleep_s(controller.clock, 0.2)
+        stopped = bench.counts()
+        sleep_s(controller.clock, 1.0)
+        assert bench.counts() == stopped
+        assert controller.status().state == "stopped"
+        result = controller.result(number)
+        assert result is not None
+        assert result.outcome == "stopped"
+        bench.release_estop()
+        controller.acknowledge()
+        controller.home()
+        assert controller.status().state == "ready"
+    finally:
+        controller.close()
