@@ -14,12 +14,15 @@ estimate does not depend on them, and there is no loop that could be unstable.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from firmware_py.feedback.residuals import Residuals
 from foundation.clock import NS_PER_S
 from models.robot import ARMS, AXES, FloatArray
+
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 
 FAST_S = 1.0
 SLOW_S = 60.0
@@ -73,7 +76,7 @@ class SlowErrors:
         self._rows = self._rows.and_then(new).since(now_ns - round(FAST_S * NS_PER_S))
         before = self._slow()
         fast = self._fit(self._rows, before)
-        suspect = "" if fast is None else self._suspect(fast)
+        suspect = "" if fast is None else self._suspect(fast) or self._contradicted(fast, before)
         if not suspect:  # what a liar says is not to be remembered
             self._remember(new, now_ns)
         slow = self._slow()
@@ -154,6 +157,25 @@ class SlowErrors:
         lies = sensors[worst] < best + DOUBT_CHI2 and sensors[worst] < one_arm
         return AXES[worst] if lies else ""
 
+    def _contradicted(self, fast: _Fit, slow: _Fit | None) -> str:
+        """A sensor that alone saw a change: the others are as they were, whatever it says.
+
+        An arm that is off is seen by more than one sensor; one that hangs, or wanders in whatever
+        way, is not borne out by the others.
+        """
+        if slow is None:
+            return ""
+        rows = self._rows
+        left_m = rows.excess_m - _columns(rows) @ slow.at
+        everyone = np.ones(len(left_m), dtype=np.bool_)
+        weight = self._weights(rows, fast.at)
+        if _gain_of_arms(rows, left_m, weight, everyone) < JUMP_CHI2:
+            return ""
+        weight = self._weights(rows, slow.at)
+        without = [_gain_of_arms(rows, left_m, weight, rows.axis != axis) for axis in range(ARMS)]
+        alone = int(np.argmin(without))
+        return AXES[alone] if without[alone] < DOUBT_CHI2 else ""
+
 
 @dataclass(frozen=True)
 class _Fit:
@@ -180,6 +202,16 @@ def _columns(rows: Residuals) -> FloatArray:
 
 def _cost(left_m: FloatArray, weight: FloatArray) -> float:
     return float(np.sum(weight * left_m**2))
+
+
+def _gain_of_arms(
+    rows: Residuals, left_m: FloatArray, weight: FloatArray, mine: BoolArray
+) -> float:
+    """What errors of the arms explain of some rows, in chi-square."""
+    root = np.sqrt(weight[mine])
+    columns, seen = rows.slope_m[mine] * root[:, None], left_m[mine] * root
+    error_rad = np.linalg.lstsq(columns, seen, rcond=1e-6)[0]
+    return float(np.sum(seen**2) - np.sum((seen - columns @ error_rad) ** 2))
 
 
 def _cost_of_arm(rows: Residuals, seen_m: FloatArray, weight: FloatArray, arm: int) -> float:
