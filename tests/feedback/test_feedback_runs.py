@@ -102,6 +102,8 @@ def test_an_emergency_stop_while_feedback_corrects_ends_both(tmp_path: Path) -> 
         assert result.outcome == "stopped"
         bench.release_estop()
         controller.acknowledge()
+        controller.power_off()  # the arms are put back against their stops
+        controller.power_on()
         controller.home()
         assert controller.status().state == "ready"
     finally:
