@@ -28,6 +28,10 @@ from models.robot import KINDS, DeltaRobot, DriveSection, EffectEntry
 from recording.keeping import KeptRecordings
 
 Angle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
+JointSpeed = Annotated[
+    float, Field(gt=0.0, le=1000.0, description="160 turns a second are too many")
+]
+Disagreement = Annotated[float, Field(gt=0.0, description="sensors never agree to nothing")]
 Coordinate = Annotated[float, Field(gt=-10.0, lt=10.0, description="a robot arm is under 10 m")]
 
 SAID_FOR_HARDWARE: dict[str, tuple[str, ...]] = {
@@ -63,17 +67,13 @@ class Limits(StrictModel):
         float, Field(gt=0.0, le=500_000.0, description="CL57T takes 500 kHz")
     ] = 20_000.0
     """The pulse process on a Pi is good for about 10 to 20 kHz."""
-    joint_speed_radps: Annotated[
-        float, Field(gt=0.0, le=1000.0, description="160 turns a second are too many")
-    ] = 8.0
+    joint_speed_radps: JointSpeed = 8.0
     """The default is what 20 kHz gives on the Zhao drive (750 rev/min of the motor)."""
     joint_acceleration_radps2: Annotated[
         float, Field(gt=0.0, le=1e5, description="rad/s2; beyond is a blow")
     ] = 20.0
     """In accelerated motion; stepping together (Zhao 2023) has no ramps to limit."""
-    approach_speed_radps: Annotated[
-        float, Field(gt=0.0, le=1000.0, description="160 turns a second are too many")
-    ] = 0.5
+    approach_speed_radps: JointSpeed = 0.5
     """Joint speed of the move to where a path starts."""
     singularity_margin: Annotated[float, Field(ge=0.0, lt=1.0, description="a sine")] = 0.05
     """How near to singular a motion may come: smallest sine between a forearm and the plane of
@@ -104,11 +104,9 @@ class Homing(StrictModel):
     speed_radps: Annotated[
         float, Field(gt=0.0, le=1.0, description="a switch is met at walking pace")
     ] = 0.1
-    tolerance_m: Annotated[float, Field(gt=0.0, description="sensors never agree to nothing")] = (
-        0.03
-    )
+    tolerance_m: Disagreement = 0.03
     """How far the sensors may disagree with the home angles before homing is refused."""
-    warning_m: Annotated[float, Field(gt=0.0, description="sensors never agree to nothing")] = 0.01
+    warning_m: Disagreement = 0.01
     """Arms that were placed are worth a second look from this disagreement on."""
 
     @model_validator(mode="after")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from foundation.strict_yaml import StrictModel
 
@@ -23,3 +23,9 @@ class FeedbackSettings(StrictModel):
     steps_hz: Annotated[
         float, Field(gt=0.0, le=100.0, description="extra steps a second and motor; gently")
     ] = 50.0
+
+    @model_validator(mode="after")
+    def _ordered(self) -> FeedbackSettings:
+        if self.least_m >= self.most_m:
+            raise ValueError("least_m must be smaller than most_m, or nothing is ever corrected")
+        return self

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from firmware_py.feedback.estimator import FAST_S
+from firmware_py.feedback.settings import FeedbackSettings
 from firmware_py.feedback.stability import LATEST_S, READING_S, closed_loop_poles, gain_margin
 
 LATENCIES = np.arange(0.0, LATEST_S + READING_S / 2.0, READING_S)
@@ -38,3 +39,8 @@ def test_what_is_let_go_dies_away_as_the_largest_pole_says(latency_s: float) -> 
     early, late = (np.abs(estimate[a:b]).max() for a, b in ((150, 250), (550, 650)))
     assert late < 1e-3
     assert late <= 3.0 * early * largest**400
+
+
+def test_what_is_corrected_at_least_is_less_than_what_is_at_most() -> None:
+    with pytest.raises(ValueError, match="least_m must be smaller"):
+        FeedbackSettings(least_m=0.01, most_m=0.005)
