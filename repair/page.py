@@ -78,14 +78,16 @@ def _headline(demo: Demonstration) -> str:
     cells = [
         ("before", demo.before.rms_m),
         ("after", demo.after.rms_m),
-        ("possible", demo.possible.rms_m),
+        ("sound robot", demo.possible.rms_m),
     ]
+    if demo.limit is not None:
+        cells.append(("limit", demo.limit.rms_m))
     shown = "".join(
         f"<div>{html.escape(name)}<b>{MM * rms_m:.2f} mm</b></div>" for name, rms_m in cells
     )
     about = paragraph(
-        "Distance of the platform from its target while it drew, root mean square. Possible: the "
-        "same robot with nothing concealed in it.",
+        "Distance of the platform from its target while it drew, root mean square. Sound robot: "
+        "the same with nothing concealed in it. Limit: what the corrected robot file leaves open.",
         "note",
     )
     return f'<div class="figures">{shown}</div>{about}'
