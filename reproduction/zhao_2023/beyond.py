@@ -67,7 +67,8 @@ def diagnosed(study: Study) -> Sheet:
     for curve in CURVES:
         for speed in study.scale.speeds:
             true_m = {m: study.track(m, curve, speed).true_error_m for m in (GEOMETRY, CORRECTED)}
-            closed_m = study.true_with_feedback(curve, speed) - study.targets(curve)
+            closed_true_m, closed = study.true_with_feedback(curve, speed)
+            closed_m = closed_true_m - study.targets(curve)
             rows.append(
                 [
                     TITLES[curve],
@@ -75,17 +76,22 @@ def diagnosed(study: Study) -> Sheet:
                     *(f"{1e3 * distance_m(one):.2f}" for one in (*true_m.values(), closed_m)),
                     *(f"{1e3 * value:.2f}" for value in rms_m(true_m[CORRECTED])),
                     *(f"{1e3 * value:.2f}" for value in rms_m(closed_m)),
+                    "yes" if closed else "no",
                 ]
             )
     known = ", ".join(f"{one.effect} on {one.component}" for one in study.corrected.effects)
     head = ["Curve", "T_PWM", "geometry", "corrected", "with feedback"]
     head += [f"{words}e_{axis}" for words in ("", "with feedback ") for axis in "xyz"]
+    head.append("closed")
     return Sheet(
         f"Diagnosed and corrected from one survey of {study.scale.survey_s / 60.0:g} minutes: "
         "error against the truth, RMS [mm]",
         head,
         rows,
         1,
+        "Feedback corrects what came since a run began; on a robot whose model is this far off it "
+        "takes errors that vary along the path for such. Closed: the same steps came out of two "
+        "passes; else the figure is that of the last pass. "
         f"Written into the robot file: {known or 'nothing'}. Zhao's network, trained on "
         f"{study.scale.main} poses, is in the table of errors against the truth.",
     )

@@ -76,7 +76,10 @@ def angles_of(robot: RobotFile, target_m: FloatArray) -> FloatArray:
 def with_feedback(
     machine: Machine, robot: RobotFile, target_m: FloatArray, counts: IntArray, t_pwm_s: float
 ) -> tuple[FloatArray, int]:
-    """Where the platform truly was at each target, (n, 3) [m], and the passes that it took."""
+    """Where the platform truly was at each target, (n, 3) [m], and the passes that it took.
+
+    As many as `PASSES`: the same steps did not come out again, and the run is not quite closed.
+    """
     dwell_s = np.zeros(len(counts))
     dwell_s[-1] = REST_S
     train = together(counts[0], counts, dwell_s, t_pwm_s)

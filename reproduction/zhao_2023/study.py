@@ -27,7 +27,7 @@ from proof.recorded import Machine
 from reproduction.stage_results import Arrays, kept
 from reproduction.zhao_2023.as_built import AsBuiltFile, machine_of
 from reproduction.zhao_2023.collecting import collect
-from reproduction.zhao_2023.corrected import angles_of, corrected_robot, with_feedback
+from reproduction.zhao_2023.corrected import PASSES, angles_of, corrected_robot, with_feedback
 from reproduction.zhao_2023.curves import CURVES, TRAINED_T_PWM_S, targets
 from reproduction.zhao_2023.limit import ExpectedMap
 from reproduction.zhao_2023.on_curve import collect_on_curve
@@ -80,8 +80,11 @@ class Study:
         name = f"{self.robot.name}.yaml"
         return corrected_robot(self.folder, name, self.machine, self.built, seconds)
 
-    def true_with_feedback(self, curve: str, t_pwm_s: float) -> FloatArray:
-        """Where the corrected robot truly was at the targets, with feedback, (n, 3) [m]."""
+    def true_with_feedback(self, curve: str, t_pwm_s: float) -> tuple[FloatArray, bool]:
+        """Where the corrected robot truly was at the targets, with feedback, (n, 3) [m].
+
+        And whether the run was closed: the same steps came out of the last two passes.
+        """
         mark = f"{self.built.mark} {self._model_mark(CORRECTED)} {len(self.targets(curve))}"
 
         def run() -> Arrays:
@@ -93,7 +96,8 @@ class Study:
             return {"true_m": found[0], "passes": np.array(found[1])}
 
         path = self.folder / "tracks" / f"{WITH_FEEDBACK}-{curve}-{t_pwm_s:g}.npz"
-        return np.asarray(kept(path, mark, run)["true_m"])
+        found = kept(path, mark, run)
+        return np.asarray(found["true_m"]), int(found["passes"]) < PASSES
 
     def network(self, model: str) -> InverseNetwork:
         """A trained network, trained now unless one of this data and recipe is kept.

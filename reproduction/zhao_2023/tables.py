@@ -40,8 +40,9 @@ def table_3(study: Study) -> Sheet:
                 ]
             )
         for t_pwm_s in study.scale.speeds:
-            closed_m = study.true_with_feedback(curve, t_pwm_s) - study.targets(curve)
-            name = f"{ALGORITHMS[CORRECTED]}, with feedback"
+            true_m, closed = study.true_with_feedback(curve, t_pwm_s)
+            closed_m = true_m - study.targets(curve)
+            name = f"{ALGORITHMS[CORRECTED]}, with feedback{'' if closed else ' (not closed)'}"
             line = [TITLES[curve], name, f"{t_pwm_s:g}", *NOT_PRINTED, *NOT_PRINTED]
             rows.append([*line, *metres(rms_m(closed_m))])
     head = ["Curve", "Algorithm", "T_PWM"]
