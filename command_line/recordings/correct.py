@@ -73,10 +73,15 @@ def correct(
 
 def _limit_of(job: Path, found: Corrected) -> Limit | None:
     """Check a job with the corrected robot. Raises ConfigError, MotionError, NetworkError."""
+    from firmware_py.job_file import load_job
     from firmware_py.planner.check import plan_of
+    from firmware_py.program.dry_run import check_job
     from repair.coverage import coverage_of
     from repair.limit import limit_of
 
+    check_job(job, robot_file=found.robot_file)
+    if load_job(job).path is None:
+        return None
     return limit_of(plan_of(job, found.robot), coverage_of(job, found.robot_file))
 
 

@@ -6,8 +6,10 @@ from pathlib import Path
 
 from command_line.output import console, duration, facts, millimetres, print_json, say, warn
 from firmware_py.feedback.reach import farthest_m as farthest_m_of
-from firmware_py.planner.check import home_counts, plan_of
-from firmware_py.planner.summary import CheckSummary, summarise
+from firmware_py.job_file import load_job
+from firmware_py.planner.check import plan_of
+from firmware_py.planner.summary import CheckSummary
+from firmware_py.program.dry_run import check_job as dry_run
 from firmware_py.robot_file import find, load_robot
 from repair.coverage import Coverage, coverage_of
 from repair.limit import Limit, limit_of
@@ -17,13 +19,14 @@ def check_job(job: Path, robot: str | None, json_out: bool) -> None:
     """Print the dry run. Raises any DeltactlError when the job must not run."""
     path = find(str(job))
     robot_file = None if robot is None else find(robot)
-    plan = plan_of(path, None if robot_file is None else load_robot(robot_file))
-    summary = summarise(plan, home_counts(plan.robot))
+    summary = dry_run(path, robot_file=robot_file)
     covered = coverage_of(path, robot_file)
-    limit = limit_of(plan, covered)
-    farthest_m = None
-    if plan.job.feedback is not None:
-        farthest_m = farthest_m_of(plan.robot, plan.job.feedback, plan.first.lap.angles_rad)
+    limit, farthest_m = None, None
+    if load_job(path).path is not None:
+        plan = plan_of(path, None if robot_file is None else load_robot(robot_file))
+        limit = limit_of(plan, covered)
+        if plan.job.feedback is not None:
+            farthest_m = farthest_m_of(plan.robot, plan.job.feedback, plan.first.lap.angles_rad)
     if json_out:
         print_json(
             summary.as_json()
