@@ -211,6 +211,30 @@ class SmallestDetectable(_Record):
     unit: str
 
 
+class Agreement(_Record):
+    """One size of a finding in each recording by itself, and whether they are the same."""
+
+    effect: str
+    component: str
+    parameter: str
+    sizes: list[ParameterResult]
+    """In the order of the recordings."""
+    chi2: float
+    """Of the sizes about their weighted mean; one degree of freedom fewer than recordings."""
+    p: float
+    """Chance of a chi-square as large, were the machine the same in all recordings."""
+
+
+class PriorSensitivity(_Record):
+    """Probability of an effect under priors of size three times narrower and three times wider."""
+
+    effect: str
+    component: str
+    probability: float
+    narrower: float
+    wider: float
+
+
 class Channel(_Record):
     """One observation channel for drawings; arrays of shape (n,), NaN where nothing is valid."""
 
@@ -276,6 +300,10 @@ class Diagnosis(_Record):
     open_ties: list[OpenTie] = Field(default_factory=list)
     not_testable: list[NotTestable] = Field(default_factory=list)
     smallest_detectable: list[SmallestDetectable] = Field(default_factory=list)
+    agreement: list[Agreement] = Field(default_factory=list)
+    """Of several recordings of a lone machine: every size in each of them."""
+    prior_sensitivity: list[PriorSensitivity] = Field(default_factory=list)
+    """Effects whose probability hangs on how wide the priors of sizes are."""
     says: list[str] = Field(default_factory=list)
     """The summary in plain sentences; the report writes it."""
     robot: str = ""

@@ -16,6 +16,8 @@ ABOVE_NOISE = 10.0
 memory (0.7 from sample to sample) has slow parts 6 times its fast ones."""
 LOWEST_HZ, HIGHEST_HZ = 0.5, 15.0
 SHARE_OF_RATE = 0.2
+EDGE_PERIODS = 1.0
+"""Periods of the low-pass at each end of a stretch in which it still remembers that end."""
 FEWEST_IN_STRETCH = 40
 """Rows below which a stretch is not filtered, and does not count."""
 
@@ -48,7 +50,9 @@ def motion_of(
 
     narrower: share of the frequency where the position meets its noise at which the low-pass ends.
     """
-    from scipy.signal import butter, sosfiltfilt  # takes 0.3 s to import
+    # Takes 0.3 s to import. Splines: differences make a mass larger by (omega period)^2 / 3.
+    from scipy.interpolate import CubicSpline
+    from scipy.signal import butter, sosfiltfilt
 
     step_s = float(np.median(np.diff(t_s)))
     starts = [*np.flatnonzero(fresh).tolist(), len(t_s)]
@@ -69,13 +73,13 @@ def motion_of(
         changing = np.zeros_like(values)
         for part in stretches:
             if part.stop - part.start >= 3:
-                changing[part] = np.gradient(values[part], t_s[part])
+                changing[part] = CubicSpline(t_s[part], values[part])(t_s[part], 1)
         return changing
 
     smooth = low_passed(position)
     speed = slope(smooth) if velocity is None else low_passed(velocity)
     settled = np.zeros(len(t_s), dtype=bool)
-    edge = max(5, int(0.5 / (cut_off_hz * step_s)))
+    edge = max(5, int(EDGE_PERIODS / (cut_off_hz * step_s)))
     for part in stretches:
         if part.stop - part.start >= max(FEWEST_IN_STRETCH, 3 * edge):
             settled[part.start + edge : part.stop - edge] = True

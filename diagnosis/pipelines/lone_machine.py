@@ -58,7 +58,9 @@ def diagnose_axis(
         check_direction(plant, source)
     if isinstance(plant, ForcedAxis):
         check_force(plant)
-    answer = diagnose_plant(plant, others, progress)
+    several = len(recordings) > 1
+    singles = [plant_of(robot, [one]) for one in recordings if several]
+    answer = diagnose_plant(plant, others, progress, singles)
     if isinstance(plant, CommandedAxis):
         check_together(plant, answer.fit, answer.findings, source)
     return spoken(answer, kinds_of(robot, answer), left_out)

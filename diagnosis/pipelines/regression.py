@@ -10,7 +10,10 @@ import numpy as np
 from diagnosis.answer.assembly import assembled
 from diagnosis.answer.records import Diagnosis
 from diagnosis.answer.verdict import ALARM
+from diagnosis.assessment.prior_sensitivity import prior_sensitivity
+from diagnosis.assessment.regression_holdout import beyond_noise, on_blocks
 from diagnosis.assessment.significance import chance
+from diagnosis.pipelines.agreement import agreement, widened
 from diagnosis.pipelines.regression_figures import detection_limits, fit_of, picture_of, rest_of
 from diagnosis.pipelines.regression_findings import findings, sizes
 from diagnosis.plants.regression import RegressionPlant
@@ -19,27 +22,43 @@ from diagnosis.selection.named_first import Progress, Selected, select
 
 
 def diagnose_plant(
-    plant: RegressionPlant, others: Sequence[RegressionPlant], progress: Progress = lambda _: None
+    plant: RegressionPlant,
+    others: Sequence[RegressionPlant],
+    progress: Progress = lambda _: None,
+    singles: Sequence[RegressionPlant] = (),
 ) -> Diagnosis:
     """Noise, selection, alarm, what is left, sizes, held-out, the answer.
 
     others: plants of held-out recordings; without any, blocks of time are left out in turn.
+    singles: each of several recordings by itself, to say whether they agree.
     """
-    selected = select(plant, progress)
-    first_p = _first_p(selected)
-    selected = _nothing(selected) if first_p > ALARM else _without_doubtful(selected)
+    searched = select(plant, progress)
+    first_p = _first_p(searched)
+    selected = _nothing(searched) if first_p > ALARM else _without_doubtful(searched)
     progress("what else it could be")
     rest = rest_of(selected)
+    blocks = on_blocks(selected)
+    selected = replace(selected, shift=_together(selected, beyond_noise(selected.best, blocks)))
+    compared = agreement(selected, singles)
+    found = findings(selected, plant.readings, list(plant.readings.names))
     return assembled(
-        findings(selected, plant.readings, list(plant.readings.names)),
-        fit_of(selected, others, rest),
+        widened(found, compared),
+        fit_of(selected, others, rest, blocks),
         first_p,
         rest,
         probability_nothing_missing=float(np.clip(selected.nothing, 0.0, 1.0)),
         not_testable=plant.not_testable(),
         smallest_detectable=detection_limits(selected),
+        agreement=compared,
+        prior_sensitivity=prior_sensitivity(searched),
         picture=picture_of(selected, plant),
     )
+
+
+def _together(selected: Selected, blocks: dict[str, float]) -> dict[str, float]:
+    """Discrepancy of the sizes, of another preparation and of blocks left out."""
+    names = selected.shift.keys() | blocks.keys()
+    return {n: float(np.hypot(selected.shift.get(n, 0.0), blocks.get(n, 0.0))) for n in names}
 
 
 def _first_p(selected: Selected) -> float:

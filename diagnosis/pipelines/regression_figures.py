@@ -8,11 +8,10 @@ import numpy as np
 
 from diagnosis.answer.records import Channel, Fit, Picture, SmallestDetectable
 from diagnosis.answer.verdict import Rest, seen
-from diagnosis.assessment.regression_holdout import on_blocks, on_other_runs
+from diagnosis.assessment.regression_holdout import Blocks, on_other_runs, scaled_covariance
 from diagnosis.assessment.significance import chance
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import IntArray
-from diagnosis.pipelines.regression_findings import scaled_covariance
 from diagnosis.plants.regression import RegressionPlant
 from diagnosis.selection.named_first import OPEN, Selected
 
@@ -39,11 +38,15 @@ def rest_of(selected: Selected) -> Rest:
     return Rest(p, regressor.follows, "", share)
 
 
-def fit_of(selected: Selected, others: Sequence[RegressionPlant], rest: Rest) -> Fit:
+def fit_of(
+    selected: Selected, others: Sequence[RegressionPlant], rest: Rest, blocks: Blocks
+) -> Fit:
     """Figures of the fit; what no test can tell from noise is the noise floor."""
     rows, after_m = selected.noise.rows, _rms(selected.best, selected.noise.rows)
     free_m = float(np.sqrt(np.mean(selected.left_over.noise.sigma**2)))
-    before, after = on_other_runs(selected, others) if others else on_blocks(selected)
+    before, after = blocks.before, blocks.after
+    if others:
+        before, after = on_other_runs(selected, others)
     return Fit(
         rms_before_m=_rms(selected.empty, rows),
         rms_after_m=after_m,

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
 from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
 from diagnosis.assessment.covariance import NORMAL_95
+from diagnosis.assessment.regression_holdout import scaled_covariance
 from diagnosis.assessment.significance import chance
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import FloatArray, Readings
-from diagnosis.plants.regression import Regressor, Shown
+from diagnosis.plants.regression import RegressionPlant, Regressor, Shown
 from diagnosis.selection.named_first import LIKELY, Selected
 
 POSTERIOR_DRAWS = 2000
 """Draws of the sizes: the ends of a 95 % interval are then known to a few per cent of its width."""
 LEAST_PROBABILITY = 0.02
 """Alternatives less probable than this get no line."""
-SHIFTS = 1.0
-"""Standard deviations that a change of preparation stands for."""
 
 
 def findings(selected: Selected, readings: Readings, axes: list[str]) -> list[Finding]:
@@ -114,21 +114,23 @@ def sizes(selected: Selected, key: str) -> dict[str, ParameterResult]:
     shown = plant.shown(key)
     if not shown:
         return {"size_rms": _size_of_unknown(selected, key)}
-    values = _own(best, key)
+    values = own(best, key)
     draws = _mixture(selected, key)
     found = {}
     for one in shown:
-        result = _parameter(one, values, draws)
+        result = parameter(one, values, draws)
         if result is not None:
             found[one.name] = result
     return found
 
 
-def _parameter(
+def parameter(
     shown: Shown, values: Mapping[str, FloatArray], draws: Mapping[str, FloatArray]
 ) -> ParameterResult | None:
     value = float(shown.of(values))
     drawn = np.asarray(shown.of(draws))
+    if shown.name == "phase":
+        drawn = value + np.angle(np.exp(1j * (drawn - value)))
     low, high = (float(x) for x in np.quantile(drawn, [0.025, 0.975]))
     if shown.name in ("stiffness",) and low < 0.0:
         # One over a number that may be zero: the stiffness has no upper end.
@@ -139,8 +141,8 @@ def _parameter(
     return ParameterResult(value=value, ci95=[min(low, value), max(high, value)], unit=shown.unit)
 
 
-def _own(explanation: Explanation, key: str) -> dict[str, FloatArray]:
-    """Sizes of one regressor by their own names."""
+def own(explanation: Explanation, key: str) -> dict[str, FloatArray]:
+    """Best sizes of one regressor by their own names."""
     found: dict[str, FloatArray] = {}
     prefix = f"{key}."
     linear = iter(explanation.linear.get(key, ()))
@@ -163,47 +165,44 @@ def _mixture(selected: Selected, key: str) -> dict[str, FloatArray]:
     for explanation, weight in chosen:
         count = round(POSTERIOR_DRAWS * weight / total)
         if count:
-            parts.append(_drawn(explanation, key, count, rng, selected))
+            parts.append(drawn(explanation, key, selected.plant, count, rng, selected.shift))
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def _drawn(
-    explanation: Explanation, key: str, count: int, rng: np.random.Generator, selected: Selected
-) -> dict[str, FloatArray]:
-    """Draws from the Gaussian around one set's best sizes, nonlinear ones within their bounds."""
+def drawn(
+    explanation: Explanation, key: str, plant: RegressionPlant, count: int,
+    rng: np.random.Generator, shift: Mapping[str, float] = MappingProxyType({}),
+) -> dict[str, FloatArray]:  # fmt: skip
+    """Draws from the Gaussian around one set's best sizes, within what a machine can have.
+
+    shift: standard deviation that discrepancy of the model adds to a size, by `key.size`.
+    """
     covariance = scaled_covariance(explanation)
-    own = [
+    named = [
         (i, name[len(key) + 1 :])
         for i, name in enumerate(explanation.names)
         if name.startswith(f"{key}.")
     ]
-    rows = [i for i, _ in own]
+    rows = [i for i, _ in named]
     part = covariance[np.ix_(rows, rows)]
     across, spread = np.linalg.eigh(part)[::-1]
     noise = rng.standard_normal((count, len(rows))) * np.sqrt(np.maximum(spread, 0.0))
     moved = noise @ across.T
-    values = _own(explanation, key)
-    found = {name: values[name] + moved[:, j] for j, (_, name) in enumerate(own)}
-    for j, (_, name) in enumerate(own):
-        shift = selected.shift.get(f"{key}.{j}", 0.0)
-        found[name] = found[name] + SHIFTS * shift * rng.standard_normal(count)
-    regressor = next(r for r in selected.plant.regressors if r.key == key)
+    values = own(explanation, key)
+    found = {name: values[name] + moved[:, j] for j, (_, name) in enumerate(named)}
+    for _, name in named:
+        found[name] = found[name] + shift.get(f"{key}.{name}", 0.0) * rng.standard_normal(count)
+    regressor = next(r for r in plant.regressors if r.key == key)
     for size in regressor.sizes:
         if size.name not in found:
-            half = 2.0 * float(np.median(np.diff(selected.plant.t_s)))
+            half = 2.0 * float(np.median(np.diff(plant.t_s)))
             found[size.name] = values[size.name] + half * rng.uniform(-1.0, 1.0, count)
         elif size.prior == "half":
             found[size.name] = np.maximum(found[size.name], 0.0)
+    for name in regressor.positive:
+        above = found[name][found[name] > 0.0]
+        found[name] = rng.choice(above, count) if len(above) else np.abs(found[name])
     return found
-
-
-def scaled_covariance(explanation: Explanation) -> FloatArray:
-    """Covariance (p, p) of all sizes in SI units; more than the noise is left, it is wider."""
-    tangent = explanation.tangent
-    bread = np.linalg.inv(np.eye(tangent.shape[1]) + tangent.T @ tangent)
-    # The likelihood is tempered: its rows count less than they are many.
-    widened: FloatArray = bread * np.outer(explanation.spreads, explanation.spreads)
-    return widened
 
 
 def _size_of_unknown(selected: Selected, key: str) -> ParameterResult:

@@ -70,6 +70,8 @@ class Regressor:
     """Whether it is tried with any other as a pair from the start."""
     saturated: bool = True
     """Whether it is part of the saturated set that shows the noise."""
+    positive: tuple[str, ...] = ()
+    """Linear sizes that no machine has below zero."""
     left_over: bool = False
     """A spline term that is only looked for in what the named effects leave."""
 

@@ -134,10 +134,16 @@ def _shift(plant: RegressionPlant, best: Explanation) -> dict[str, float]:
     if other is None or not best.keys:
         return {}
     keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
-    again = Laplace(other, saturated_noise(other))(keys, [best])
-    found: dict[str, float] = {}
-    for key in keys:
-        for number, size in enumerate(best.linear[key]):
-            moved = abs(float(again.linear[key][number] - size))
-            found[f"{key}.{number}"] = moved
-    return found
+    again = named_sizes(Laplace(other, saturated_noise(other))(keys, [best]))
+    return {
+        name: abs(again[name] - size)
+        for name, size in named_sizes(best).items()
+        if name in again and name not in best.sizes
+    }
+
+
+def named_sizes(explanation: Explanation) -> dict[str, float]:
+    """All sizes of an explanation by `key.size`, linear and other."""
+    linear = [x for key in ("", *sorted(explanation.keys)) for x in explanation.linear[key]]
+    names = [name for name in explanation.names if name not in explanation.sizes]
+    return {**dict(zip(names, map(float, linear), strict=True)), **explanation.sizes}

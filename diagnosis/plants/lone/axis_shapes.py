@@ -23,7 +23,7 @@ class AxisShapes:
     def of(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Shapes of one regressor around a base; none of one whose sizes are all nonlinear."""
         if key == "offset":
-            return Columns(np.ones((len(base), 1)), np.array([self._axis.mismatch]), ("angle",))
+            return self._homes
         if key == "ratio":
             shape = (
                 base
@@ -43,6 +43,15 @@ class AxisShapes:
             after = (self._axis.t_s >= sizes["jump.moment"]).astype(float)[:, None]
             return Columns(after, np.array([self._axis.mismatch]), ("shift",))
         return Columns(np.zeros((len(base), 0)), np.zeros(0))
+
+    @cached_property
+    def _homes(self) -> Columns:
+        """A constant; of several recordings each, for a machine is homed anew on another day."""
+        axis = self._axis
+        own = [p - float(np.mean(p[axis.rows])) for p in axis.parts[1:]]
+        shapes = np.stack([np.ones(len(axis.t_s)), *own], axis=1)
+        names = ("angle", *(f"angle_{n}" for n in range(2, len(own) + 2)))
+        return Columns(shapes, np.full(len(names), axis.mismatch), names)
 
     @cached_property
     def _bend(self) -> Columns:

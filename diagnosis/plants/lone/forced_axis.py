@@ -12,8 +12,9 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
-from scipy.ndimage import binary_dilation
+from scipy.ndimage import binary_dilation, binary_opening
 
+from diagnosis.observations.gross_outliers import without_gross
 from diagnosis.observations.inverse_dynamics import Motion, motion_of
 from diagnosis.observations.needed_columns import filled, first_of, needed, refuse_still
 from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather
@@ -25,6 +26,7 @@ from models.chain.effort_axis import Driven, EffortChain
 from models.robot import ServoAxis
 from recording.flat import FlatRecording
 
+MEASURED = ("position", "theta_1", "velocity", "effort")
 FEWEST_FORCED = 60
 INERTIA_SPREAD = 0.3
 """Share by which a robot file's inertia is off: part weights and drawings, not a measurement."""
@@ -35,10 +37,14 @@ RESOLVED = 2.0
 NARROWER = 0.6
 SMEARED = 0.3
 """Periods of the low-pass by which what happens at a rest is smeared into the motion."""
+A_REST = 0.15
+"""Periods of the low-pass for which an axis that is slow rests rather than turns round."""
 SLOWEST = 0.01
 """The same as a share of the top speed."""
 CLOCKS_S = 0.02
 """By how much effort and position may be apart in time: filters of the current, sampling."""
+WEIGHED = 1.0
+"""Travel [rad] over which a weight's pull is no straight line."""
 SPEEDS = (0.02, 0.06, 0.2)
 """Stribeck speeds to start from, as shares of the top speed."""
 FORCE_PIECES = 10
@@ -52,6 +58,7 @@ class ForcedAxis(LeftOver):
     ):
         """narrower: the low-pass ends at this share of where the position meets its noise."""
         self.robot, self.source = robot, recordings[0].source
+        recordings = [without_gross(one, MEASURED) for one in recordings]
         self._recordings, self._narrower = tuple(recordings), narrower
         if robot.inertia is None:
             raise RecordingError(f"{self.source}: effort in needs `inertia` in the robot file")
@@ -119,9 +126,12 @@ class ForcedAxis(LeftOver):
     def _rows(self) -> IntArray:
         """Samples in clear motion away from the ends of a stretch, one a filter's memory apart."""
         motion = self.motion
-        reach = max(1, int(SMEARED / (motion.cut_off_hz * self.readings.period_s)))
+        period = motion.cut_off_hz * self.readings.period_s
+        reach = max(1, int(SMEARED / period))
         slow = np.abs(motion.velocity) <= self._slow
-        moving = ~binary_dilation(slow, np.ones(2 * reach + 1, dtype=bool))
+        # A turning point is no rest: friction changes its sign there, and passes the low-pass too.
+        rests = binary_opening(slow, np.ones(max(2, int(A_REST / period)), dtype=bool))
+        moving = ~slow & ~binary_dilation(rests, np.ones(2 * reach + 1, dtype=bool))
         good = np.flatnonzero(motion.settled & moving & self.readings.valid[:, 0])
         stride = max(1, int(0.25 / (motion.cut_off_hz * self.readings.period_s)))
         return good[::stride]
@@ -144,8 +154,8 @@ class ForcedAxis(LeftOver):
         top = self.motion.top_speed
         gain = (Equivalent("effort_gain", -0.7),)
         found = [
-            Regressor("friction", "joint_friction", -1.0),
-            Regressor("viscous", "viscous_friction", -1.0),
+            Regressor("friction", "joint_friction", -1.0, positive=("torque",)),
+            Regressor("viscous", "viscous_friction", -1.0, positive=("coefficient",)),
             Regressor("inertia", "inertia", -2.0,
                       equivalents=() if self.let_go or self._pulls else gain),
         ]  # fmt: skip
@@ -155,10 +165,11 @@ class ForcedAxis(LeftOver):
                 Regressor("offset", "effort_offset", -2.0,
                           equivalents=(Equivalent("joint_friction", -2.5),)),
                 *([Regressor("gain", "effort_gain", -3.0)] if self._pulls else []),
-                Regressor("lag", "following_lag", -4.0, alone=False,
+                Regressor("spring", "unknown", -4.0, follows=("position",)),
+                Regressor("lag", "following_lag", -4.0, alone=False, positive=("dead_time",),
                           equivalents=(Equivalent("sensor_latency", -0.5),)),
                 Regressor("stribeck", "stribeck_friction", -3.0, sizes=(speed,),
-                          beside=("friction",), alone=False),
+                          beside=("friction",), alone=False, positive=("torque",)),
             ]  # fmt: skip
         return [*found, *self.unknowns()]
 
@@ -181,11 +192,26 @@ class ForcedAxis(LeftOver):
         """Forces (n, k) of one regressor, low-passed like the effort."""
         if key.startswith(UNKNOWN):
             return self.unknown(key)
+        if key == "spring":
+            return self._spring
         if key == "stribeck":
             share = np.exp(-((self.motion.velocity / sizes["stribeck.speed"]) ** 2))
             shape = self.motion.low_passed(self._direction * share)
             return Columns(shape[:, None], np.array([0.5 * self.size]), ("torque",))
         return self._shapes[key]
+
+    @cached_property
+    def _spring(self) -> Columns:
+        """A force by position that no effect is: a spring or cable, a weight the file leaves out.
+
+        In motions to and fro it looks like inertia, so it is chosen together with the named ones.
+        """
+        at = self.motion.position
+        turns = self.unit == "N m" and float(np.ptp(at[self.rows])) > WEIGHED
+        forms = [np.sin(at), np.cos(at)] if turns else [at]
+        shapes = [form - float(np.mean(form[self.rows])) for form in forms]
+        sizes = [max(float(np.std(shape[self.rows])), 1e-300) for shape in shapes]
+        return Columns(np.stack(shapes, axis=1), 0.5 * self.size / np.array(sizes))
 
     @cached_property
     def _direction(self) -> FloatArray:

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from diagnosis.observations.gross_outliers import without_gross
 from diagnosis.observations.needed_columns import (
     filled,
     first_of,
@@ -46,7 +47,7 @@ class RecordedAxis:
         self._motor = robot.drive if isinstance(robot, StepperAxis) else None
         self.rad_per_step = self._motor.rad_per_step if self._motor else 0.0
         self.chain = self._chain()
-        recordings = [_thinned(recording) for recording in recordings]
+        recordings = [_thinned(without_gross(one, OBSERVED)) for one in recordings]
         order = OBSERVED[::-1] if servo else OBSERVED
         self.name = needed(recordings[0], order, "position" if servo else "theta_1")
         self.readings: Readings = gather(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from diagnosis.answer.records import Diagnosis, Finding
+from diagnosis.answer.records import Diagnosis, Finding, PriorSensitivity
 from diagnosis.report.sentences import sureness
 from diagnosis.report.sentences.telling_apart import telling_apart
 from models.effects.kind import EffectKind
@@ -35,6 +35,8 @@ REGIMES = {
     "payload": "at all joints, with weight and acceleration of the platform",
 }
 ASYMMETRY = "joint_friction that is stronger one way"
+DISAGREES = 0.01
+"""Chance below which recordings are said to disagree."""
 
 
 def spoken(
@@ -91,6 +93,7 @@ def _summary(answer: Diagnosis) -> list[str]:
         ]
         lines += [_cannot_tell(one) for one in answer.findings if one.alternatives]
         lines += telling_apart(answer.findings)
+    lines += [*_agreement(answer), *map(_by_priors, answer.prior_sensitivity)]
     lines.append(
         f"Mismatch {said(fit.rms_before_m, fit.unit)} before, {said(fit.rms_after_m, fit.unit)} "
         f"after, noise floor {said(fit.noise_floor_m, fit.unit)}; {_held_out(answer)} "
@@ -100,6 +103,32 @@ def _summary(answer: Diagnosis) -> list[str]:
     if answer.findings and rest.depends_on:
         lines.append(rest.says)
     return lines
+
+
+def _agreement(answer: Diagnosis) -> list[str]:
+    """Whether several recordings say the same."""
+    compared = answer.agreement
+    apart = [one for one in compared if one.p < DISAGREES]
+    if not compared:
+        return []
+    if not apart:
+        least = min(one.p for one in compared)
+        return [f"Fitted one by one, the recordings agree on all sizes (least p = {least:.2g})."]
+    return [
+        f"The recordings do not agree on the {one.parameter} of {one.effect}: "
+        + ", ".join(said(size.components[0][0], size.unit) for size in one.sizes)
+        + f" (p = {one.p:.2g}); its interval holds the difference."
+        for one in apart
+    ]
+
+
+def _by_priors(one: PriorSensitivity) -> str:
+    """How a probability hangs on the priors."""
+    now, narrower, wider = (round(100 * x) for x in (one.probability, one.narrower, one.wider))
+    return (
+        f"How probable {one.effect} is depends on how large such effects may be: {now} %, with "
+        f"sizes expected three times smaller {narrower} %, three times larger {wider} %."
+    )
 
 
 def _held_out(answer: Diagnosis) -> str:

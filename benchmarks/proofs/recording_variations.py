@@ -1,6 +1,6 @@
 """How answers on real recordings of lone machines stand up to changes that leave the truth alone.
 
-    python -m benchmarks.recording_variations [--recordings DIR] [--kinds whole,halves] [--sets X]
+    python -m benchmarks.proofs.recording_variations [--recordings DIR] [--kinds whole,halves]
 
 Halves and thirds of each recording, fewer samples, more noise, gross outliers, missing rows, other
 units, the mirrored axis, another zero of time, two recordings in one: what is known of the machine
@@ -34,7 +34,7 @@ from models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis, load_ro
 from recording.flat import FlatRecording
 from recording.flat_files import read_flat
 
-DEFAULT = Path(__file__).resolve().parents[1] / "../shared/recordings"
+DEFAULT = Path(__file__).resolve().parents[2] / "../shared/recordings"
 OF_THE_AXIS = ("position", "velocity", "command", "command_1", "theta_1", "steps_1", "load")
 READ = ("position", "theta_1", "range")
 OUTLIERS, MISSING = 0.01, 0.1
@@ -134,15 +134,6 @@ def inertia_times(factor: float, case: Case) -> Case | None:
     return replace(case, robot=robot.model_copy(update={"inertia": robot.inertia * factor}))
 
 
-def without_effort(case: Case) -> Case | None:
-    """Commands alone, no effort column and no inertia."""
-    robot, one = case.robot, case.recordings[0]
-    if not isinstance(robot, ServoAxis) or not one.has("command", "effort"):
-        return None
-    robot = robot.model_copy(update={"inertia": None})
-    return replace(case, robot=robot)
-
-
 def with_outliers(case: Case) -> Case:
     """Single readings far off, one in a hundred."""
     rng = np.random.default_rng(1)
@@ -221,7 +212,6 @@ KINDS: dict[str, list[Vary]] = {
     "units": [effort_in_thousandths],
     "inertia x 3": [partial(inertia_times, 3.0)],
     "inertia / 3": [partial(inertia_times, 1.0 / 3.0)],
-    "no effort": [without_effort],
     "outliers": [with_outliers],
     "noise": [],
     "rows missing": [with_rows_missing],

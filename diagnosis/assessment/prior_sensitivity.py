@@ -1,0 +1,88 @@
+"""How the posterior changes when every prior of a size is three times narrower or wider.
+
+From Laplace's quantities of the sets that count, no fit anew: around the best fit the prediction is
+linear, and with S the evidence of a set under spreads s S is known in closed form.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from diagnosis.answer.records import PriorSensitivity
+from diagnosis.evidence.laplace import Explanation
+from diagnosis.observations.readings import FloatArray
+from diagnosis.plants.regression import Regressor
+from diagnosis.selection.named_first import Selected, named_sizes
+
+FACTOR = 3.0
+MATTERS = 0.1
+"""Change of a probability from which on the answer says so."""
+
+
+def prior_sensitivity(selected: Selected) -> list[PriorSensitivity]:
+    """Of each regressor whose probability hangs on the spread of the priors."""
+    found = []
+    by_key = {r.key: r for r in selected.plant.regressors}
+    narrower = probabilities(selected, 1.0 / FACTOR)
+    wider = probabilities(selected, FACTOR)
+    here = probabilities(selected, 1.0)
+    for key, now in here.items():
+        if max(abs(narrower[key] - now), abs(wider[key] - now)) > MATTERS:
+            one = by_key[key]
+            found.append(
+                PriorSensitivity(
+                    effect=one.effect, component=one.component, probability=now,
+                    narrower=narrower[key], wider=wider[key],
+                )
+            )  # fmt: skip
+    return found
+
+
+def probabilities(selected: Selected, factor: float) -> dict[str, float]:
+    """Posterior of each regressor in the counted sets under spreads times a factor."""
+    by_key = {r.key: r for r in selected.plant.regressors}
+    counted = [e for e in selected.posterior.explanations if np.isfinite(e.log_evidence)]
+    evidence = np.array([e.log_evidence + _change(e, by_key, factor) for e in counted])
+    weights = np.exp(evidence - evidence.max())
+    weights /= weights.sum()
+    keys = sorted(set().union(*(e.keys for e in counted)))
+    return {
+        key: float(sum(w for e, w in zip(counted, weights, strict=True) if key in e.keys))
+        for key in keys
+    }
+
+
+def _change(explanation: Explanation, by_key: dict[str, Regressor], factor: float) -> float:
+    """By how much the log evidence of a set changes with the spreads of its sizes."""
+    scale = np.where(_has_spread(explanation, by_key), factor, 1.0)
+    theta = np.where(scale == factor, _in_spreads(explanation), 0.0)
+    target = explanation.white + explanation.tangent @ theta
+    return _log_evidence(explanation.tangent * scale, target) - _log_evidence(
+        explanation.tangent, target
+    )
+
+
+def _log_evidence(shapes: FloatArray, target: FloatArray) -> float:
+    """Of a linear model whose sizes have unit spread, but for a constant."""
+    gram = np.eye(shapes.shape[1]) + shapes.T @ shapes
+    along = shapes.T @ target
+    explained = float(along @ np.linalg.solve(gram, along))
+    return 0.5 * (explained - float(np.linalg.slogdet(gram)[1]))
+
+
+def _has_spread(explanation: Explanation, by_key: dict[str, Regressor]) -> list[bool]:
+    """Which columns of the tangent have a prior of size: not what is free, nor places and
+    periods, of which any is as likely.
+    """
+    flat = {
+        f"{key}.{size.name}" for key in explanation.keys for size in by_key[key].sizes
+        if size.prior == "flat"
+    }  # fmt: skip
+    return [not name.startswith(".") and name not in flat for name in explanation.names]
+
+
+def _in_spreads(explanation: Explanation) -> FloatArray:
+    """Sizes (p,) in prior spreads, in the order of the tangent's columns."""
+    sizes = named_sizes(explanation)
+    theta: FloatArray = np.array([sizes[n] for n in explanation.names]) / explanation.spreads
+    return theta
