@@ -15,7 +15,7 @@ GROSS = 30.0
 """Times the largest usual distance (nine in ten are nearer) from the neighbours' median."""
 SHARE_OF_TRAVEL = 0.25
 """A reading is not gross that lies nearer to its neighbours than this share of the travel."""
-MOST = 0.05
+MOST_OUTLIERS = 0.05
 """Where more readings than this are off, they are how the machine moves."""
 
 
@@ -43,6 +43,6 @@ def gross_outliers(values: FloatArray) -> BoolArray:
     (low, high), usual = np.quantile(seen, [0.02, 0.98]), float(np.quantile(off, 0.9))
     least = max(GROSS * usual, SHARE_OF_TRAVEL * float(high - low))
     found = (off > least) & (least > 0.0)
-    if 0.0 < float(found.mean()) < MOST:
+    if 0.0 < float(found.mean()) < MOST_OUTLIERS:
         gross[known[found]] = True
     return gross
