@@ -67,11 +67,14 @@ def credible(search: Search, solution: Solution, stands: Sequence[Standing]) -> 
         terms.append((1.0 - LAPSE) / total)
         rivals.append(_by_name(solution, [(one, weight / total) for one, weight in pairs]))
     others = [_Weighing(solution, stands, weighing.known, f) for f in (1.0 / FACTOR, FACTOR)]
+    shapes = [_of_shape(search, solution, free) for free in solution.frees]
+    nothing = _nothing(search.tests, solution, sum(weighing.costs))
     return Credible(
         terms=terms,
         rivals=rivals,
-        shapes=[_of_shape(search, solution, free) for free in solution.frees],
-        nothing=_nothing(search.tests, solution, sum(weighing.costs)),
+        shapes=shapes,
+        # Where nothing is missing, no term is there: three arms that err alike are one cause.
+        nothing=min([nothing, *weighing.absent, *(1.0 - p for p in shapes)]),
         preferred=max(better, key=lambda pair: pair[0])[1] if better else None,
         under=[
             ((1.0 - LAPSE) / others[0].total(k), (1.0 - LAPSE) / others[1].total(k))
@@ -97,8 +100,15 @@ class _Weighing:
 
     def total(self, number: int) -> float:
         """Weights of a term, its rivals and nothing in its place; its own is 1."""
-        none = _weight(self.stands[number].gain - self.costs[number])
-        return 1.0 + none + sum(self.of_rivals(number))
+        return 1.0 + self._none(number) + sum(self.of_rivals(number))
+
+    @property
+    def absent(self) -> list[float]:
+        """Probability of each term that nothing stands in its place."""
+        return [self._none(k) / self.total(k) for k in range(len(self.stands))]
+
+    def _none(self, number: int) -> float:
+        return _weight(self.stands[number].gain - self.costs[number])
 
     def of_rivals(self, number: int) -> list[float]:
         """Of everything that may stand in a term's place."""
