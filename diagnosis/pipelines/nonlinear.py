@@ -10,10 +10,11 @@ import numpy as np
 
 from diagnosis.admission.plausibility import check_input
 from diagnosis.answer.assembly import assembled
-from diagnosis.answer.records import Diagnosis, Finding, Fit
+from diagnosis.answer.records import Diagnosis, Finding, Fit, PriorSensitivity
 from diagnosis.assessment.detection_limits import limits
 from diagnosis.assessment.holdout import on_another_run, on_blocks, rms
 from diagnosis.assessment.impossible import first_impossible, less
+from diagnosis.assessment.prior_sensitivity import MATTERS
 from diagnosis.estimation.budget import Budget
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.evidence.detection import Progress
@@ -66,6 +67,7 @@ def diagnose_model(
     return assembled(
         found, fit, p, left,
         probability_nothing_missing=_nothing(explained, found),
+        prior_sensitivity=_by_priors(explained),
         loosely_built=explained.with_tolerances,
         ended_early=budget.ended,
         next_experiment=plan.experiment,
@@ -80,6 +82,20 @@ def _nothing(explained: Explained, found: list[Finding]) -> float:
     """Posterior that nothing is missing: no effect, and no reading that was repeated."""
     stale = [f.probability or 0.0 for f in found if f.effect == "stale_reading"]
     return explained.credible.nothing * (1.0 - max(stale, default=0.0))
+
+
+def _by_priors(explained: Explained) -> list[PriorSensitivity]:
+    """Findings whose probability hangs on how wide the priors of sizes are."""
+    chances = explained.credible
+    every = zip(explained.solution.terms, chances.terms, chances.under, strict=True)
+    return [
+        PriorSensitivity(
+            effect=term.candidate.effect, component=term.candidate.component,
+            probability=now, narrower=narrower, wider=wider,
+        )
+        for term, now, (narrower, wider) in every
+        if max(abs(narrower - now), abs(wider - now)) > MATTERS
+    ]  # fmt: skip
 
 
 def _stale_p(found: list[Finding]) -> list[float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from diagnosis.answer.records import Diagnosis, Finding, PriorSensitivity
+from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.report.sentences import sureness
 from diagnosis.report.sentences.telling_apart import telling_apart
 from models.effects.kind import EffectKind
@@ -93,7 +93,7 @@ def _summary(answer: Diagnosis) -> list[str]:
         ]
         lines += [_cannot_tell(one) for one in answer.findings if one.alternatives]
         lines += telling_apart(answer.findings)
-    lines += [*_agreement(answer), *map(_by_priors, answer.prior_sensitivity)]
+    lines += [*_agreement(answer), *map(sureness.by_priors, answer.prior_sensitivity)]
     lines.append(
         f"Mismatch {said(fit.rms_before_m, fit.unit)} before, {said(fit.rms_after_m, fit.unit)} "
         f"after, noise floor {said(fit.noise_floor_m, fit.unit)}; {_held_out(answer)} "
@@ -120,15 +120,6 @@ def _agreement(answer: Diagnosis) -> list[str]:
         + f" (p = {one.p:.2g}); its interval holds the difference."
         for one in apart
     ]
-
-
-def _by_priors(one: PriorSensitivity) -> str:
-    """How a probability hangs on the priors."""
-    now, narrower, wider = (round(100 * x) for x in (one.probability, one.narrower, one.wider))
-    return (
-        f"How probable {one.effect} is depends on how large such effects may be: {now} %, with "
-        f"sizes expected three times smaller {narrower} %, three times larger {wider} %."
-    )
 
 
 def _held_out(answer: Diagnosis) -> str:

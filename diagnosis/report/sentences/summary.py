@@ -139,6 +139,7 @@ def remarks(diagnosis: Diagnosis) -> list[str]:
     lines += [ENDED_EARLY] if diagnosis.ended_early else []
     lines += [thinned_line(one) for one in diagnosis.thinned]
     lines += [f"The torques were not read: {why}." for why in diagnosis.not_read]
+    lines += [sureness.by_priors(one) for one in diagnosis.prior_sensitivity]
     return [*lines, *tie_lines(diagnosis)]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from diagnosis.answer.records import Diagnosis, Finding
+from diagnosis.answer.records import Diagnosis, Finding, PriorSensitivity
 
 BEYOND_DOUBT_P = 1e-6
 VERY_SURE_P = 1e-3
@@ -44,6 +44,15 @@ def percent(probability: float) -> str:
     if probability > CERTAIN:
         return "above 99 %"
     return "below 1 %" if probability < 1.0 - CERTAIN else f"{100.0 * probability:.0f} %"
+
+
+def by_priors(one: PriorSensitivity) -> str:
+    """How a probability hangs on the priors of sizes."""
+    now, narrower, wider = (percent(x) for x in (one.probability, one.narrower, one.wider))
+    return (
+        f"How probable {one.effect} at {one.component} is depends on how large such effects may "
+        f"be: {now}, with sizes expected three times smaller {narrower}, three times larger {wider}."
+    )
 
 
 def evidence(finding: Finding) -> str:
