@@ -51,7 +51,8 @@ def by_priors(one: PriorSensitivity) -> str:
     now, narrower, wider = (percent(x) for x in (one.probability, one.narrower, one.wider))
     return (
         f"How probable {one.effect} at {one.component} is depends on how large such effects may "
-        f"be: {now}, with sizes expected three times smaller {narrower}, larger {wider}."
+        f"be: {now}, with sizes expected three times smaller {narrower}, "
+        f"three times larger {wider}."
     )
 
 
