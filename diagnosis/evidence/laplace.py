@@ -225,8 +225,8 @@ class Laplace:
         )
         halves = self._within(keys, point, tangent, moved)
         odds = sum(self.by_key[key].log_odds for key in keys)
-        if self.plant.impossible(keys, point, linear):
-            odds = -np.inf
+        if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
+            odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         return Explanation(
             keys=keys, sizes=point, linear=linear, predicted=predicted,
             residual=self.plant.observed - predicted, chi2=float(left @ left),

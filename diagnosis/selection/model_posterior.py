@@ -85,7 +85,7 @@ class Search:
         here = self.evidence(self.kept)
         while True:
             best = max(self._moves(here), key=lambda e: e.log_evidence, default=here)
-            if best.log_evidence <= here.log_evidence + BETTER:
+            if not best.log_evidence > here.log_evidence + BETTER:
                 break
             here = best
         mine = [e for e in self.evidence.evaluated if self.kept <= e.keys <= self._all.keys()]
