@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.evidence.laplace import Explanation, Laplace
+from foundation.errors import RecordingError
 
 WINDOW = 12.0
 """Sets whose log evidence is further below the best's than this are not counted (e^-12)."""
@@ -52,9 +53,11 @@ class Posterior:
 
 
 def posterior(explanations: Iterable[Explanation]) -> Posterior:
-    """Weights of evaluated sets."""
+    """Weights of evaluated sets. Raises RecordingError where none of them has any evidence."""
     ordered = sorted(explanations, key=lambda e: (-e.log_evidence, len(e.keys), sorted(e.keys)))
     top = ordered[0].log_evidence
+    if not np.isfinite(top):
+        raise RecordingError("the readings are too large to compare; are columns and units right?")
     counted = [e for e in ordered if top - e.log_evidence < WINDOW]
     weights = np.exp([e.log_evidence - top for e in counted])
     return Posterior(counted, (weights / weights.sum()).tolist())
