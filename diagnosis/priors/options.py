@@ -25,9 +25,10 @@ class SearchOptions:
     """What lifting the prior of a build tolerance must gain to make it a finding: as a choice."""
     tied: float = 11.0
     """Within which two explanations count as tied: one in a thousand by chance."""
-    preferred: float = 3.0
-    """How many times more probable a rival must be to take the place of a finding: below that it is
-    a toss-up, and the one that fits better stays."""
+    preferred: float = 10.0
+    """How many times more probable a rival must be to take the place of a finding: strong evidence
+    (Jeffreys 1961, Theory of Probability, appendix B). Below that the one that fits better stays:
+    at three times, priors known to a factor of three would decide."""
     spare: float = 0.1
     """What any effect may still do beside a shape that explains it all, of what that does more."""
     calmer: float = 0.99

@@ -80,5 +80,5 @@ def false_alarm(diagnosis: Diagnosis) -> str:
     said = f"If nothing were missing, noise alone would look like this in {odds(p)} recordings."
     nothing = diagnosis.probability_nothing_missing
     if nothing is not None:
-        said += f" Probability that nothing is missing: {percent(nothing)}."
+        said += f" Probability that the model is complete: {percent(nothing)}."
     return said
