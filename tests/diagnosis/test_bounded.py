@@ -66,7 +66,7 @@ def test_a_gap_of_three_days_costs_no_memory(record: Record, tmp_path: Path) -> 
     t_s[len(t_s) // 2 :] += 3 * 86400.0
     path = tmp_path / "gap.csv"
     write_flat(FlatRecording(t_s, whole.columns, {}, "gap"), path)
-    assert peak_mb(CHILD, path, ZHAO) < 400.0
+    assert peak_mb(CHILD, path, ZHAO) < 500.0  # what four minutes may take; a gap took 1.8 GB
 
 
 def test_a_table_is_read_block_by_block(tmp_path: Path) -> None:
