@@ -109,7 +109,7 @@ def test_it_replaces_an_earlier_report_whole(recorded_run: MakeRun, tmp_path: Pa
     out.write_text("earlier")
     write_report(run.path, out)
     assert out.read_text(encoding="utf-8") == report_of(run)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["report.html", "drawn.mcap"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["drawn.mcap", "report.html"]
 
 
 def test_a_place_that_cannot_be_written(recorded_run: MakeRun, tmp_path: Path) -> None:
