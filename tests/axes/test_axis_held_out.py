@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import f
 
-from diagnosis.assessment.regression_holdout import BLOCKS, on_blocks, on_other_runs
+from diagnosis.assessment.regression_holdout import FOLDS, on_blocks, on_other_runs
 from diagnosis.assessment.significance import STARTS, chance
 from diagnosis.estimation.effective_size import TemperedNoise
 from diagnosis.evidence.laplace import Laplace
@@ -66,12 +66,12 @@ def chosen(plant: Slope, keys: tuple[str, ...]) -> Any:
 def test_a_block_takes_no_part_in_the_fit_that_it_is_held_against() -> None:
     """Another slope in one block: the others say what they say, and that block is off by all."""
     plant = Slope(1, 0.0)
-    last = np.arange(COUNT) * BLOCKS // COUNT == BLOCKS - 1
+    last = np.arange(COUNT) * FOLDS // COUNT == FOLDS - 1
     plant.observed[last] += 5.0 * plant.shapes[last, 0]
-    _, after = on_blocks(chosen(plant, ("a",)))
+    after = on_blocks(chosen(plant, ("a",))).after
     per_block = []
-    for block in range(BLOCKS):
-        held = np.arange(COUNT) * BLOCKS // COUNT == block
+    for block in range(FOLDS):
+        held = np.arange(COUNT) * FOLDS // COUNT == block
         x, y = plant.shapes[:, 0], plant.observed
         size = (x[~held] @ y[~held]) / (x[~held] @ x[~held])
         per_block.append(np.mean((y[held] - size * x[held]) ** 2))
@@ -80,7 +80,8 @@ def test_a_block_takes_no_part_in_the_fit_that_it_is_held_against() -> None:
 
 def test_before_is_without_what_was_found() -> None:
     plant = Slope(2, 1.0)
-    before, after = on_blocks(chosen(plant, ("a",)))
+    blocks = on_blocks(chosen(plant, ("a",)))
+    before, after = blocks.before, blocks.after
     assert before == pytest.approx(np.sqrt(np.mean(plant.observed**2)), rel=1e-6)
     assert after == pytest.approx(0.01, rel=0.1)
 
