@@ -43,6 +43,7 @@ class SampleReader:
         self._started_ns = 0
         self._changed_ns = 0
         self._absent_ns = 0
+        self._asked_ns = 0
         self._faults_in_a_row = 0
 
     @property
@@ -69,10 +70,11 @@ class SampleReader:
         self._last_count = 0
         self._faults_in_a_row = 0
         self._started_ns = self._changed_ns = self._absent_ns = now_ns
+        self._asked_ns = now_ns
 
     def read(self) -> Reading | None:
         """A new sample, or None. Raises OSError when the bus fails after its retries."""
-        before_ns = self._clock.now_ns()
+        before_ns = self._asked_ns = self._clock.now_ns()
         sample = self._sensor.read_sample()
         if self._implausible(sample):
             before_ns = self._clock.now_ns()
@@ -90,8 +92,12 @@ class SampleReader:
         )
 
     def why_restart(self) -> str | None:
-        """The reason to restart the sensor now, if there is one."""
-        age_ns = self._clock.now_ns() - self._changed_ns
+        """The reason to restart the sensor now, if there is one.
+
+        A sample is late when a poll that began late did not find it: what passed since then is the
+        pause of a busy computer or of the bus, not of the sensor.
+        """
+        age_ns = self._asked_ns - self._changed_ns
         if age_ns > self._age_limit_ns:
             return self.trouble or f"no new sample for {age_ns / NS_PER_S:.2f} s"
         if self._faults_in_a_row >= FAULTS_IN_A_ROW:

@@ -406,7 +406,7 @@ class Controller:
 
     def _stopped_blind(self, job: ActiveJob) -> bool:
         """Whether the robot is blind and the job does not want to go on so."""
-        blind = self._observer.blind()
+        blind = self._observer.blind(bears_pauses=True)
         if blind is None:
             job.blind = False
             return False

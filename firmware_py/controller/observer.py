@@ -72,11 +72,12 @@ class Observer:
         """The ranging loop begins."""
         self._sight.restart(now_ns)
 
-    def blind(self) -> Blindness | None:
+    def blind(self, bears_pauses: bool = False) -> Blindness | None:
         """Whether the arms are not seen; a servo robot's encoders see them anyway."""
         if self._machine.servo is not None:
             return None
-        return self._sight.blind(self._machine.clock.now_ns(), self._machine.sensors.health)
+        sensors, now_ns = self._machine.sensors, self._machine.clock.now_ns()
+        return self._sight.blind(now_ns, sensors.health, bears_pauses)
 
     def blindness_of(self, axis: str) -> str:
         """What is to be said of one sensor's sight; empty while it sees."""

@@ -18,6 +18,9 @@ from models.robot import AXES
 BLIND_S = 0.5
 PERIODS = 3
 """A sensor that ranges slowly may take so many periods."""
+PAUSE_S = 0.1
+"""Nobody looked for longer: the computer was busy, and so may the loop have been that reads the
+sensors. For as long again it may catch up, unless the readings are twice too old."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,10 +49,11 @@ class Sight:
         self._good_ns: dict[str, int] = {}
         self._said: dict[str, str] = {}
         self._start_ns = 0
+        self._looked_ns = self._woke_ns = 0
 
     def restart(self, now_ns: int) -> None:
         """The sensors have just been started: they have as long as any blindness may last."""
-        self._start_ns = now_ns
+        self._start_ns = self._looked_ns = now_ns
         self._good_ns, self._said = {}, {}
 
     def reading(self, reading: Reading) -> None:
@@ -60,15 +64,20 @@ class Sight:
         else:
             self._said[reading.axis] = f"refused: {reading.gate.value}"
 
-    def blind(self, now_ns: int, health: Callable[[], dict[str, str]]) -> Blindness | None:
+    def blind(
+        self, now_ns: int, health: Callable[[], dict[str, str]], bears_pauses: bool = False
+    ) -> Blindness | None:
         """The blindness of now, or None. A robot without sensors never sees, and is not blind.
 
         health: what the driver says of each sensor, asked only in case of blindness.
+        bears_pauses: for the loop that stops a run; it asks again and again.
         """
         if self._sensors is None:
             return None
         last_ns = [self._good_ns.get(axis, self._start_ns) for axis in AXES]
-        if now_ns - min(last_ns) <= self._limit_ns:  # three angles need all three ranges
+        age_ns = now_ns - min(last_ns)  # three angles need all three ranges
+        twice = bears_pauses and self._just_woke(now_ns)
+        if age_ns <= (2 if twice else 1) * self._limit_ns:
             return None
         since_ns = min(last_ns)
         # Whoever is about to follow is named too: one cause blinds all within a few polls.
@@ -76,7 +85,14 @@ class Sight:
         axes = tuple(axis for axis, is_late in zip(AXES, late, strict=True) if is_late)
         drivers = health()
         instead = tuple(self._instead(axis, drivers.get(axis, "ok")) for axis in axes)
-        return Blindness(axes, since_ns, (now_ns - since_ns) / NS_PER_S, instead)
+        return Blindness(axes, since_ns, age_ns / NS_PER_S, instead)
+
+    def _just_woke(self, now_ns: int) -> bool:
+        """Whether nobody looked for a while until a moment ago."""
+        if now_ns - self._looked_ns > ns(PAUSE_S):
+            self._woke_ns = now_ns
+        self._looked_ns = now_ns
+        return now_ns - self._woke_ns < ns(PAUSE_S)
 
     def says_of(self, axis: str, now_ns: int) -> str:
         """'blind for 3.2 s (refused: status)' of one sensor; empty while it sees."""

@@ -207,6 +207,22 @@ def test_sight_is_about_the_age_of_good_readings() -> None:
     assert at(1.91).axes == ("y",)
 
 
+def test_a_pause_of_the_computer_is_not_yet_blindness() -> None:
+    """The loop that looks wakes before the loop that reads the sensors; it waits a moment."""
+    sight = Sight(ROBOT)
+    sight.restart(0)
+
+    def blind_at(t_s: float) -> bool:
+        return sight.blind(round(t_s * 1e9), dict, bears_pauses=True) is not None
+
+    assert not blind_at(0.05)
+    assert not blind_at(BLIND_S + 0.2)
+    assert not blind_at(BLIND_S + 0.25)
+    assert blind_at(BLIND_S + 0.31)  # nothing came meanwhile
+    for t_s in (1.0 + 0.2 * k for k in range(4)):  # a loop that is always late is no excuse
+        assert blind_at(t_s + 0.01)
+
+
 def test_a_reading_has_its_age_and_is_good_only_since_it_was_taken() -> None:
     clock = VirtualClock()
     sleep_s(clock, 10.0)

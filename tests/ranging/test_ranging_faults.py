@@ -6,8 +6,10 @@ import pytest
 
 from drivers.fakes.ranging_bench import RangingBench
 from drivers.ranging.contract import Gate, Reading
+from drivers.ranging.sample import RawSample
+from drivers.ranging.vl53l1x import Vl53l1x
 from drivers.settings import RangingSettings
-from foundation.clock import ns
+from foundation.clock import ns, sleep_s
 
 
 def _axes(readings: list[Reading]) -> set[str]:
@@ -139,6 +141,26 @@ def test_a_frozen_sensor_is_found_by_its_age_and_restarted(bench: RangingBench) 
     assert "no new sample for 0.2" in bench.bank.health()["y"]
     bench.chips["y"].faults.clear()
     assert bench.run_until(bench.well) < 0.6
+
+
+def test_a_pause_of_the_computer_is_none_of_the_sensor(
+    bench: RangingBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A poll finds nothing new, and the program is held up before it can judge that."""
+    read_sample, pauses_s = Vl53l1x.read_sample, [0.0] * 4 + [0.3, 0.6]
+
+    def held_up(sensor: Vl53l1x) -> RawSample:
+        sample = read_sample(sensor)
+        sleep_s(bench.clock, pauses_s.pop() if pauses_s else 0.0)
+        return sample
+
+    bench.run(0.1)
+    monkeypatch.setattr(Vl53l1x, "read_sample", held_up)
+    bench.run(0.001, 0.001)
+    bench.run(0.5)
+    assert not pauses_s
+    assert bench.well()
+    assert not [one for one in bench.bank.take_events() if "held in reset" in one]
 
 
 def test_a_slow_rate_stretches_the_age_limit() -> None:
