@@ -22,8 +22,8 @@ from foundation.one_thread import one_thread
 from foundation.rarely_collected import rarely_collected
 from foundation.strict_yaml import Document
 from models.robot import DeltaRobot, RobotModel, load_robot_model
-from recording.flat import FlatRecording
-from recording.flat_files import read_flat
+from recording.tables.flat import FlatRecording
+from recording.tables.flat_files import read_flat
 
 Progress = Callable[[str], None]
 

@@ -25,7 +25,7 @@ from foundation.strict_yaml import Document, StrictModel
 from foundation.yaml_tree import Location
 from models.chain.active import of_entries
 from models.robot import KINDS, DeltaRobot, DriveSection, EffectEntry
-from recording.keeping import KeptRecordings
+from recording.writing.keeping import KeptRecordings
 
 Angle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
 JointSpeed = Annotated[

@@ -17,7 +17,7 @@ from typing import Any
 from fleet.book import Book, Row, stamp_of
 from fleet.task import diagnose_one
 from foundation.errors import DeltactlError
-from recording.names import ENDING
+from recording.writing.names import ENDING
 
 FOLDER = "checks"
 ANNOUNCED = "announced.json"
@@ -81,7 +81,7 @@ class RunChecks:
 
     def _check(self, path: Path) -> Row | None:
         """The row of a run; None for one that is still being written."""
-        from recording.reader import read_run
+        from recording.reading.reader import read_run
 
         head: Row = {"recording": str(path), "stamp": stamp_of(path)}
         try:

@@ -44,7 +44,7 @@ class Robots:
         Raises RecordingError.
         """
         if recording.suffix == ".mcap":
-            from recording.reader import read_run
+            from recording.reading.reader import read_run
 
             said = read_run(recording).configuration.robot_name
             if said in self.by_name:
@@ -63,7 +63,7 @@ class Robots:
 def recorded_at(recording: Path) -> datetime:
     """When a run was: as it says, by a date in its name, or when the file was written."""
     if recording.suffix == ".mcap":
-        from recording.reader import read_run
+        from recording.reading.reader import read_run
 
         epoch_ns = read_run(recording).configuration.start_epoch_ns
         if epoch_ns > 0:

@@ -11,7 +11,7 @@ from proof.robot.run import Truth, run
 from proof.robot.stepping import StepTrain
 from proof.sensors.noise import Noise
 from proof.sensors.ranging import Sensors, ideal_ranges, read
-from recording.flat import AnyArray, FlatRecording, from_columns
+from recording.tables.flat import AnyArray, FlatRecording, from_columns
 
 RATE_HZ = 50.0
 FIRST_S = 0.04

@@ -10,7 +10,7 @@ import numpy as np
 from proof.cases import Case
 from proof.recorded import record, record_with_truth
 from proof.robot.run import Truth
-from recording.flat_files import write_flat
+from recording.tables.flat_files import write_flat
 
 ROBOT = """\
 # What the robot of the proof was meant to be (Zhao 2023, Tables 1 and 2).

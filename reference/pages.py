@@ -17,8 +17,8 @@ from models.effects import PORT_TEXT, TABLES, VOCABULARY
 from models.effects.kind import EffectKind
 from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 from models.robot import KINDS
-from recording.channels import CHANNELS
-from recording.flat import UNITS
+from recording.format.channels import CHANNELS
+from recording.tables.flat import UNITS
 from reference.fields import Section, sections
 
 ROOT = Path(__file__).parents[1]

@@ -21,7 +21,7 @@ from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.planner.plan import Plan
 from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
 from models.calibrated_inverse import corrections_of
-from recording.flat_files import write_flat
+from recording.tables.flat_files import write_flat
 from repair.coverage import coverage
 from repair.limit import limit_of
 from repair.machine import Concealing, conceal

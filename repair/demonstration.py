@@ -12,7 +12,7 @@ from diagnosis.api import diagnose
 from firmware_py.planner.check import plan_of
 from firmware_py.robot_file import load_robot
 from proof.hidden.hidden import Hidden
-from recording.flat_files import write_flat
+from recording.tables.flat_files import write_flat
 from repair.coverage import Coverage, coverage_of
 from repair.limit import Limit, limit_of
 from repair.machine import conceal

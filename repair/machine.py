@@ -19,7 +19,7 @@ from proof.motion.survey import survey
 from proof.recorded import Machine, record
 from proof.robot.run import run
 from proof.robot.stepping import StepTrain
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 from repair.played import Played
 from repair.tracking import Drawn, drawn
 

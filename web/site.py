@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from firmware_py.robot_file import CONFIG_FOLDER
-from recording.names import ENDING
+from recording.writing.names import ENDING
 from web.belief import Belief, Beliefs
 from web.link import DaemonLink, Seen
 from web.tasks import Tasks

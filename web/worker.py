@@ -51,7 +51,7 @@ def diagnose(recording: Path, folder: Path) -> dict[str, Any]:
     from diagnosis.report.sentences.summary import plain_lines
     from firmware_py.robot_file import CONFIG_FOLDER
     from models.robot import load_robot_model
-    from recording.reader import read_run
+    from recording.reading.reader import read_run
 
     for name in ("corrected.yaml", "next.yaml"):
         (folder / name).unlink(missing_ok=True)

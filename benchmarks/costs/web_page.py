@@ -32,7 +32,7 @@ import socketio
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import ServiceError
-from recording.reader import read_run
+from recording.reading.reader import read_run
 
 WATCHED = """
 const place = document.querySelector('[data-testid="counts"]');

@@ -26,15 +26,15 @@ from models.network.file import checked_metadata, checksum, checksum_start
 from models.network.flat import FlatError
 from models.network.runtime import open_interpreter
 from models.network.structure import check_structure
-from recording.append_file import AppendFile
-from recording.channels import CHANNEL_IDS
-from recording.configuration import RunConfiguration
-from recording.container import Container, record_bytes
-from recording.csv_table import read_csv
-from recording.names import confined
-from recording.reader import read_run
-from recording.rounds import flatten
-from recording.writer import RunRecorder
+from recording.format.channels import CHANNEL_IDS
+from recording.format.configuration import RunConfiguration
+from recording.reading.reader import read_run
+from recording.tables.csv_table import read_csv
+from recording.tables.rounds import flatten
+from recording.writing.append_file import AppendFile
+from recording.writing.container import Container, record_bytes
+from recording.writing.names import confined
+from recording.writing.writer import RunRecorder
 
 Target = Callable[[bytes], None]
 OURS = (DeltactlError, protocol.BadRequest)

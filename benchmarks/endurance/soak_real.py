@@ -20,7 +20,7 @@ from firmware_py.controller.contract import JobResult
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import DeltactlError
-from recording.reader import read_run
+from recording.reading.reader import read_run
 from tests.rigs.faults.daemon_stand import bench_of
 from tests.rigs.faults.stand import wait_for
 from tests.rigs.faults.vitals import vitals

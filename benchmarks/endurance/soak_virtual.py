@@ -22,7 +22,7 @@ from firmware_py.daemon.job_store import JobStore
 from firmware_py.daemon.protocol import Message, Request
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.clock import NS_PER_S, sleep_s
-from recording.keeping import GIB, KeptRecordings, RecordingKeeper
+from recording.writing.keeping import GIB, KeptRecordings, RecordingKeeper
 from tests.rigs.faults.vitals import vitals
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"

@@ -91,19 +91,19 @@ NAMED: tuple[Named, ...] = (
     ),
     Named(
         "fdatasync",
-        "recording/append_file.py",
+        "recording/writing/append_file.py",
         "        os.fdatasync(self._descriptor)",
         "        pass",
     ),
     Named(
         "the disk's reserve while running",
-        "recording/disk.py",
+        "recording/writing/disk.py",
         "        if self._file.free_bytes() < self._file.reserve_bytes:",
         "        if False:",
     ),
     Named(
         "the disk's reserve at the beginning",
-        "recording/append_file.py",
+        "recording/writing/append_file.py",
         "if (free_bytes := self.free_bytes()) < reserve_bytes:",
         "if (free_bytes := self.free_bytes()) < 0:",
     ),

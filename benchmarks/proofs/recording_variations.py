@@ -31,8 +31,8 @@ from diagnosis.answer.consistency import contradictions
 from diagnosis.api import diagnose_recordings
 from foundation.errors import DeltactlError
 from models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis, load_robot_model
-from recording.flat import FlatRecording
-from recording.flat_files import read_flat
+from recording.tables.flat import FlatRecording
+from recording.tables.flat_files import read_flat
 
 DEFAULT = Path(__file__).resolve().parents[2] / "../shared/recordings"
 OF_THE_AXIS = ("position", "velocity", "command", "command_1", "theta_1", "steps_1", "load")

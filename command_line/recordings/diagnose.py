@@ -15,7 +15,7 @@ from models.robot import load_robot_model
 
 if TYPE_CHECKING:
     from diagnosis.observations.column_mapping import Mapping
-    from recording.flat import FlatRecording
+    from recording.tables.flat import FlatRecording
 
 
 def diagnose_recordings(
@@ -65,7 +65,7 @@ def diagnose_recordings(
 
 def read_with(columns: list[str]) -> Callable[[Path], FlatRecording]:
     """What reads recordings, with the mapping that these options say."""
-    from recording.flat_files import read_flat
+    from recording.tables.flat_files import read_flat
 
     if not columns:
         return read_flat

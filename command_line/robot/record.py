@@ -14,8 +14,8 @@ from firmware_py.daemon.client import daemon_answers
 from firmware_py.robot_file import find, load_robot
 from foundation.clock import ns, sleep_s
 from foundation.errors import ConfigError, RecordingError, ServiceError
-from recording.configuration import RunConfiguration
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.writing.writer import RunRecorder
 
 SLICE_S = 0.1
 LONGEST_S = 24 * 3600.0

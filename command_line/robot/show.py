@@ -12,7 +12,7 @@ from command_line.output import console, decimals, print_json, say, warn
 from firmware_py.run_report.report import write_report
 from firmware_py.run_report.tracking import RunTracking, robot_of, track
 from models.robot import AXES
-from recording.reader import read_run
+from recording.reading.reader import read_run
 
 __all__ = ["export_recording", "show_recording", "show_tracking", "write_report"]
 
@@ -57,8 +57,8 @@ def show_recording(recording: Path, out: Path, json_out: bool) -> None:
 
 def export_recording(recording: Path, out: Path, truth: bool) -> None:
     """`deltactl export`: a flat table in the format of the file name's ending."""
-    from recording.flat_files import write_flat
-    from recording.rounds import flatten
+    from recording.tables.flat_files import write_flat
+    from recording.tables.rounds import flatten
 
     table = flatten(read_run(recording), with_truth=truth)
     write_flat(table, out)

@@ -17,7 +17,7 @@ from diagnosis.observations.readings import IntArray
 from foundation.errors import RecordingError
 from models.robot import DeltaRobot, RangeSensor, RobotModel
 from models.servo_drive import ServoDrive
-from recording.flat import GAP_PERIODS, FlatRecording
+from recording.tables.flat import GAP_PERIODS, FlatRecording
 
 STRETCHES = 10
 DELTA_ROWS = 30_000

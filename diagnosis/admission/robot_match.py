@@ -18,7 +18,7 @@ from diagnosis.plants.delta.model import ANGLES, POSITIONS, DeltaModel
 from foundation.errors import RecordingError
 from models.linkage import Linkage, forward
 from models.robot import DeltaRobot
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 FAR_OFF = 0.15
 """A mismatch larger than this share of how much the readings move needs an explanation."""

@@ -8,7 +8,7 @@ from diagnosis.experiment import MotionLimits
 from foundation.errors import RecordingError
 from models.robot import DeltaRobot, RobotModel
 from models.servo_drive import ServoDrive
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 WITHOUT_LIMITS_DEG = (-170.0, 170.0)
 BEYOND_DEG = 10.0

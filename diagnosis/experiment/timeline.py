@@ -6,7 +6,7 @@ import numpy as np
 
 from diagnosis.experiment.motions import Motion
 from diagnosis.observations.readings import FloatArray
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 END_S = 0.5
 """Readings after the last step."""

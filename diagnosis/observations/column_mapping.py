@@ -30,9 +30,9 @@ from diagnosis.observations.readings import FloatArray
 from foundation.errors import ConfigError, RecordingError
 from foundation.explain import explain
 from foundation.strict_yaml import Document, StrictModel
-from recording.flat import GAP_PERIODS, UNITS, AnyArray, FlatRecording, from_columns
-from recording.foreign_log import LOG_TIME, is_log, read_log, topic_of
-from recording.foreign_table import read_parquet_table, read_table
+from recording.tables.flat import GAP_PERIODS, UNITS, AnyArray, FlatRecording, from_columns
+from recording.tables.foreign_log import LOG_TIME, is_log, read_log, topic_of
+from recording.tables.foreign_table import read_parquet_table, read_table
 
 IN_SI = {
     "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "m": 1.0, "cm": 0.01, "mm": 1e-3,

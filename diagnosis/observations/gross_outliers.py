@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from diagnosis.observations.readings import BoolArray, FloatArray
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 NEIGHBOURS = 7
 GROSS = 30.0

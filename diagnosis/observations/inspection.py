@@ -22,10 +22,10 @@ from diagnosis.observations.readings import FloatArray
 from diagnosis.observations.unit_guess import LINEAR, ROTARY, with_units
 from foundation.errors import RecordingError
 from models.robot import ARMS
-from recording.flat import GAP_PERIODS, UNITS
-from recording.foreign_log import is_log, read_log, topic_of
-from recording.foreign_table import read_parquet_table, read_table
-from recording.table_format import SEPARATORS, TableFormat, guess_format
+from recording.tables.flat import GAP_PERIODS, UNITS
+from recording.tables.foreign_log import is_log, read_log, topic_of
+from recording.tables.foreign_table import read_parquet_table, read_table
+from recording.tables.table_format import SEPARATORS, TableFormat, guess_format
 
 _NUMBERED = re.compile(r"(.*?)[._]?\d+")
 LARGE_JITTER = 0.2

@@ -8,7 +8,7 @@ import numpy as np
 
 from diagnosis.observations.readings import FloatArray
 from foundation.errors import RecordingError
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 STANDS_IN = {
     "command_1": "command_1 [rad] or steps_1 [microsteps] with `drive` in the robot file",

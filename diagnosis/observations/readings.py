@@ -13,7 +13,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from foundation.errors import RecordingError
-from recording.flat import GAP_PERIODS, FlatRecording
+from recording.tables.flat import GAP_PERIODS, FlatRecording
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]

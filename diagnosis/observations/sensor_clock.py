@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from models.robot import AXES, FloatArray
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 FURTHEST_S = 0.5
 """A time further from its row than this is no time of that row."""

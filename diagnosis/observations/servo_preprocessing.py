@@ -15,7 +15,7 @@ from diagnosis.observations.needed_columns import MAPPING, filled
 from diagnosis.observations.readings import BoolArray, FloatArray, IntArray, starts_of
 from foundation.errors import RecordingError
 from models.chain.servo_delta import Motion, ServoChain
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 JOINTS = (1, 2, 3)
 MEANS_S = 0.01

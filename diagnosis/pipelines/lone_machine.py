@@ -24,7 +24,7 @@ from foundation.errors import RecordingError
 from models.effects.kind import MOTORS
 from models.effects.servo_joints import SERVO_EFFECTS
 from models.robot import DeltaRobot, RangeSensor, ServoAxis, StepperAxis
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 LoneRobot = StepperAxis | ServoAxis | RangeSensor
 LonePlant = CommandedAxis | ForcedAxis | RangeSensorPlant

@@ -23,7 +23,7 @@ from foundation.errors import RecordingError
 from models.effects.servo_joints import SERVO_EFFECTS
 from models.robot import DeltaRobot
 from models.servo_drive import ServoDrive
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Progress = Callable[[str], None]
 OUTSIDE = [f"{stem}_{axis}" for stem in ("range", "pos") for axis in "xyz"]

@@ -19,8 +19,8 @@ from firmware_py.robot_file import RobotFile
 from foundation.errors import MotionError, RecordingError
 from models.training.dataset import DataSettings, IntArray, load_dataset
 from models.training.dataset_writer import DataSetWriter, Sample
-from recording.reader import read_run
-from recording.run import Run
+from recording.reading.reader import read_run
+from recording.reading.run import Run
 
 CHUNK = 50
 JOB = "poses.yaml"

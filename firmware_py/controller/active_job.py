@@ -23,8 +23,8 @@ from firmware_py.program.instructions import Move, SetOutputs, WaitFor
 from firmware_py.program.totals import totals
 from firmware_py.robot_file import RobotFile
 from foundation.clock import NS_PER_S, VirtualClock, ns
-from recording.configuration import RunConfiguration
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.writing.writer import RunRecorder
 
 SETTLE_S = 0.3
 """Readings of the last moments arrive up to a timing budget and a poll later."""

@@ -9,7 +9,7 @@ from firmware_py.job_file import JobFile
 from firmware_py.planning.prepared import Prepared
 from firmware_py.program.instructions import Program
 from foundation.errors import RecordingError
-from recording.names import confined, fresh_path
+from recording.writing.names import confined, fresh_path
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from drivers.steps.contract import Counts, Ticks
 from firmware_py.controller.view import View
 from firmware_py.servo.samples import ServoSample
 from firmware_py.simulation.world import Truth
-from recording.writer import RunRecorder
+from recording.writing.writer import RunRecorder
 
 Note = tuple[int, str, str]
 

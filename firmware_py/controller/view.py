@@ -17,7 +17,7 @@ from firmware_py.robot_file import RobotFile
 from models.linkage import Linkage, forward
 from models.linkage.skeleton import Placed, Skeleton, quaternion, turn_x_to
 from models.robot import AXES
-from recording.viewed import LOG, POSES, RANGES, SCENE, TRANSFORMS, UNUSED, ViewedChannel
+from recording.format.viewed import LOG, POSES, RANGES, SCENE, TRANSFORMS, UNUSED, ViewedChannel
 
 PERIOD_NS = 100_000_000
 FRESH_NS = 200_000_000

@@ -19,7 +19,7 @@ from firmware_py.daemon.address import Peer
 from firmware_py.daemon.job_store import JobStore, check_job
 from firmware_py.daemon.protocol import SLOW, Message, Request
 from foundation.errors import ConfigError, DeltactlError, NotReady, ServiceError
-from recording.names import confined
+from recording.writing.names import confined
 
 NOTED: Final = SLOW | {"pause", "resume", "cancel", "stop"}
 """These are noted with who asked."""

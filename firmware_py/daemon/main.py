@@ -20,7 +20,7 @@ from firmware_py.daemon.signals import EndSignals
 from firmware_py.daemon.watchdog import Watchdog, check_period_s
 from foundation.errors import DeltactlError
 from foundation.printable import printable
-from recording.keeping import RecordingKeeper
+from recording.writing.keeping import RecordingKeeper
 
 SETTLE_S = 5.0
 """How long a job may take to decelerate when the daemon is told to end."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from firmware_py.describing.questions import Answers
 from foundation.errors import RecordingError
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 
 def measured(kind: str, recording: FlatRecording, known: Answers) -> tuple[Answers, list[str]]:

@@ -9,8 +9,8 @@ import numpy as np
 
 from firmware_py.importing.drawn import Drawn, Point
 from foundation.errors import ConfigError
-from recording.foreign_table import read_table
-from recording.table_format import guess_format
+from recording.tables.foreign_table import read_table
+from recording.tables.table_format import guess_format
 
 NAMES = {
     "x": ("x", "x_mm"), "y": ("y", "y_mm"), "z": ("z", "z_mm"),

@@ -11,7 +11,7 @@ from charts.spec import Colour, Mark, Series, Span, Style
 from firmware_py.robot_file import RobotFile
 from firmware_py.run_report.tracking import RunTracking, Tracking, positions_of_counts, seconds
 from models.robot import AXES, FloatArray
-from recording.run import Run
+from recording.reading.run import Run
 
 _NS = 1e-9
 _MM = 1e3

@@ -9,8 +9,8 @@ import numpy as np
 
 from charts.figures import HeatStrip
 from charts.spec import Colour
-from recording.rounds import AXES, gather
-from recording.run import Readings, Run
+from recording.reading.run import Readings, Run
+from recording.tables.rounds import AXES, gather
 
 _NS = 1e-9
 

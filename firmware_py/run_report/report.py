@@ -17,8 +17,8 @@ from firmware_py.run_report.servo import servo_section
 from firmware_py.run_report.tracking import RunTracking, Tracking, asked_path, robot_of, track
 from foundation.errors import RecordingError
 from models.robot import AXES
-from recording.reader import read_run
-from recording.run import Run
+from recording.reading.reader import read_run
+from recording.reading.run import Run
 
 MAXIMUM_EVENTS = 300
 

@@ -12,7 +12,7 @@ from charts.spec import Colour, Series
 from firmware_py.run_report.curves import TIME_GROUP
 from firmware_py.run_report.tracking import seconds
 from models.robot import FloatArray
-from recording.run import Run
+from recording.reading.run import Run
 
 COLOURS = (Colour.FIRST, Colour.SECOND, Colour.THIRD)
 

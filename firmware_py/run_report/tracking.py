@@ -13,9 +13,9 @@ from firmware_py.robot_file import RobotFile
 from foundation.strict_yaml import Document
 from models.calibrated_inverse import CalibratedInverse
 from models.robot import AXES, FloatArray
-from recording.columns import Int64Array
-from recording.rounds import gather
-from recording.run import Run, Targets
+from recording.reading.columns import Int64Array
+from recording.reading.run import Run, Targets
+from recording.tables.rounds import gather
 
 JOINT_SHAPES = frozenset({"survey", "joints"})
 _NS = 1e-9

@@ -17,7 +17,7 @@ from proof.prove.one_case import diagnose_blind
 from proof.recorded import Machine, record
 from proof.sensors.noise import Noise
 from proof.write_case import write_blind
-from recording.flat_files import write_flat
+from recording.tables.flat_files import write_flat
 
 SECOND = "second.csv.gz"
 LONGEST_S = 900.0

@@ -22,7 +22,7 @@ from rich.console import Console
 from rich.table import Table
 
 from proof.prove.certainty import wilson
-from recording.flat_files import write_flat
+from recording.tables.flat_files import write_flat
 from reproduction.uzunovic_2013.control_hidden import case, record
 from reproduction.uzunovic_2013.control_references import ROBOT_FILE, micro_delta
 

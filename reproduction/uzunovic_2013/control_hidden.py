@@ -11,7 +11,7 @@ from firmware_py.servo.law import LawSettings
 from models.robot import FloatArray
 from models.servo_drive import ServoDrive
 from proof.micro.as_built import Drives, MicroDelta, Three
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 from reproduction.uzunovic_2013.control_loop import run
 from reproduction.uzunovic_2013.control_recording import recorded
 

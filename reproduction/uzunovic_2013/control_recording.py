@@ -6,7 +6,7 @@ import numpy as np
 
 from models.robot import FloatArray
 from models.servo_drive import ServoDrive
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 from reproduction.uzunovic_2013.control_loop import Run
 
 

@@ -31,7 +31,7 @@ from proof.recorded import Machine, record
 from proof.robot.run import run
 from proof.robot.stepping import StepTrain, together
 from proof.sensors.ranging import read
-from recording.flat_files import write_flat
+from recording.tables.flat_files import write_flat
 from repair.played import Played
 from reproduction.zhao_2023.as_built import AsBuiltFile
 from reproduction.zhao_2023.curves import TRAINED_T_PWM_S

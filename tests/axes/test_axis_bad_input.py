@@ -12,7 +12,7 @@ from diagnosis.observations.column_mapping import load_mapping, read_mapped
 from diagnosis.pipelines.lone_machine import diagnose_axis
 from foundation.errors import ConfigError, RecordingError
 from models.robot import ServoAxis
-from recording.flat import from_columns
+from recording.tables.flat import from_columns
 
 FOLLOWS = ServoAxis(kind="servo_axis", name="follows", motion="rotary")
 FORCED = ServoAxis(kind="servo_axis", name="forced", motion="rotary", inertia=1.0)

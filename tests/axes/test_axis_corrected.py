@@ -10,7 +10,7 @@ import pytest
 from diagnosis.answer.corrected_robot import save_corrected
 from diagnosis.pipelines.lone_machine import diagnose_axis
 from models.robot import DeltaRobot, RobotModel, load_robot_model
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 FOLLOWS = "kind: servo_axis\nname: follows\nmotion: rotary\n"
 FORCED = "kind: servo_axis\nname: forced\nmotion: linear\ninertia: 2.0\n"

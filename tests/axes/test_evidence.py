@@ -17,7 +17,7 @@ from diagnosis.plants.regression import Columns, Regressor
 from diagnosis.plants.spline_terms import spline_terms
 from foundation.errors import RecordingError
 from models.robot import AxisGravity, RangeSensor, ServoAxis
-from recording.flat import FlatRecording, from_columns
+from recording.tables.flat import FlatRecording, from_columns
 
 FOLLOWS = ServoAxis(kind="servo_axis", name="follows", motion="rotary")
 FORCED = ServoAxis(kind="servo_axis", name="forced", motion="rotary", inertia=2.0)

@@ -13,8 +13,8 @@ import pytest
 from command_line.main import main
 from models.chain import Chain, Commands
 from models.robot import load_delta
-from recording.flat import FlatRecording
-from recording.flat_files import write_flat
+from recording.tables.flat import FlatRecording
+from recording.tables.flat_files import write_flat
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 Refused = Callable[[Path, str], None]

@@ -12,8 +12,8 @@ from command_line.main import main
 from diagnosis.estimation import budget as budget
 from models.chain import Chain, Commands
 from models.robot import EffectEntry, load_delta
-from recording.flat import FlatRecording
-from recording.flat_files import write_flat
+from recording.tables.flat import FlatRecording
+from recording.tables.flat_files import write_flat
 
 ROBOT = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 SAMPLES = 1500

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from recording.flat_files import read_flat
-from recording.reader import read_run
+from recording.reading.reader import read_run
+from recording.tables.flat_files import read_flat
 
 
 def test_the_heart_runs_and_everything_agrees(deltactl, tmp_path: Path) -> None:

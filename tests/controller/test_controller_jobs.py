@@ -16,8 +16,8 @@ from foundation.errors import (
     RecordingError,
     UnreachablePoint,
 )
-from recording.reader import read_run
-from recording.run import Run
+from recording.reading.reader import read_run
+from recording.reading.run import Run
 
 
 def run_of(result) -> Run:

@@ -26,8 +26,8 @@ from drivers.settings import StepSettings
 from firmware_py.daemon.client import Client
 from firmware_py.install.unit import PROGRAM
 from foundation.errors import NotReady, ServiceError
-from recording.reader import read_run
-from recording.run import Run
+from recording.reading.reader import read_run
+from recording.reading.run import Run
 from tests.rigs.faults.daemon_stand import pulse_process_of
 
 ROBOT_FILE = PROGRAM / "config/zhao-2023.yaml"

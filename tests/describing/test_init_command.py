@@ -19,8 +19,8 @@ from firmware_py.program.dry_run import check_job
 from firmware_py.robot_file import load_robot
 from foundation.errors import ConfigError
 from models.robot import KINDS, load_robot_model
-from recording.flat import FlatRecording
-from recording.flat_files import write_flat
+from recording.tables.flat import FlatRecording
+from recording.tables.flat_files import write_flat
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 DELTA = {

@@ -10,7 +10,7 @@ import pytest
 
 from models.chain import Chain, Commands
 from models.robot import DeltaRobot, EffectEntry, load_delta
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 

@@ -16,8 +16,8 @@ from diagnosis.answer.records import Diagnosis
 from diagnosis.api import diagnose
 from diagnosis.estimation.side_by_side import alone
 from foundation.errors import DeltactlError
-from recording.flat import FlatRecording
-from recording.flat_files import write_flat
+from recording.tables.flat import FlatRecording
+from recording.tables.flat_files import write_flat
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 AXIS = "kind: servo_axis\nname: any\nmotion: rotary\ninertia: 1.0\n"

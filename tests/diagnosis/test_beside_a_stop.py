@@ -20,7 +20,7 @@ from diagnosis.search.outside_contact import (
     left_alone,
 )
 from models.robot import DeltaRobot, EffectEntry
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 HEIGHT_M = -0.44

@@ -19,8 +19,8 @@ from diagnosis.experiment import MotionLimits
 from diagnosis.report.sentences.summary import plain_lines
 from foundation.errors import RecordingError
 from models.robot import DeltaRobot
-from recording.flat import FlatRecording
-from recording.flat_files import read_flat, write_flat
+from recording.tables.flat import FlatRecording
+from recording.tables.flat_files import read_flat, write_flat
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 # The kernel's own high-water mark: getrusage hands a child the mark of the process that started it.
@@ -42,7 +42,7 @@ print(peak_mb())
 READS = """
 import sys
 from pathlib import Path
-from recording.flat_files import read_flat
+from recording.tables.flat_files import read_flat
 before = peak_mb()
 recording = read_flat(Path(sys.argv[1]))
 print(peak_mb() - before)

@@ -17,7 +17,7 @@ from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.selection.model_choice import explain
 from models.robot import DeltaRobot, EffectEntry
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 SCALE = EffectEntry(effect="sensor_scale", component="range_x", parameters={"scale": 1.02})

@@ -12,7 +12,7 @@ from diagnosis.plants.delta.candidates import TOLERANCES
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.priors.build_tolerances import WITHIN, within_tolerance
 from models.robot import DeltaRobot, EffectEntry
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 

@@ -10,7 +10,7 @@ import pytest
 from diagnosis.evidence.noise_estimation import Prepared, prepare
 from diagnosis.plants.delta.model import DeltaModel
 from models.robot import DeltaRobot
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 

@@ -10,7 +10,7 @@ from diagnosis.api import diagnose_recordings
 from diagnosis.estimation import side_by_side
 from diagnosis.estimation.side_by_side import alone
 from models.robot import DeltaRobot, EffectEntry
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 CAUSES = (

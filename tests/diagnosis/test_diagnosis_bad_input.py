@@ -13,7 +13,7 @@ from diagnosis.admission.robot_match import check_belongs
 from diagnosis.api import diagnose, diagnose_recordings
 from foundation.errors import DeltactlError, RecordingError
 from models.robot import DeltaRobot
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 Change = Callable[[dict[str, np.ndarray]], None]

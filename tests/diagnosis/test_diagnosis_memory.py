@@ -10,7 +10,7 @@ import pytest
 from diagnosis.answer.records import Finding
 from diagnosis.api import diagnose_recordings
 from models.robot import DeltaRobot
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 PERIOD_M = 0.05
 SIZE_M = 0.006

@@ -12,7 +12,7 @@ from diagnosis.api import diagnose_recordings
 from diagnosis.estimation.splines import way
 from models.chain import Chain, Commands
 from models.robot import DeltaRobot, EffectEntry
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 RATE_HZ = 0.31

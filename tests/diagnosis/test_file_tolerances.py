@@ -16,7 +16,7 @@ from diagnosis.plants.delta.candidates import TOLERANCES
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.priors.file_tolerances import MOST_CAREFUL, giving_way, pull
 from models.robot import DeltaRobot, EffectEntry
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 

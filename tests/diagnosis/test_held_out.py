@@ -17,7 +17,7 @@ from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.priors import file_tolerances
 from models.robot import DeltaRobot
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 from tests.diagnosis.conftest import Record
 
 SIGMA_M = 0.002

@@ -14,7 +14,7 @@ from diagnosis.estimation.noise import estimate
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta.model import DeltaModel
 from models.robot import DeltaRobot, EffectEntry
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 

@@ -13,7 +13,7 @@ from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.search.search import Search
 from diagnosis.selection.ambiguity import resolved
 from models.robot import DeltaRobot, EffectEntry
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 LATE_S = 0.14

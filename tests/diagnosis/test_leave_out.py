@@ -23,7 +23,7 @@ from diagnosis.search import removal
 from diagnosis.search.removal import begun_without, clearly_needed, drop, spare
 from diagnosis.search.search import Search
 from models.robot import DeltaRobot, EffectEntry
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 

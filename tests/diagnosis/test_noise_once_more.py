@@ -11,7 +11,7 @@ from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.search.search import Search
 from diagnosis.selection.model_choice import calmed
 from models.robot import DeltaRobot, EffectEntry
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 

@@ -8,7 +8,7 @@ import pytest
 from diagnosis.admission.robot_match import check_belongs
 from foundation.errors import RecordingError
 from models.robot import DeltaRobot, EffectEntry
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 
 @pytest.mark.parametrize("late_s", [0.2, 0.45])

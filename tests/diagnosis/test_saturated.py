@@ -16,7 +16,7 @@ from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.score_tests.fine_scores import scores_of
 from diagnosis.score_tests.score_test import explained_by
 from models.robot import DeltaRobot
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 RHO = 0.6

@@ -15,7 +15,7 @@ from diagnosis.score_tests.pair_scores import best_pairs, leading
 from diagnosis.search.search import Search
 from diagnosis.selection.equivalents import equivalents_of
 from models.robot import DeltaRobot, EffectEntry
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 TRUTH = {("gear_ratio", "motor1"), ("joint_compliance", "joints")}

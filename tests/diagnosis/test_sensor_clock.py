@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.observations.sensor_clock import OwnTimes
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 
 def test_a_prediction_is_carried_to_each_sensors_own_time() -> None:

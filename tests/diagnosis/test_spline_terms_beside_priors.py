@@ -13,7 +13,7 @@ from diagnosis.search.search import Search
 from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_spline_terms
 from diagnosis.selection.tolerance_rival import ToleranceRival
 from models.robot import DeltaRobot
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 SIZE_M = 0.03

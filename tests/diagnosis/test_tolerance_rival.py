@@ -8,7 +8,7 @@ import pytest
 
 from diagnosis.api import diagnose_recordings
 from models.robot import DeltaRobot, EffectEntry
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
 FAULT = EffectEntry(effect="sensor_crosstalk", component="range_y", parameters={"curvature": 0.04})

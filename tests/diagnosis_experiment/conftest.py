@@ -20,7 +20,7 @@ from diagnosis.plants.delta.model import DeltaModel
 from models.chain import Chain, Commands
 from models.linkage import Linkage, inverse
 from models.robot import DeltaRobot, EffectEntry, FloatArray, load_delta
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 

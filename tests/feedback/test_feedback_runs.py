@@ -14,7 +14,7 @@ from firmware_py.robot_file import CONFIG_FOLDER
 from firmware_py.run_report.tracking import path_windows, targets_at
 from foundation.clock import sleep_s
 from models.robot import FloatArray
-from recording.reader import read_run
+from recording.reading.reader import read_run
 
 JOB = {
     "name": "circle",

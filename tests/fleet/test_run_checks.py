@@ -8,8 +8,8 @@ import numpy as np
 
 from firmware_py.robot_file import CONFIG_FOLDER
 from fleet.checks import RunChecks, read_announced, standing
-from recording.configuration import RunConfiguration
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.writing.writer import RunRecorder
 
 PLAY = {"effect": "gear_backlash", "component": "motor2", "parameter": "width", "unit": "rad",
         "value": 0.0035, "probability": 0.97}  # fmt: skip

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.structure import ROOT, at_odds, between_folders, circles, deciding, imports
+from benchmarks.structure import ROOT, at_odds, between_folders, circles, deciding, imports, packages
 
 
 def test_no_rooms_import_each_other() -> None:
@@ -50,9 +50,29 @@ def test_no_number_of_the_diagnosis_has_a_second_value_elsewhere() -> None:
     assert at_odds(ROOT / "diagnosis") == []
 
 
-@pytest.mark.parametrize("top", ["diagnosis", "benchmarks", "command_line"])
-def test_a_room_holds_no_more_than_one_reader_holds(top: str) -> None:
-    for room in sorted({file.parent for file in (ROOT / top).rglob("*.py")}):
-        assert len(list(room.glob("*.py"))) <= 15, room
+FULLER = {
+    "drivers/fakes": 19,
+    "drivers/ranging": 17,
+    "drivers/steps": 16,
+    "firmware_py/controller": 25,
+    "firmware_py/daemon": 17,
+    "firmware_py/planner": 19,
+    "models/effects": 45,
+    "models/training": 28,
+    "reproduction/uzunovic_2013": 17,
+    "reproduction/zhao_2023": 19,
+    "web": 19,
+}
+"""Rooms fuller than 15 files: none of them may grow, and one that has shrunk leaves this table.
+One effect is one file, so `models/effects` is as long as the vocabulary."""
+
+
+@pytest.mark.parametrize("top", [ROOT / "benchmarks", *packages(ROOT)], ids=lambda top: top.name)
+def test_a_room_holds_no_more_than_one_reader_holds(top: Path) -> None:
+    for room in sorted({file.parent for file in top.rglob("*.py")}):
+        files = len(list(room.glob("*.py")))
+        known = FULLER.get(str(room.relative_to(ROOT)), 0)
+        assert files <= 15 or files <= known, room
+        assert not known or files > 15, f"{room} is no fuller than the others any more"
         said = ast.get_docstring(ast.parse((room / "__init__.py").read_text(encoding="utf-8")))
         assert said, f"{room}: its __init__ says what comes in and what goes out"

@@ -20,7 +20,7 @@ from firmware_py.daemon.client import Client
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from firmware_py.run_report.tracking import robot_of, track
 from foundation.errors import DeltactlError
-from recording.reader import read_run
+from recording.reading.reader import read_run
 from tests.rigs.hil.modelled_pi import ModelledPi
 
 from .conftest import T_PWM_S, Site, refused, wait_for

@@ -13,7 +13,7 @@ import pytest
 
 from diagnosis.observations.column_mapping import load_mapping, read_mapped
 from diagnosis.observations.inspection import Inspection, inspect
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 ROWS = 900

@@ -20,7 +20,7 @@ from foundation.errors import ConfigError, RecordingError
 from models.chain.servo_delta import ServoChain
 from models.robot import EffectEntry
 from proof.micro.as_built import MicroDelta
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 from reproduction.uzunovic_2013.control_blind import NOTHING, Outcome, confusion, line, run_case
 from reproduction.uzunovic_2013.control_hidden import KINDS, case, record
 from reproduction.uzunovic_2013.control_references import micro_delta

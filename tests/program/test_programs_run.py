@@ -11,7 +11,7 @@ from firmware_py.job_file import JobFile
 from firmware_py.program.dry_run import check_job
 from foundation.clock import sleep_s
 from foundation.strict_yaml import Document
-from recording.reader import read_run
+from recording.reading.reader import read_run
 from tests.program.conftest import Write, finished
 
 UP = "  - path: {shape: points, points_m: [[0.0, 0.0, -0.3]]}\n"

@@ -19,7 +19,7 @@ from proof.recorded import Machine, record_clean
 from proof.robot.run import run
 from proof.sensors.ranging import ideal_ranges
 from proof.write_case import write_blind
-from recording.flat_files import read_flat
+from recording.tables.flat_files import read_flat
 
 
 def test_the_same_seed_draws_the_same_case():

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from foundation.errors import RecordingError
-from recording import append_file, disk
-from recording.append_file import AppendFile
-from recording.configuration import RunConfiguration
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.writing import append_file, disk
+from recording.writing.append_file import AppendFile
+from recording.writing.writer import RunRecorder
 
 START_NS = 5_000_000_000
 

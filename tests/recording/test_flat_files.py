@@ -16,8 +16,8 @@ from pyarrow import parquet
 from scipy.io import savemat
 
 from foundation.errors import RecordingError
-from recording.flat import FlatRecording
-from recording.flat_files import read_flat, write_flat
+from recording.tables.flat import FlatRecording
+from recording.tables.flat_files import read_flat, write_flat
 
 ENDINGS = (".csv", ".csv.gz", ".parquet", ".mat")
 

@@ -13,11 +13,11 @@ import pytest
 from mcap.reader import make_reader
 
 from foundation.errors import RecordingError
-from recording.channels import CHANNELS, WRITTEN
-from recording.configuration import RunConfiguration
-from recording.names import fresh_path
-from recording.reader import read_run
-from recording.writer import RunRecorder
+from recording.format.channels import CHANNELS, WRITTEN
+from recording.format.configuration import RunConfiguration
+from recording.reading.reader import read_run
+from recording.writing.names import fresh_path
+from recording.writing.writer import RunRecorder
 
 MS = 1_000_000
 START_NS = 5_000_000_000
@@ -58,7 +58,7 @@ def test_a_newer_format_is_refused(
 ) -> None:
     path = tmp_path / "newer.mcap"
     with monkeypatch.context() as patch:
-        patch.setattr("recording.configuration.FORMAT", 2)
+        patch.setattr("recording.format.configuration.FORMAT", 2)
         RunRecorder(path, configuration).close()
     with pytest.raises(RecordingError, match=r"newer\.mcap: was written by a newer deltactl"):
         read_run(path)

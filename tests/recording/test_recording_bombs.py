@@ -12,14 +12,14 @@ import zstandard
 from mcap import records
 
 from foundation.errors import RecordingError
-from recording import csv_table
-from recording.configuration import RunConfiguration
-from recording.container import record_bytes
-from recording.csv_table import read_csv
-from recording.names import confined
-from recording.reader import read_run
-from recording.scan import Scan
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.reading.reader import read_run
+from recording.reading.scan import Scan
+from recording.tables import csv_table
+from recording.tables.csv_table import read_csv
+from recording.writing.container import record_bytes
+from recording.writing.names import confined
+from recording.writing.writer import RunRecorder
 
 MB = 2**20
 

@@ -21,10 +21,10 @@ from mcap.records import ChunkIndex
 from mcap.writer import CompressionType, Writer
 
 from foundation.errors import RecordingError
-from recording.configuration import RunConfiguration
-from recording.reader import read_run
-from recording.spool import WAITING_BYTES, Spool
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.reading.reader import read_run
+from recording.writing.spool import WAITING_BYTES, Spool
+from recording.writing.writer import RunRecorder
 
 MS = 1_000_000
 
@@ -231,8 +231,8 @@ def test_in_simulation_the_caller_waits_for_a_slow_disk() -> None:
 _VICTIM = """
 import sys, time
 from pathlib import Path
-from recording.configuration import RunConfiguration
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.writing.writer import RunRecorder
 start_ns = time.monotonic_ns()
 recorder = RunRecorder(Path(sys.argv[1]), RunConfiguration("r", "j"), start_ns=start_ns)
 while True:

@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from foundation.errors import RecordingError
-from recording.configuration import RunConfiguration
-from recording.edges import blocks, counts_set, from_message
-from recording.reader import read_run
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.format.edges import blocks, counts_set, from_message
+from recording.reading.reader import read_run
+from recording.writing.writer import RunRecorder
 
 DELTAS_NS = st.lists(
     st.one_of(st.integers(1, 60_000), st.integers(2**32 - 3, 2**32 + 3), st.just(10**12)),

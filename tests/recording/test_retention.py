@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from recording.configuration import RunConfiguration
-from recording.retention import prune
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.writing.retention import prune
+from recording.writing.writer import RunRecorder
 
 NOW_S = 1_000_000.0
 

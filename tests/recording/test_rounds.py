@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from foundation.errors import RecordingError
-from recording.configuration import RunConfiguration
-from recording.flat import FlatRecording
-from recording.flat_files import read_flat, write_flat
-from recording.reader import read_run
-from recording.rounds import flatten
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.reading.reader import read_run
+from recording.tables.flat import FlatRecording
+from recording.tables.flat_files import read_flat, write_flat
+from recording.tables.rounds import flatten
+from recording.writing.writer import RunRecorder
 
 MS = 1_000_000
 

@@ -15,10 +15,10 @@ from mcap.reader import make_reader
 from drivers.ranging.contract import Gate, Reading
 from firmware_py.controller.view import View
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
-from recording.configuration import RunConfiguration
-from recording.reader import read_run
-from recording.viewed import SCHEMAS, VIEWED
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.format.viewed import SCHEMAS, VIEWED
+from recording.reading.reader import read_run
+from recording.writing.writer import RunRecorder
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 HOME = (1333, 1333, 1333)

@@ -11,7 +11,7 @@ pytest.importorskip("mujoco", reason="the robot of the proof is MuJoCo's")
 from diagnosis.api import diagnose
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from foundation.errors import RecordingError
-from recording.flat_files import write_flat
+from recording.tables.flat_files import write_flat
 from repair.campaign import Row, kinds_of
 from repair.correct import correct
 from repair.machine import conceal

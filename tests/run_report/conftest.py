@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from models.linkage import Linkage, inverse
-from recording.configuration import RunConfiguration
-from recording.reader import read_run
-from recording.run import Run
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.reading.reader import read_run
+from recording.reading.run import Run
+from recording.writing.writer import RunRecorder
 
 MS = 1_000_000
 ROUNDS = 100

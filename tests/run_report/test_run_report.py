@@ -15,7 +15,7 @@ from firmware_py.run_report.health import STATES, health_strip, sensor_health
 from firmware_py.run_report.report import report_html, write_report
 from firmware_py.run_report.tracking import robot_of
 from foundation.errors import RecordingError
-from recording.run import Run
+from recording.reading.run import Run
 from tests.rigs.charts import charts_of
 
 MakeRun = Callable[..., Run]

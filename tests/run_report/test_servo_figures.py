@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from firmware_py.run_report.servo import following, servo_section
-from recording.configuration import RunConfiguration
-from recording.reader import read_run
-from recording.run import Run, Servo
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.reading.reader import read_run
+from recording.reading.run import Run, Servo
+from recording.writing.writer import RunRecorder
 
 MS = 1_000_000
 

@@ -9,7 +9,7 @@ import pytest
 
 from firmware_py.run_report.tracking import path_windows, robot_of, targets_at, track
 from foundation.errors import ConfigError
-from recording.run import Run
+from recording.reading.run import Run
 
 MakeRun = Callable[..., Run]
 MS = 1_000_000

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from firmware_py.robot_file import CONFIG_FOLDER
-from recording.flat_files import read_flat
-from recording.reader import read_run
+from recording.reading.reader import read_run
+from recording.tables.flat_files import read_flat
 
 TEXT = (CONFIG_FOLDER / "uzunovic-2013.yaml").read_text(encoding="utf-8")
 JOB = """name: little

@@ -15,9 +15,9 @@ from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.clock import sleep_s
 from foundation.errors import DriveAlarm, EmergencyStop, LimitExceeded, NotReady
 from models.linkage import Linkage, forward
-from recording.flat_files import read_flat, write_flat
-from recording.reader import read_run
-from recording.rounds import flatten
+from recording.reading.reader import read_run
+from recording.tables.flat_files import read_flat, write_flat
+from recording.tables.rounds import flatten
 
 TEXT = (CONFIG_FOLDER / "uzunovic-2013.yaml").read_text(encoding="utf-8")
 JOB = """name: {name}

@@ -18,9 +18,9 @@ from firmware_py.controller.contract import SensorStatus, Status
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import RecordingError
 from models.linkage.skeleton import quaternion
-from recording.configuration import RunConfiguration
-from recording.reader import read_run
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.reading.reader import read_run
+from recording.writing.writer import RunRecorder
 from web.belief import Beliefs
 from web.foxglove.convert import convert
 from web.foxglove.live import LiveServer

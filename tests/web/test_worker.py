@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from firmware_py.robot_file import CONFIG_FOLDER
-from recording.configuration import RunConfiguration
-from recording.writer import RunRecorder
+from recording.format.configuration import RunConfiguration
+from recording.writing.writer import RunRecorder
 from web.belief import Beliefs
 from web.link import DaemonLink
 from web.site import Site

@@ -11,8 +11,8 @@ from firmware_py.run_report.tracking import robot_of
 from foundation.errors import RecordingError
 from models.linkage import Linkage
 from models.robot import AXES
-from recording.reader import read_run
-from recording.run import Run
+from recording.reading.reader import read_run
+from recording.reading.run import Run
 from web.belief import Belief
 from web.foxglove.channels import RobotChannels
 

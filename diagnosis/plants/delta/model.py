@@ -21,7 +21,7 @@ from models.chain.delta import Course, standing
 from models.effects import VOCABULARY
 from models.linkage import forward, jacobian
 from models.robot import AXES, DeltaRobot
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 RANGES = tuple(f"range_{axis}" for axis in AXES)
 POSITIONS = tuple(f"pos_{axis}" for axis in AXES)

@@ -22,7 +22,7 @@ from diagnosis.plants.lone.drive_chain import DriveChain
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
 from diagnosis.plants.regression import Columns, Shown, Sizes
 from models.robot import ServoAxis, StepperAxis
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 AXIS_PIECES = 6
 SAME = 0.999

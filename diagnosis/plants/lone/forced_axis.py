@@ -24,7 +24,7 @@ from foundation.errors import RecordingError
 from models.chain.axis import gravity_pull
 from models.chain.effort_axis import Driven, EffortChain
 from models.robot import ServoAxis
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 MEASURED = ("position", "theta_1", "velocity", "effort")
 FEWEST_FORCED = 60

@@ -26,7 +26,7 @@ from diagnosis.plants.left_over import UNKNOWN, LeftOver
 from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes
 from models.chain.range_sensor import SensorChain
 from models.robot import RangeSensor
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 MOST_RANGED_ROWS = 6000
 FEWEST_RANGED = 20

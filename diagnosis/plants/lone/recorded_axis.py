@@ -21,7 +21,7 @@ from models.chain.axis import AxisChain
 from models.chain.commands import Commands
 from models.effects.recursion import lagged
 from models.robot import ServoAxis, StepperAxis
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 OBSERVED = ("theta_1", "position")
 COMMANDED = ("command_1", "command")

@@ -22,7 +22,7 @@ from models.chain.servo_delta import Course, ServoChain
 from models.effects.kind import MOTORS, EffectKind
 from models.effects.servo_joints import SERVO_EFFECTS
 from models.robot import DeltaRobot
-from recording.flat import FlatRecording
+from recording.tables.flat import FlatRecording
 
 CHANNEL = "disturbance"
 APART_S = 60.0

@@ -19,7 +19,7 @@ from drivers.fakes.lines import BENCH_BYTES, BenchMemory
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.robot_file import TRAINED_FOLDER
 from foundation.errors import DeltactlError
-from recording.reader import read_run
+from recording.reading.reader import read_run
 from tests.rigs.faults.edges import after, edge_times_ns
 from tests.rigs.faults.run_delay import all_waits_s, waited_s
 from tests.rigs.faults.stand import JOB, NETWORK, ROBOT_FILE, T_PWM_NS, wait_for

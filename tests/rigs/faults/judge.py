@@ -10,8 +10,8 @@ import numpy as np
 
 from foundation.errors import DeltactlError, NotReady
 from models.robot import AXES
-from recording.reader import read_run
-from recording.run import Run
+from recording.reading.reader import read_run
+from recording.reading.run import Run
 from tests.rigs.faults.edges import after, edge_times_ns
 from tests.rigs.faults.kind import Kind
 from tests.rigs.faults.run_delay import all_waits_s

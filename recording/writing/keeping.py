@@ -12,7 +12,7 @@ from typing import Annotated
 from pydantic import Field
 
 from foundation.strict_yaml import StrictModel
-from recording.retention import prune
+from recording.writing.retention import prune
 
 GIB = 2**30
 DAY_S = 86_400.0

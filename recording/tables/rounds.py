@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from foundation.errors import RecordingError
-from recording.columns import FloatArray, Int64Array
-from recording.flat import AnyArray, FlatRecording
-from recording.run import BoolArray, Readings, Run
-from recording.servo_rows import servo_rows
+from recording.reading.columns import FloatArray, Int64Array
+from recording.reading.run import BoolArray, Readings, Run
+from recording.tables.flat import AnyArray, FlatRecording
+from recording.tables.servo_rows import servo_rows
 
 AXES = ("x", "y", "z")
 _NS = 1e-9

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from foundation.errors import RecordingError
-from recording.flat import MOST_COLUMNS, UNITS, AnyArray, FlatRecording, from_columns
-from recording.text_file import Block, blocks
+from recording.tables.flat import MOST_COLUMNS, UNITS, AnyArray, FlatRecording, from_columns
+from recording.tables.text_file import Block, blocks
 
 Progress = Callable[[str], None]
 _EMPTY_CELL = re.compile(r"(?:^(?=,)|(?<=,)(?=,|$))", re.MULTILINE)

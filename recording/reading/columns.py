@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from foundation.errors import RecordingError
-from recording.channels import Channel
+from recording.format.channels import Channel
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 Int64Array = np.ndarray[Any, np.dtype[np.int64]]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from recording.columns import FloatArray, Int64Array
-from recording.flat import AnyArray
-from recording.run import Readings, Run
+from recording.reading.columns import FloatArray, Int64Array
+from recording.reading.run import Readings, Run
+from recording.tables.flat import AnyArray
 
 _NS = 1e-9
 STEMS = {

@@ -11,7 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from recording.mcap_chunk import McapChunk
+from recording.writing.mcap_chunk import McapChunk
 
 BLOCK_NS = 500_000_000
 """Run time in one chunk."""

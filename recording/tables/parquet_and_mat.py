@@ -12,7 +12,7 @@ import numpy as np
 
 from foundation.errors import RecordingError
 from foundation.extras import how_to_install
-from recording.flat import MOST_COLUMNS, UNITS, AnyArray, FlatRecording, from_columns
+from recording.tables.flat import MOST_COLUMNS, UNITS, AnyArray, FlatRecording, from_columns
 
 MOST_CELLS = 80_000_000
 """A day at 50 Hz in eighteen columns; twice 0.6 GB in memory while it is read."""

@@ -19,7 +19,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 
 from foundation.errors import RecordingError
-from recording.container import MAGIC
+from recording.format.channels import MAGIC
 
 _PIECE_BYTES = 2**20
 _HEAD = struct.Struct("<BQ")

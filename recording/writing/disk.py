@@ -9,10 +9,10 @@ import threading
 import time
 from collections.abc import Callable
 
-from recording.append_file import AppendFile
-from recording.container import Container
-from recording.mcap_chunk import McapChunk
-from recording.spool import Spool
+from recording.writing.append_file import AppendFile
+from recording.writing.container import Container
+from recording.writing.mcap_chunk import McapChunk
+from recording.writing.spool import Spool
 
 SYNC_S = 1.0
 """Wall time between two syncs: what a power cut may cost at most, beside one chunk."""

@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from foundation.errors import RecordingError
-from recording.csv_table import read_csv, write_csv
-from recording.flat import FlatRecording
-from recording.reader import read_run
-from recording.rounds import flatten
-from recording.tables import read_mat, read_parquet, write_mat, write_parquet
+from recording.reading.reader import read_run
+from recording.tables.csv_table import read_csv, write_csv
+from recording.tables.flat import FlatRecording
+from recording.tables.parquet_and_mat import read_mat, read_parquet, write_mat, write_parquet
+from recording.tables.rounds import flatten
 
 Progress = Callable[[str], None]
 MOST_BYTES = 2**26

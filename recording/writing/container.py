@@ -19,11 +19,10 @@ from mcap import records
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 
-from recording.append_file import AppendFile
-from recording.channels import CHANNEL_IDS, WRITTEN
-from recording.mcap_chunk import McapChunk
+from recording.format.channels import CHANNEL_IDS, MAGIC, WRITTEN
+from recording.writing.append_file import AppendFile
+from recording.writing.mcap_chunk import McapChunk
 
-MAGIC = b"\x89MCAP0\r\n"
 COMPRESSION = "zstd"
 _SPILL_BYTES = 4 * 2**20
 """The chunk index stays in memory up to this size: about two hours."""

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from recording.edges import Int64Array
+from recording.format.edges import Int64Array
 
 Steps = Sequence[int] | Int64Array
 Three = Sequence[float] | np.ndarray[Any, np.dtype[np.float64]]

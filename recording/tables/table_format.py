@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foundation.errors import RecordingError
-from recording.text_file import read_text
+from recording.tables.text_file import read_text
 
 SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "spaces"}
 """Sought in this order; a space stands for any run of spaces and tabs."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from foundation.errors import RecordingError
 from foundation.printable import printable
-from recording import configuration, edges
-from recording.channels import (
+from recording.format import configuration, edges
+from recording.format.channels import (
     CHANNELS,
     COMMANDED,
     CONFIGURATION,
@@ -23,9 +23,19 @@ from recording.channels import (
     TARGET,
     TRUTH,
 )
-from recording.columns import Columns, Int64Array
-from recording.run import Commanded, Edges, Event, Readings, Run, Servo, Settings, Targets, Truth
-from recording.scan import Scan
+from recording.reading.columns import Columns, Int64Array
+from recording.reading.run import (
+    Commanded,
+    Edges,
+    Event,
+    Readings,
+    Run,
+    Servo,
+    Settings,
+    Targets,
+    Truth,
+)
+from recording.reading.scan import Scan
 
 _MOST_NS = 366 * 86400 * 10**9
 """Run time counts from the start of the run; more than a year is no run time."""

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from recording.columns import FloatArray, Int64Array
-from recording.configuration import RunConfiguration
-from recording.edges import Int8Array
+from recording.format.configuration import RunConfiguration
+from recording.format.edges import Int8Array
+from recording.reading.columns import FloatArray, Int64Array
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 TextArray = np.ndarray[Any, np.dtype[np.str_]]

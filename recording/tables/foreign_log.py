@@ -15,7 +15,7 @@ import numpy as np
 
 from foundation.errors import RecordingError
 from foundation.extras import needs
-from recording.flat import AnyArray
+from recording.tables.flat import AnyArray
 
 LOG_TIME = "log_time"
 """Column of when the messages were logged, in seconds since the first one."""

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from foundation.errors import RecordingError
-from recording.flat import AnyArray
-from recording.table_format import is_moment, split
-from recording.text_file import read_text
+from recording.tables.flat import AnyArray
+from recording.tables.table_format import is_moment, split
+from recording.tables.text_file import read_text
 
 
 def read_table(
@@ -50,7 +50,7 @@ def read_parquet_table(path: Path) -> dict[str, AnyArray]:
 
     Raises RecordingError.
     """
-    from recording.tables import parquet_columns
+    from recording.tables.parquet_and_mat import parquet_columns
 
     table: dict[str, AnyArray] = {}
     for name, values in parquet_columns(path).items():

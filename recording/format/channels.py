@@ -11,12 +11,15 @@ import json
 from dataclasses import dataclass
 from typing import Literal
 
-from recording.viewed import VIEWED, ViewedChannel
+from recording.format.viewed import VIEWED, ViewedChannel
 
 FORMAT = 1
 """Version of this table; grows when a field changes its meaning. New fields do not count."""
 
 SCHEMA_PREFIX = "deltactl."
+
+MAGIC = b"\x89MCAP0\r\n"
+"""First and last bytes of an MCAP file (MCAP specification, "Magic")."""
 
 Kind = Literal["integer", "number", "string"]
 

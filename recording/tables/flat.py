@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from foundation.errors import RecordingError
-from recording.columns import FloatArray
+from recording.reading.columns import FloatArray
 
 AnyArray = np.ndarray[Any, np.dtype[Any]]
 

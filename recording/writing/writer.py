@@ -13,9 +13,8 @@ from types import TracebackType
 import numpy as np
 
 from foundation.errors import RecordingError
-from recording import messages
-from recording.append_file import AppendFile
-from recording.channels import (
+from recording.format import messages
+from recording.format.channels import (
     CHANNEL_IDS,
     COMMANDED,
     CONFIGURATION,
@@ -29,18 +28,19 @@ from recording.channels import (
     TRUTH,
     Channel,
 )
-from recording.configuration import (
+from recording.format.configuration import (
     JOB_ATTACHMENT,
     METADATA_NAME,
     ROBOT_ATTACHMENT,
     RunConfiguration,
 )
-from recording.container import Attachment, Container
-from recording.disk import DiskThread
-from recording.edges import Int8Array, Int64Array, blocks, counts_set
-from recording.messages import Message, ReadingLike, ServoLike, Steps, Three
-from recording.spool import WAITING_BYTES, Spool
-from recording.viewed import ViewedChannel
+from recording.format.edges import Int8Array, Int64Array, blocks, counts_set
+from recording.format.messages import Message, ReadingLike, ServoLike, Steps, Three
+from recording.format.viewed import ViewedChannel
+from recording.writing.append_file import AppendFile
+from recording.writing.container import Attachment, Container
+from recording.writing.disk import DiskThread
+from recording.writing.spool import WAITING_BYTES, Spool
 
 RESERVE_BYTES = 64 * 2**20
 """What a recording leaves free: a Pi with a full card does not boot."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from foundation.errors import RecordingError
 from foundation.printable import printable
-from recording.channels import FORMAT
+from recording.format.channels import FORMAT
 
 METADATA_NAME = "deltactl"
 ROBOT_ATTACHMENT = "robot.yaml"
