@@ -7,7 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.structure import ROOT, at_odds, between_folders, circles, deciding, imports, packages
+from benchmarks.structure import (
+    ROOT,
+    at_odds,
+    between_folders,
+    circles,
+    deciding,
+    imports,
+    packages,
+)
 
 
 def test_no_rooms_import_each_other() -> None:
