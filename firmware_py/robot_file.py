@@ -241,9 +241,16 @@ class RobotFile(DeltaRobot):
             yield ("inputs", "named", name, "pin"), (wired.pin,)
 
 
-def load_robot(path: Path) -> RobotFile:
-    """Read a robot file for running. Raises MissingFile or ConfigError (one line)."""
-    document = Document.read(path)
+def load_robot(path: Path, follow: bool = True) -> RobotFile:
+    """Read a robot file for running. Raises MissingFile or ConfigError (a line for each mistake).
+
+    follow: whether links may lead to it.
+    """
+    return robot_in(Document.read(path, follow))
+
+
+def robot_in(document: Document) -> RobotFile:
+    """The robot of a file that was read. Raises ConfigError (a line for each mistake)."""
     kind = document.data.get("kind")
     if kind != "delta":
         known = "cannot be run, only diagnosed" if kind in KINDS else "must be 'delta'"
@@ -287,11 +294,12 @@ SHOWN = 10
 """So many names of files are listed in a message."""
 
 
-def find(name: str, beside: Path | None = None) -> Path:
+def find(name: str, beside: Path | None = None, listing: bool = True) -> Path:
     """Where a named file is: as given, beside the file that names it, or in the project.
 
     The project's places are `config/` and, for networks, `models/trained/`. Raises
-    MissingFile, which lists the files of that kind there are.
+    MissingFile, which lists the files of that kind there are; without `listing` only
+    those of the project.
     """
     given = Path(name)
     project = "models/trained" if given.suffix == ".tflite" else "config"
@@ -300,7 +308,8 @@ def find(name: str, beside: Path | None = None) -> Path:
         if (folder / given).is_file():
             return folder / given
     pattern = f"*{given.suffix or '.yaml'}"
-    there = sorted({path.name for folder in folders for path in folder.glob(pattern)})
+    shown = folders if listing else folders[1:]
+    there = sorted({path.name for folder in shown for path in folder.glob(pattern)})
     close = difflib.get_close_matches(given.name, there, n=1, cutoff=0.75)
     few = ", ".join(there[:SHOWN]) + (" and more" if len(there) > SHOWN else "")
     hint = f"did you mean '{close[0]}'?" if close else f"there are {few or 'none'}"

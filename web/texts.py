@@ -7,11 +7,12 @@ from typing import Any
 
 from foundation.errors import ConfigError
 from foundation.strict_yaml import Document
+from foundation.yaml_tree import Location
 
 MAX_CHARACTERS = 60_000
 """What the daemon takes of a job's text."""
-NAMING: tuple[tuple[str, ...], ...] = (("robot",), ("record",), ("inverse_kinematics", "file"))
-"""Keys of a job whose values name files."""
+NAMING = ("robot", "record", "file", "include")
+"""Keys of a job whose values name files, at any depth: steps have networks of their own."""
 
 
 def kind_of(text: str) -> str:
@@ -24,15 +25,19 @@ def kind_of(text: str) -> str:
     document = Document(Path("text"), text.replace("\r\n", "\n"))
     if "kind" in document.data and "path" not in document.data:
         return "robot"
-    for keys in NAMING:
-        _refuse_paths(document, keys)
+    _refuse_paths(document, document.data, ())
     return "job"
 
 
-def _refuse_paths(document: Document, keys: tuple[str, ...]) -> None:
+def _refuse_paths(document: Document, value: Any, place: Location) -> None:
     """A page names files of the project; it does not reach for others."""
-    value: Any = document.data
-    for key in keys:
-        value = value.get(key) if isinstance(value, dict) else None
-    if isinstance(value, str) and ("/" in value or "\\" in value or value.startswith(".")):
-        raise document.fail(keys, "a job from the page names files without folders")
+    inner = enumerate(value) if isinstance(value, list) else ()
+    for key, child in value.items() if isinstance(value, dict) else inner:
+        here = (*place, key)
+        if key in NAMING and isinstance(child, str) and _has_folder(child):
+            raise document.fail(here, "a job from the page names files without folders")
+        _refuse_paths(document, child, here)
+
+
+def _has_folder(name: str) -> bool:
+    return "/" in name or "\\" in name or name.startswith(".")

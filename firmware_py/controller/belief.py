@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from firmware_py.planning.prepared import Manners, discreet
-from firmware_py.robot_file import RobotFile, load_robot
+from firmware_py.robot_file import RobotFile
 from foundation.errors import ConfigError
 
 BUILT_IN = ("name", "drive", "steps", "inputs", "ranging", "recordings")
@@ -30,13 +29,11 @@ def needs_restart(believed: RobotFile, new: RobotFile) -> str:
     return ""
 
 
-def other_belief(believed: RobotFile, path: Path) -> RobotFile:
+def other_belief(believed: RobotFile, new: RobotFile, path: Path) -> RobotFile:
     """Another file of the same machine, to believe instead; what a simulated robot is stays.
 
-    Raises MissingFile or ConfigError.
+    Raises ConfigError.
     """
-    with discreet(path, Manners(quote=False)):
-        new = load_robot(path)
     if not believed.is_machine_of(new):
         raise ConfigError(
             f"{path}: describes another machine than the one that runs (only effects, networks,"

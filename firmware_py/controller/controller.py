@@ -100,7 +100,7 @@ class Controller:
             turn = self._turns
             newer = self._file.newer(self.robot)
             if newer is not None:
-                self._believe(newer, FileInForce(self._file.path))
+                self._believe(newer, self._file.again())
                 if self.machine.world is not None:
                     self.machine.world.believed_anew(newer, self.clock.now_ns())
         self.machine.sensors.start()
@@ -134,7 +134,8 @@ class Controller:
             if self._homing:
                 raise NotReady("cannot home: the robot is homing already; wait, or stop it")
             if robot is not None:
-                self._believe(other_belief(self.robot, robot), FileInForce(robot))
+                named = FileInForce.named(robot)
+                self._believe(other_belief(self.robot, named.robot(), robot), named)
             was_ready, turn = self.state is State.READY, self._turns
             self._homing = True
             self._enter(State.UNHOMED, "homing")

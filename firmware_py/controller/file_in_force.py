@@ -6,7 +6,8 @@ import os
 from pathlib import Path
 
 from firmware_py.controller.belief import needs_restart
-from firmware_py.robot_file import RobotFile, load_robot
+from firmware_py.manners import Manners, discreet
+from firmware_py.robot_file import RobotFile, robot_in
 from foundation.errors import DeltactlError
 from foundation.strict_yaml import Document
 
@@ -14,11 +15,28 @@ from foundation.strict_yaml import Document
 class FileInForce:
     """Its text, kept; and whether the file on the disk says something else by now."""
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path, manners: Manners | None = None):
+        """manners: with which it is opened, now and later. Raises MissingFile, ConfigError."""
         self.path = path
-        self.text = Document.read(path).text
+        self._manners = manners or Manners()
         self._stamp = self._stamp_now()
+        self._document = self._read()
+        self.text = self._document.text
         self._same = True
+
+    @classmethod
+    def named(cls, path: Path) -> FileInForce:
+        """One that a client named: no link leads to it, and no refusal says what stands in it."""
+        return cls(path, Manners(follow=False, quote=False))
+
+    def again(self) -> FileInForce:
+        """The same file, as it is by now."""
+        return FileInForce(self.path, self._manners)
+
+    def robot(self) -> RobotFile:
+        """The robot of the text that was read. Raises ConfigError."""
+        with discreet(self.path, self._manners):
+            return robot_in(self._document)
 
     def changed(self, believed: RobotFile) -> str:
         """In words with what to do, or empty. Reads the file again only when it was written to."""
@@ -26,7 +44,7 @@ class FileInForce:
             return ""
         says = f"{self.path} has changed since it was read"
         try:
-            section = needs_restart(believed, load_robot(self.path))
+            section = needs_restart(believed, self.again().robot())
         except DeltactlError as error:
             return f"{says}, and cannot be used: {error}"
         if section:
@@ -38,7 +56,7 @@ class FileInForce:
         if not self._differs():
             return None
         try:
-            new = load_robot(self.path)
+            new = self.again().robot()
         except DeltactlError:
             return None
         return None if needs_restart(believed, new) else new
@@ -48,10 +66,14 @@ class FileInForce:
         if stamp != self._stamp:
             self._stamp = stamp
             try:
-                self._same = Document.read(self.path).text == self.text
+                self._same = self._read().text == self.text
             except DeltactlError:
                 self._same = False
         return not self._same
+
+    def _read(self) -> Document:
+        with discreet(self.path, self._manners):
+            return Document.read(self.path, self._manners.follow)
 
     def _stamp_now(self) -> tuple[int, int, int]:
         try:

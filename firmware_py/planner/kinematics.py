@@ -11,23 +11,29 @@ from models.calibrated_inverse import CalibratedInverse
 from models.inverse_kinematics import GeometricInverse, InverseKinematics
 
 
-def network_file(chosen: NetworkIk, robot: RobotFile, job_path: Path | None) -> Path:
+def network_file(
+    chosen: NetworkIk, robot: RobotFile, job_path: Path | None, listing: bool = True
+) -> Path:
     """The network a job means, or what the robot file says to take instead. Raises MissingFile."""
-    return find(robot.networks.get(chosen.file, chosen.file), beside=job_path)
+    return find(robot.networks.get(chosen.file, chosen.file), job_path, listing)
 
 
-def kinematics_of(job: JobFile, robot: RobotFile, job_path: Path | None) -> InverseKinematics:
+def kinematics_of(
+    job: JobFile, robot: RobotFile, job_path: Path | None, follow: bool = True
+) -> InverseKinematics:
     """Geometry and known effects of the robot file, or the network named in the job.
 
-    A network is sought beside `job_path`. Raises MissingFile, NetworkError (also for another
-    robot's network), or ConfigError for a calibrated job of a robot file without effects.
+    A network is sought beside `job_path`; follow: whether links may lead to it. Raises MissingFile,
+    NetworkError (also for another robot's network), or ConfigError for a calibrated job of a
+    robot file without effects.
     """
     chosen = job.inverse_kinematics
     if isinstance(chosen, NetworkIk):
         # Not at the top: the TFLite runtime takes a third of a second to load.
         from models.network import InverseNetwork
 
-        return InverseNetwork.open(network_file(chosen, robot, job_path), robot)
+        network = network_file(chosen, robot, job_path, listing=follow)
+        return InverseNetwork.open(network, robot, follow)
     calibrated = CalibratedInverse(robot)
     if calibrated.effects:
         return calibrated

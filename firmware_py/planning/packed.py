@@ -9,21 +9,22 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, fields
 from mmap import mmap
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from firmware_py.job_file import JobFile
+from firmware_py.manners import Manners
 from firmware_py.paths.path import Space
 from firmware_py.paths.reach import Reach
 from firmware_py.planner.curve import Curve
-from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.planner.plan import Plan, TimedLap
 from firmware_py.planner.targets import Lap
 from firmware_py.planner.timing_accelerated import CurveSchedule
 from firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
 from firmware_py.planner.timing_together import TogetherSchedule
-from firmware_py.planning.prepared import InForce, Prepared
+from firmware_py.planning.prepared import InForce, Prepared, kinematics_for
 from firmware_py.program.instructions import (
     Block,
     Instruction,
@@ -81,8 +82,13 @@ def pack(prepared: Prepared) -> bytes:
     return bytes(whole)
 
 
-def unpack(block: bytes | mmap, robot: InForce, job_file: Any) -> Prepared:
-    """The plan again. Raises ServiceError when that is no plan, and what a network raises."""
+def unpack(
+    block: bytes | mmap, robot: InForce, job_file: Path, manners: Manners | None = None
+) -> Prepared:
+    """The plan again; a network is opened anew.
+
+    Raises ServiceError when that is no plan, and what a network raises.
+    """
     try:
         length = int.from_bytes(block[:HEAD_BYTES], "little")
         content = json.loads(block[HEAD_BYTES : HEAD_BYTES + length])
@@ -99,8 +105,11 @@ def unpack(block: bytes | mmap, robot: InForce, job_file: Any) -> Prepared:
         unlinked = [_unlinked_plan(one, views) for one in message["plans"]]
     except (ValueError, KeyError, TypeError, IndexError) as error:
         raise ServiceError(f"{job_file}: the planner's answer cannot be read ({error})") from error
+    how = manners or Manners()
     plans = [
-        Plan(one, robot.robot, kinematics_of(one, robot.robot, job_file), first, again, **rest)
+        Plan(
+            one, robot.robot, kinematics_for(one, robot.robot, job_file, how), first, again, **rest
+        )
         for one, first, again, rest in unlinked
     ]
     try:

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from firmware_py.planner.kinematics import kinematics_of
+from firmware_py.job_file import JobFile, NetworkIk
+from firmware_py.manners import Manners, discreet
+from firmware_py.planner.kinematics import kinematics_of, network_file
 from firmware_py.planner.plan import Plan
 from firmware_py.program.building import make_program
 from firmware_py.program.includes import read_whole
 from firmware_py.program.instructions import Program
 from firmware_py.robot_file import RobotFile, find, load_robot
-from foundation.errors import ConfigError, MissingFile
-from foundation.strict_yaml import MAX_BYTES
+from foundation.errors import ConfigError
+from models.inverse_kinematics import InverseKinematics
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,64 +45,48 @@ class InForce:
 Prepare = Callable[[Path, InForce], Prepared]
 
 
-@dataclass(frozen=True, slots=True)
-class Manners:
-    """How a file is opened for somebody who may not be allowed to read it himself."""
-
-    follow: bool = True
-    """Whether links may lead to it."""
-    quote: bool = True
-    """Whether a refusal may say what stands in it."""
-    most_bytes: int = MAX_BYTES
-
-
 def prepare_here(job_file: Path, robot: InForce, manners: Manners | None = None) -> Prepared:
     """Read and check a job in this process; takes as long as mapping the whole path does.
 
     Raises ConfigError (also when the job is for another robot), NetworkError, MotionError.
     """
     how = manners or Manners()
-    with discreet(job_file, how):
-        whole = read_whole(job_file, how.follow, how.most_bytes)
-        job = whole.job
-    wanted = _wanted(job.robot, job_file, robot.path)
+    whole = read_whole(job_file, how)
+    job = whole.job
+    wanted = _wanted(job.robot, job_file, robot.path, how)
     same = wanted.resolve() == robot.path.resolve()
-    if not same and not _is_machine(robot.robot, wanted, how):
+    if not same and not _is_machine(robot.robot, wanted, how.named):
         raise ConfigError(
             f"{job_file}: is for robot file {job.robot}, but this robot runs {robot.path.name};"
             " change 'robot' in the job, or start the daemon with the other file"
         )
-    program = make_program(job, robot.robot, lambda one: kinematics_of(one, robot.robot, job_file))
+    program = make_program(
+        job, robot.robot, lambda one: kinematics_for(one, robot.robot, job_file, how)
+    )
     return Prepared(program, whole.text)
+
+
+def kinematics_for(
+    job: JobFile, robot: RobotFile, job_file: Path, how: Manners
+) -> InverseKinematics:
+    """As `kinematics_of`; its network is opened with these manners."""
+    chosen = job.inverse_kinematics
+    if not isinstance(chosen, NetworkIk):
+        return kinematics_of(job, robot, job_file)
+    with discreet(network_file(chosen, robot, job_file, how.follow), how.named):
+        return kinematics_of(job, robot, job_file, how.follow)
 
 
 def _is_machine(robot: RobotFile, wanted: Path, how: Manners) -> bool:
     with discreet(wanted, how):
-        return robot.is_machine_of(load_robot(wanted))
+        return robot.is_machine_of(load_robot(wanted, how.follow))
 
 
-@contextmanager
-def discreet(path: Path, how: Manners) -> Iterator[None]:
-    """Where Manners forbid quoting, refuse a file without a word of what stands in it."""
-    try:
-        yield
-    except MissingFile:
-        raise
-    except ConfigError as error:
-        if how.quote:
-            raise
-        line = re.match(re.escape(str(path)) + r":\d+", str(error))
-        raise ConfigError(
-            f"{line.group() if line else path}: is not as such a file should be;"
-            f" 'deltactl check {path}' says what is wrong, if you may read it"
-        ) from None
-
-
-def _wanted(name: str, job_file: Path, robot_file: Path) -> Path:
+def _wanted(name: str, job_file: Path, robot_file: Path, how: Manners) -> Path:
     """The robot file a job means: a plain name that nothing beside it has may be the one that runs.
 
     So a job that was sent as text can be for a robot file that is not in the project.
     """
     if name == robot_file.name and not (job_file.parent / name).is_file():
         return robot_file
-    return find(name, beside=job_file)
+    return find(name, job_file, listing=how.follow)

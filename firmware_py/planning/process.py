@@ -12,6 +12,7 @@ import threading
 from pathlib import Path
 from typing import Any
 
+from firmware_py.manners import Manners
 from firmware_py.planning.packed import unpack
 from firmware_py.planning.prepared import InForce, Prepared
 from foundation import errors
@@ -22,6 +23,10 @@ MOST_BYTES = 4 * 2**20
 """A survey of 100 000 poses written out is about 3 MB."""
 MOST_S = 300.0
 """Mapping a million targets takes a Pi a minute or two."""
+
+
+NOTHING_SHOWN = Manners(follow=False, quote=False)
+"""For the network that is opened here, once more."""
 
 
 class PlanningProcess:
@@ -87,7 +92,7 @@ class PlanningProcess:
             kind = getattr(errors, str(answer["kind"]), ServiceError)
             known = isinstance(kind, type) and issubclass(kind, DeltactlError)
             raise (kind if known else ServiceError)(str(answer["message"]))
-        return unpack(worker.block(int(answer["bytes"])), robot, job_file)
+        return unpack(worker.block(int(answer["bytes"])), robot, job_file, NOTHING_SHOWN)
 
     def _too_long(self, job_file: Path) -> ConfigError:
         return ConfigError(

@@ -21,8 +21,9 @@ NICE = 10
 def main(arguments: list[str]) -> int:
     """One job, then the end; nothing is asked when the daemon has gone."""
     os.nice(NICE)
+    from firmware_py.manners import Manners
     from firmware_py.planning.packed import pack
-    from firmware_py.planning.prepared import InForce, Manners, prepare_here
+    from firmware_py.planning.prepared import InForce, prepare_here
     from firmware_py.robot_file import RobotFile
     from foundation.errors import ConfigError, DeltactlError
     from foundation.strict_yaml import Document

@@ -14,10 +14,11 @@ import yaml
 
 from firmware_py.job_file import JobFile
 from firmware_py.job_steps import IncludeStep, JobStep, PathStep, RepeatStep
+from firmware_py.manners import Manners, discreet
 from firmware_py.path_file import PathSpec
 from firmware_py.robot_file import find
 from foundation.errors import MissingFile
-from foundation.strict_yaml import MAX_BYTES, Document
+from foundation.strict_yaml import Document
 
 DEEPEST = 8
 MOST_INCLUDED = 1000
@@ -33,20 +34,23 @@ class WholeJob:
     text: str
 
 
-def read_whole(path: Path, follow: bool = True, most_bytes: int = MAX_BYTES) -> WholeJob:
-    """Read a job file and all that it includes. Raises MissingFile, ConfigError (file and line).
-
-    follow: whether links may lead to a file.
-    """
-    document = Document.read(path, follow, most_bytes)
-    job = document.check(JobFile)
+def read_whole(path: Path, how: Manners | None = None) -> WholeJob:
+    """Read a job file and all that it includes. Raises MissingFile, ConfigError (file and line)."""
+    how = how or Manners()
+    document, job = _read(path, how)
     if not any(isinstance(one, IncludeStep) for one in _flat(job.steps or ())):
         return WholeJob(job, document.text)
-    reader = _Reader(follow, most_bytes, job.robot, path)
+    reader = _Reader(how, job.robot, path)
     whole = dict(document.data) | {"steps": reader.steps(document, (path.resolve(),))}
     text = yaml.safe_dump(whole, sort_keys=False, allow_unicode=True)
     written_out = Document(path, text)
     return WholeJob(written_out.check(JobFile), text)
+
+
+def _read(path: Path, how: Manners) -> tuple[Document, JobFile]:
+    with discreet(path, how):
+        document = Document.read(path, how.follow, how.most_bytes)
+        return document, document.check(JobFile)
 
 
 def paths_of(job: JobFile) -> Iterator[PathSpec]:
@@ -71,8 +75,8 @@ def _flat(steps: Sequence[Any]) -> Iterator[Any]:
 class _Reader:
     """Writes out the includes of one job file."""
 
-    def __init__(self, follow: bool, most_bytes: int, robot: str, outermost: Path):
-        self._follow, self._most_bytes = follow, most_bytes
+    def __init__(self, how: Manners, robot: str, outermost: Path):
+        self._how = how
         self._robot, self._outermost = robot, outermost
         self._included = 0
 
@@ -105,7 +109,7 @@ class _Reader:
         if Path(name).is_absolute() or ".." in Path(name).parts:
             raise document.fail(place, "name a file beside this job, or one of config/")
         try:
-            path = find(name, beside=document.path)
+            path = find(name, document.path, listing=self._how.follow)
         except MissingFile as error:
             raise document.fail(place, str(error)) from error
         self._included += 1
@@ -115,8 +119,7 @@ class _Reader:
             raise document.fail(
                 place, f"jobs include each other more than {DEEPEST} deep, or too often"
             )
-        inner = Document.read(path, self._follow, self._most_bytes)
-        job = inner.check(JobFile)
+        inner, job = _read(path, self._how.named)
         self._check_fits(inner, job)
         kept = ("name", "path", "timing", "inverse_kinematics", "repeats")
         values = {key: inner.data[key] for key in kept if key in inner.data}
@@ -130,7 +133,10 @@ class _Reader:
                 raise document.fail((key,), "an included job cannot have this; move it outwards")
         if job.robot == self._robot:
             return
-        robots = find(job.robot, document.path), find(self._robot, self._outermost)
+        robots = (
+            find(job.robot, document.path, listing=self._how.follow),
+            find(self._robot, self._outermost, listing=self._how.follow),
+        )
         if robots[0].resolve() != robots[1].resolve():
             raise document.fail(
                 ("robot",), f"is not {self._robot}, the robot of the job that includes this"

@@ -33,13 +33,14 @@ class NetworkFile:
     metadata: NetworkMetadata
 
     @classmethod
-    def load(cls, path: Path) -> NetworkFile:
+    def load(cls, path: Path, follow: bool = True) -> NetworkFile:
         """Read and check a file without running it.
 
-        Raises MissingFile when it cannot be read; NetworkError (one line) when it is no
-        TFLite file, broken, truncated, changed since it was written, or not ours.
+        follow: whether links may lead to it. Raises MissingFile when it cannot be read;
+        NetworkError (one line) when it is no TFLite file, broken, truncated, changed since it
+        was written, or not ours.
         """
-        content = _read(path)
+        content = _read(path, follow)
         metadata = checked_metadata(content, str(path))
         check_structure(content, str(path))
         return cls(path, content, metadata)
@@ -107,9 +108,9 @@ def checksum_start(content: bytes) -> int:
     return span.start + found + len(_CHECKSUM_KEY)
 
 
-def _read(path: Path) -> bytes:
+def _read(path: Path, follow: bool) -> bytes:
     try:
-        return read_plain(path, LARGEST_BYTES)
+        return read_plain(path, LARGEST_BYTES, follow)
     except TooLong:
         raise NetworkError(
             f"{path}: has more than {LARGEST_BYTES} bytes; a network has a few thousand"

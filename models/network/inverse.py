@@ -36,9 +36,9 @@ class InverseNetwork:
         self._invoke = self._interpreter.invoke
 
     @classmethod
-    def open(cls, path: Path, robot: DeltaRobot) -> InverseNetwork:
+    def open(cls, path: Path, robot: DeltaRobot, follow: bool = True) -> InverseNetwork:
         """Load a file for a robot. Raises MissingFile, or NetworkError (also for another robot)."""
-        file = NetworkFile.load(path)
+        file = NetworkFile.load(path, follow)
         file.check(robot)
         return cls(file)
 

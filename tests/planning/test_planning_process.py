@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -170,33 +169,3 @@ def test_the_arrays_are_those_that_were_packed() -> None:
         ours, theirs = getattr(here.plan.first.lap, name), getattr(there.plan.first.lap, name)
         assert ours.dtype == theirs.dtype
         np.testing.assert_array_equal(ours, theirs)
-
-
-def test_a_file_opened_for_somebody_shows_nothing_and_follows_no_link(tmp_path: Path) -> None:
-    """Whoever may use the robot must not read by it what the service alone may read."""
-    secret = tmp_path / "secret.yaml"
-    secret.write_text("name: job\npassword: hunter2\nrobot: zhao-2023.yaml\n")
-    link = tmp_path / "link.yaml"
-    link.symlink_to(secret)
-    sent = tmp_path / "jobs"
-    sent.mkdir()
-    mine = sent / "mine.yaml"
-    mine.write_text(secret.read_text())
-    named = tmp_path / "named.yaml"
-    named.write_text(ACCELERATED.replace("zhao-2023.yaml", str(secret)))
-    planning = PlanningProcess(most_s=60.0, sent=sent)
-    try:
-        with pytest.raises(ConfigError) as refused:
-            planning.prepare(secret, ROBOT)
-        assert re.search(r"secret.yaml:\d: is not as such a file should be", str(refused.value))
-        assert "password" not in str(refused.value)
-        assert "hunter2" not in str(refused.value)
-        with pytest.raises(MissingFile, match="is reached through a link"):
-            planning.prepare(link, ROBOT)
-        with pytest.raises(ConfigError, match="unknown key"):
-            planning.prepare(mine, ROBOT)  # he sent it himself
-        with pytest.raises(ConfigError) as other:
-            planning.prepare(named, ROBOT)
-        assert "password" not in str(other.value)
-    finally:
-        planning.close()

@@ -21,6 +21,8 @@ HEART = {"name": "h", "robot": "zhao-2023.yaml", "path": {"shape": "heart"}}
         {"record": "../../x.mcap"},
         {"inverse_kinematics": {"kind": "network", "file": "/tmp/evil.tflite"}},
         {"robot": "..\\x.yaml"},
+        {"steps": [{"repeat": 2, "steps": [{"include": "../x.yaml"}]}]},
+        {"steps": [{"job": {"inverse_kinematics": {"kind": "network", "file": "/tmp/x.tflite"}}}]},
     ],
 )
 def test_a_job_from_a_page_reaches_for_no_path(change: dict[str, object]) -> None:

@@ -1,0 +1,50 @@
+"""How files are opened for somebody who may not be allowed to read them himself."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from firmware_py.robot_file import CONFIG_FOLDER, TRAINED_FOLDER
+from foundation.errors import ConfigError, MissingFile, NetworkError
+from foundation.strict_yaml import MAX_BYTES
+
+EVERYBODYS = (CONFIG_FOLDER, TRAINED_FOLDER)
+"""Folders of the program: what stands there is no secret."""
+
+
+@dataclass(frozen=True, slots=True)
+class Manners:
+    """How a file is opened; as they are, for a person who runs the program himself."""
+
+    follow: bool = True
+    """Whether links may lead to it."""
+    quote: bool = True
+    """Whether a refusal may say what stands in it."""
+    most_bytes: int = MAX_BYTES
+
+    @property
+    def named(self) -> Manners:
+        """For files that such a file names: whoever sent a text to the daemon wrote only that."""
+        return replace(self, quote=self.quote and self.follow)
+
+
+@contextmanager
+def discreet(path: Path, how: Manners) -> Iterator[None]:
+    """Where Manners forbid quoting, refuse a file without a word of what stands in it."""
+    try:
+        yield
+    except MissingFile:
+        raise
+    except (ConfigError, NetworkError) as error:
+        if how.quote or Path(os.path.abspath(path)).parent in EVERYBODYS:
+            raise
+        line = re.match(re.escape(str(path)) + r":\d+", str(error))
+        raise type(error)(
+            f"{line.group() if line else path}: is not as such a file should be;"
+            " 'deltactl check' of the job says what is wrong, if you may read it"
+        ) from None
