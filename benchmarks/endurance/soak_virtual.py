@@ -15,7 +15,7 @@ from pathlib import Path
 from benchmarks.endurance.soak_table import Sample, Tally
 from drivers.steps.contract import Ticks
 from firmware_py.controller.build import build_controller
-from firmware_py.controller.verify import verify
+from firmware_py.controller.sensing.verify import verify
 from firmware_py.daemon.actions import Actions
 from firmware_py.daemon.address import Peer
 from firmware_py.daemon.job_store import JobStore

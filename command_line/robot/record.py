@@ -8,8 +8,8 @@ from rich.progress import track as progress
 
 from command_line.output import console, errors
 from command_line.robot.sensors import open_machine
-from firmware_py.controller.active_job import software_version
-from firmware_py.controller.ranging_loop import RangingLoop
+from firmware_py.controller.jobs.active_job import software_version
+from firmware_py.controller.sensing.ranging_loop import RangingLoop
 from firmware_py.daemon.client import daemon_answers
 from firmware_py.robot_file import find, load_robot
 from foundation.clock import ns, sleep_s

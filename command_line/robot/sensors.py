@@ -14,7 +14,7 @@ from rich.table import Table
 from command_line.output import console, millimetres, print_json, say, warn
 from drivers.ranging.calibration import calibrate_offset
 from firmware_py.controller.contract import SensorStatus
-from firmware_py.controller.ranging_loop import RangingLoop
+from firmware_py.controller.sensing.ranging_loop import RangingLoop
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.machine import Machine, is_raspberry_pi
 from firmware_py.robot_file import RobotFile, find, load_robot

@@ -10,7 +10,7 @@ from command_line.output import print_json, say, warn
 from command_line.robot.follow import follow
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.contract import RobotController
-from firmware_py.controller.verify import Verification, verify
+from firmware_py.controller.sensing.verify import Verification, verify
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.job_file import load_job
 from firmware_py.machine import is_raspberry_pi

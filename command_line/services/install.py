@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 
 from command_line.output import console, facts, print_json
-from firmware_py.controller.active_job import software_version
+from firmware_py.controller.jobs.active_job import software_version
 
 
 def install_service(robot: str, apply: bool) -> None:

@@ -12,15 +12,19 @@ from collections.abc import Callable
 import numpy as np
 
 from drivers.steps.contract import MOTORS, OutputState, Ticks
-from firmware_py.controller.feeder import LEAD_S
-from firmware_py.controller.home_check import HomeSeen, check_plausible
-from firmware_py.controller.ranging_loop import RangingLoop
+from firmware_py.controller.condition import Condition
+from firmware_py.controller.jobs.feeder import LEAD_S
+from firmware_py.controller.observer import Observer
+from firmware_py.controller.sensing.home_check import HomeSeen, check_plausible
+from firmware_py.controller.sensing.ranging_loop import RangingLoop
+from firmware_py.controller.states import Request, State
 from firmware_py.machine import Machine
 from firmware_py.planner.approach import approach
+from firmware_py.planner.check import home_counts
 from firmware_py.planner.step_gate import StepGate
 from firmware_py.robot_file import RobotFile
 from foundation.clock import NS_PER_S, ns, sleep_s
-from foundation.errors import NotReady, PulseFault
+from foundation.errors import DeltactlError, NotReady, PulseFault
 from models.robot import AXES, FloatArray
 
 LOOK_S = 0.4
@@ -157,3 +161,57 @@ def wait_until_still(machine: Machine, expected_s: float) -> None:
         if machine.clock.now_ns() > deadline_ns:
             raise PulseFault("the step output does not finish its queue; restart the daemon")
         sleep_s(machine.clock, 0.005)
+
+
+class Homing:
+    """The request to home: one at a time, and none that outlives a stop."""
+
+    def __init__(
+        self, machine: Machine, ranging: RangingLoop, condition: Condition, observer: Observer
+    ):
+        self._machine = machine
+        self._ranging = ranging
+        self._condition = condition
+        self._observer = observer
+        self._busy = False
+
+    def home(self, believed: Callable[[], RobotFile], accept_unseen_deg: float) -> HomeSeen:
+        """UNHOMED or READY -> READY, blocking.
+
+        believed: the robot file that is in force, asked for once homing is known to be allowed.
+        Raises NotReady when a stop or another request came meanwhile, and what `Homer` raises.
+        """
+        condition = self._condition
+        with condition.lock:
+            condition.require(Request.HOME)
+            if self._busy:
+                raise NotReady("cannot home: the robot is homing already; wait, or stop it")
+            robot = believed()
+            was_ready, turn = condition.state is State.READY, condition.turns
+            self._busy = True
+            condition.enter(State.UNHOMED, "homing")
+
+        def push(ticks: Ticks) -> None:
+            with condition.lock:
+                condition.same(turn, "home")
+                self._machine.output.push(ticks)
+
+        try:
+            homer = Homer(robot, self._machine, self._ranging, push)
+            seen = homer.home(was_ready, accept_unseen_deg)
+            with condition.lock:
+                condition.same(turn, "home")
+                self._machine.output.set_counts(home_counts(robot))
+                self._observer.restart(self._machine.clock.now_ns())
+                condition.enter(State.READY)
+        except DeltactlError:
+            with condition.lock:
+                condition.same(turn, "home")  # the stop is the reason, not what it led to
+            raise
+        finally:
+            with condition.lock:
+                self._busy = False
+                if condition.state is State.UNHOMED and condition.turns == turn:
+                    condition.enter(State.UNHOMED)
+        condition.note("home", seen.says())
+        return seen

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from drivers.ranging.contract import Reading
-from firmware_py.controller.journal import Journal
-from firmware_py.controller.sight import Blindness, Sight
-from firmware_py.controller.step_watch import StepLoss, StepWatch
+from firmware_py.controller.jobs.journal import Journal
+from firmware_py.controller.sensing.sight import Blindness, Sight
+from firmware_py.controller.sensing.step_watch import StepLoss, StepWatch
 from firmware_py.feedback.feedback import Feedback
 from firmware_py.machine import Machine
 from firmware_py.robot_file import RobotFile

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivers.steps.contract import Counts
-from firmware_py.controller.active_job import ActiveJob
 from firmware_py.controller.contract import SensorStatus, Status
-from firmware_py.controller.sight import Blindness
+from firmware_py.controller.jobs.active_job import ActiveJob
+from firmware_py.controller.sensing.sight import Blindness
 from firmware_py.controller.states import State
 from firmware_py.machine import Machine
 from firmware_py.robot_file import RobotFile

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from firmware_py.controller.controller import Controller
-from firmware_py.controller.step_watch import StepLoss
+from firmware_py.controller.sensing.step_watch import StepLoss
 from foundation.clock import sleep_s
 from foundation.errors import NotReady
 

@@ -9,10 +9,10 @@ import pytest
 
 from drivers.ranging.contract import Gate, Reading
 from firmware_py.controller.controller import Controller
-from firmware_py.controller.determined import determine, unseen_rad
-from firmware_py.controller.home_check import check_plausible, expected_ranges_m
-from firmware_py.controller.ranging_loop import RangingLoop
-from firmware_py.controller.sight import BLIND_S, Sight
+from firmware_py.controller.sensing.determined import determine, unseen_rad
+from firmware_py.controller.sensing.home_check import check_plausible, expected_ranges_m
+from firmware_py.controller.sensing.ranging_loop import RangingLoop
+from firmware_py.controller.sensing.sight import BLIND_S, Sight
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from foundation.clock import VirtualClock, ns, sleep_s
 from foundation.errors import NotReady

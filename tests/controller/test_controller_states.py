@@ -111,8 +111,8 @@ def test_an_error_while_feeding_can_be_acknowledged(
     """A stop that comes between the look at the output and the feeding; or a mistake of ours."""
     homed.submit(write_job())
     sleep_s(homed.clock, 0.5)
-    assert homed.job is not None
-    advance = homed.job.advance
+    assert homed.jobs.running is not None
+    advance = homed.jobs.running.advance
 
     def disturbed(now_ns: int) -> None:
         if not stopped_meanwhile:
@@ -120,7 +120,7 @@ def test_an_error_while_feeding_can_be_acknowledged(
         homed.machine.output.stop("a hand in the way")
         advance(now_ns)
 
-    monkeypatch.setattr(homed.job, "advance", disturbed)
+    monkeypatch.setattr(homed.jobs.running, "advance", disturbed)
     sleep_s(homed.clock, 0.05)
     why = "a hand in the way" if stopped_meanwhile else "a mistake"
     assert (homed.status().state, homed.status().why) == ("fault", why)

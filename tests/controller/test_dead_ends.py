@@ -101,16 +101,16 @@ def mark(controller: Controller) -> tuple[object, ...]:
     assert controller.machine.rig is not None
     output = controller.machine.output.status()
     return (
-        controller.state,
+        controller.condition.state,
         output.state,
         output.energised,
-        controller.job is not None,
-        bool(controller.queue),
+        controller.jobs.running is not None,
+        bool(controller.jobs.queue),
         controller.machine.bench.memory.estop_pressed,
         bool(controller.machine.bench.memory.alarms),
         controller.machine.rig.bus.stuck,
         controller.machine.rig.chips["z"].faults.raw_status,
-        controller.why.split(" ")[0],
+        controller.condition.why.split(" ")[0],
     )
 
 
@@ -123,7 +123,7 @@ def test_from_every_state_that_can_be_reached_a_way_leads_to_ready(tmp_path, wri
     while paths:
         path, limit = paths.popleft()
         controller = walk(tmp_path, path, job)
-        known, reached = mark(controller), controller.state
+        known, reached = mark(controller), controller.condition.state
         new = known not in seen
         seen.add(known)
         if new:
@@ -144,7 +144,7 @@ def _must_lead_out(
         with suppress(DeltactlError):
             ACTS[step](controller, job)
         sleep_s(controller.clock, 0.5)
-    assert controller.state is State.READY, f"{path} leads to {reached}, and no way out"
+    assert controller.condition.state is State.READY, f"{path} leads to {reached}, and no way out"
 
 
 def test_every_state_has_a_request_that_changes_it() -> None:

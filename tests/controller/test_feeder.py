@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from drivers.steps.contract import Ticks
-from firmware_py.controller.feeder import LEAD_S, LOOKAHEAD_S, Feeder
-from firmware_py.controller.journal import Journal
+from firmware_py.controller.jobs.feeder import LEAD_S, LOOKAHEAD_S, Feeder
+from firmware_py.controller.jobs.journal import Journal
 from firmware_py.planner.motion import NOTHING_REACHED, Chunk
 from firmware_py.planner.time_scaling import TimeScaledMotion
 from foundation.clock import VirtualClock, ns

@@ -11,7 +11,7 @@ from drivers.fakes.range_noise import RangeNoise
 from drivers.ranging.contract import Gate, Reading
 from drivers.steps.contract import Ticks
 from firmware_py.controller.controller import Controller
-from firmware_py.controller.step_watch import StepLoss, StepWatch
+from firmware_py.controller.sensing.step_watch import StepLoss, StepWatch
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from foundation.clock import sleep_s
 from models.linkage import Linkage, forward

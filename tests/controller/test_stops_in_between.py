@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from drivers.steps.contract import Ticks
-from firmware_py.controller import active_job
 from firmware_py.controller.controller import Controller
+from firmware_py.controller.jobs import active_job
 from foundation.clock import sleep_s
 from foundation.errors import DeltactlError, NotReady
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from firmware_py.controller.controller import Controller
-from firmware_py.controller.verify import Verification, verify
+from firmware_py.controller.sensing.verify import Verification, verify
 from foundation.clock import sleep_s
 from foundation.errors import MotionError, NotReady
 

@@ -42,7 +42,7 @@ def test_one_hanging_loop_is_enough(controller):
     controller.power_on()
     sleep_s(controller.clock, 1.0)
     assert _grows(controller, 0.1)
-    controller._ranging_task.stop()
+    controller.ranging.stop()
     sleep_s(controller.clock, 0.1)
     assert not _grows(controller, 1.0)
 

@@ -87,7 +87,7 @@ def test_an_emergency_stop_while_feedback_corrects_ends_both(tmp_path: Path) -> 
         sleep_s(controller.clock, 6.0)
         bench.slip(2, 100)
         sleep_s(controller.clock, 2.5)
-        job = controller.job
+        job = controller.jobs.running
         assert job is not None
         assert job.feedback is not None
         assert job.feedback.offset[1] > 0

@@ -13,7 +13,7 @@ from google.protobuf import descriptor_pb2, descriptor_pool, json_format, messag
 from mcap.reader import make_reader
 
 from drivers.ranging.contract import Gate, Reading
-from firmware_py.controller.view import View
+from firmware_py.controller.jobs.view import View
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from recording.format.configuration import RunConfiguration
 from recording.format.viewed import SCHEMAS, VIEWED

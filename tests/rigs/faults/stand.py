@@ -20,11 +20,11 @@ from drivers.fakes.bench import FakeBench
 from drivers.fakes.ranging_rig import RangingRig
 from drivers.steps.contract import Counts
 from drivers.steps.process_host import ProcessStepOutput
-from firmware_py.controller.active_job import Phase
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.contract import JobResult
 from firmware_py.controller.controller import Controller
-from firmware_py.controller.feeder import LOOKAHEAD_S
+from firmware_py.controller.jobs.active_job import Phase
+from firmware_py.controller.jobs.feeder import LOOKAHEAD_S
 from firmware_py.controller.states import State
 from firmware_py.daemon.listener import Listener
 from firmware_py.daemon.main import SWITCH_S
@@ -100,7 +100,7 @@ class Stand:
     @property
     def state(self) -> str:
         """The controller's state."""
-        return self.controller.state.value
+        return self.controller.condition.state.value
 
     def waited_s(self) -> dict[str, float]:
         """How long each thread, of the pulse process too, has waited for a core so far."""
@@ -126,16 +126,16 @@ class Stand:
 
     def ensure_running(self) -> StandRun:
         """The run that is on its path, or a new one, homed before."""
-        if self.run is None or self.controller.state is not State.RUNNING:
+        if self.run is None or self.controller.condition.state is not State.RUNNING:
             self.make_ready()
             self.run = self._begin()
         return self.run
 
     def end_run(self) -> None:
         """Cancel the run and wait for its end."""
-        if self.controller.state is State.RUNNING:
+        if self.controller.condition.state is State.RUNNING:
             self.controller.cancel()
-            wait_for(lambda: self.controller.state is not State.RUNNING, 5.0)
+            wait_for(lambda: self.controller.condition.state is not State.RUNNING, 5.0)
         if self.run is not None:
             self.result_of(self.run)
         self.run = None
@@ -163,8 +163,8 @@ class Stand:
     def make_ready(self) -> None:
         """Switched on and homed, whatever came before."""
         controller = self.controller
-        latched = controller.state in (State.STOPPED, State.FAULT)
-        if controller.state is not State.OFF:
+        latched = controller.condition.state in (State.STOPPED, State.FAULT)
+        if controller.condition.state is not State.OFF:
             controller.power_off()  # the simulated arms are put back against their stops
         if latched:
             controller.acknowledge()
@@ -191,7 +191,7 @@ class Stand:
         return StandRun(number, recording, path_ns, start_ns, (first, second, third), lost)
 
     def _on_path(self) -> bool:
-        job = self.controller.job
+        job = self.controller.jobs.running
         return job is not None and job.phase is Phase.PATH
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 from drivers.ranging.contract import Reading
 from drivers.steps.contract import Counts, Ticks
-from firmware_py.controller.view import View
+from firmware_py.controller.jobs.view import View
 from firmware_py.servo.samples import ServoSample
 from firmware_py.simulation.world import Truth
 from recording.writing.writer import RunRecorder

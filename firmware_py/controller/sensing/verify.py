@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from firmware_py.controller.contract import RobotController
-from firmware_py.controller.determined import range_slopes_m
+from firmware_py.controller.sensing.determined import range_slopes_m
 from firmware_py.robot_file import RobotFile
 from foundation.errors import MotionError, NotReady
 from models.robot import AXES, FloatArray

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
-from firmware_py.controller.feeder import Feeder
-from firmware_py.controller.job_queue import QueuedJob
-from firmware_py.controller.journal import Journal
-from firmware_py.controller.standing import Standing
-from firmware_py.controller.step_watch import StepLoss
-from firmware_py.controller.view import View
+from firmware_py.controller.jobs.feeder import Feeder
+from firmware_py.controller.jobs.job_queue import QueuedJob
+from firmware_py.controller.jobs.journal import Journal
+from firmware_py.controller.jobs.standing import Standing
+from firmware_py.controller.jobs.view import View
+from firmware_py.controller.sensing.step_watch import StepLoss
 from firmware_py.feedback.feedback import Feedback
 from firmware_py.job_file import Together
 from firmware_py.machine import Machine

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from drivers.ranging.contract import Gate, RangingSensors, Reading
 from firmware_py.controller.contract import SensorStatus
-from foundation.clock import NS_PER_S, Clock, Task
+from foundation.clock import NS_PER_S, Clock, Task, TaskHandle
 from models.robot import AXES
 
 POLLS_PER_SAMPLE = 2
@@ -29,8 +29,30 @@ class RangingLoop:
         self._period_ns = round(NS_PER_S / (POLLS_PER_SAMPLE * rate_hz))
         self._on_reading = on_reading
         self._on_event = on_event
+        self._task: TaskHandle | None = None
         self.latest: dict[str, Reading] = {}
         self.rounds = 0
+
+    def start(self, on_error: Callable[[BaseException], None]) -> None:
+        """Poll from now on, until `stop` or an error, which `on_error` hears of."""
+        self.stop()
+        self._task = self._clock.start("ranging", self.task(), on_error)
+
+    def stop(self) -> None:
+        """Poll no more."""
+        if self._task is not None:
+            self._task.stop()
+            self._task = None
+
+    @property
+    def started(self) -> bool:
+        """Whether it was started, and not stopped since; it may have died of an error."""
+        return self._task is not None
+
+    @property
+    def alive(self) -> bool:
+        """Whether it goes round."""
+        return self._task is not None and not self._task.done
 
     def task(self) -> Task:
         """Poll for ever; a late poll moves the next one, it is never made up for."""

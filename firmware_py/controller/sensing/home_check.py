@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firmware_py.controller.determined import BoolArray, determine, unseen_rad
+from firmware_py.controller.sensing.determined import BoolArray, determine, unseen_rad
 from firmware_py.robot_file import RobotFile
 from foundation.errors import NotReady
 from models.chain import Chain, Commands

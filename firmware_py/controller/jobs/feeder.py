@@ -7,7 +7,7 @@ controller dies the pulses run dry as soon (the heartbeat ends them sooner).
 from __future__ import annotations
 
 from drivers.steps.contract import OutputState, StepOutput, Ticks
-from firmware_py.controller.journal import Journal
+from firmware_py.controller.jobs.journal import Journal
 from firmware_py.feedback.feedback import Feedback
 from firmware_py.planner.motion import Reached
 from firmware_py.planner.time_scaling import Pacing, TimeScaledMotion

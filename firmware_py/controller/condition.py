@@ -1,0 +1,46 @@
+"""The condition a robot is in, and whether it is still the one that somebody counted on."""
+
+from __future__ import annotations
+
+import threading
+
+from firmware_py.controller.jobs.journal import Journal
+from firmware_py.controller.states import Request, State, require
+from foundation.clock import Clock
+from foundation.errors import NotReady
+
+
+class Condition:
+    """State and reason, under the one lock of a controller; changes go to the journal."""
+
+    def __init__(self, clock: Clock, journal: Journal):
+        self.lock = threading.RLock()
+        self.state = State.OFF
+        self.why = ""
+        self.turns = 0
+        """Grows whenever what was true of the robot ends: whoever waited compares."""
+        self._clock = clock
+        self._journal = journal
+
+    def require(self, request: Request) -> None:
+        """Raise NotReady, saying what to do, when the request is not allowed now."""
+        require(request, self.state, self.why)
+
+    def same(self, turn: int, what: str) -> None:
+        """Raise NotReady when a stop, or whatever else ends a wait, came since that turn."""
+        if self.turns != turn:
+            why = f" ({self.why})" if self.why else ""
+            raise NotReady(
+                f"cannot {what}: the robot is {self.state.value}{why} meanwhile; ask again"
+            )
+
+    def enter(self, state: State, why: str = "") -> None:
+        """From now on."""
+        with self.lock:
+            if state is not self.state:
+                self.note("state", state.value + (f": {why}" if why else ""))
+            self.state, self.why = state, why
+
+    def note(self, kind: str, text: str) -> None:
+        """An event for the journal."""
+        self._journal.event(self._clock.now_ns(), kind, text)

@@ -1,0 +1,147 @@
+"""The control loop: every 10 ms a heartbeat, what the output did, and the job that runs."""
+
+from __future__ import annotations
+
+from drivers.steps.contract import OutputState
+from firmware_py.controller.condition import Condition
+from firmware_py.controller.emergency import Emergency
+from firmware_py.controller.jobs.active_job import ActiveJob, Phase
+from firmware_py.controller.jobs.job_queue import QueuedJob
+from firmware_py.controller.jobs.jobs import Jobs
+from firmware_py.controller.jobs.journal import Journal
+from firmware_py.controller.observer import Observer
+from firmware_py.controller.states import State
+from firmware_py.machine import Machine
+from firmware_py.robot_file import RobotFile
+from foundation.clock import NS_PER_S, Task, ns
+from foundation.errors import DeltactlError
+
+CONTROL_PERIOD_NS = 10_000_000
+
+
+class ControlLoop:
+    """Goes round under the controller's lock; what it feeds is what the output sends."""
+
+    def __init__(
+        self,
+        robot: RobotFile,
+        machine: Machine,
+        journal: Journal,
+        condition: Condition,
+        jobs: Jobs,
+        observer: Observer,
+        emergency: Emergency,
+    ):
+        self.robot = robot
+        """The robot file in force."""
+        self.rounds = 0
+        self._machine = machine
+        self._clock = machine.clock
+        self._journal = journal
+        self._condition = condition
+        self._jobs = jobs
+        self._observer = observer
+        self._emergency = emergency
+        self._beat_ns = self._clock.now_ns()
+
+    def task(self) -> Task:
+        """For ever."""
+        while True:
+            with self._condition.lock:
+                self._round(self._clock.now_ns())
+            self.rounds += 1
+            yield self._clock.now_ns() + CONTROL_PERIOD_NS
+
+    def _round(self, now_ns: int) -> None:
+        output = self._machine.output
+        silent_ns, self._beat_ns = now_ns - self._beat_ns, now_ns
+        if self._jobs.running is not None and silent_ns > ns(self.robot.steps.heartbeat_s):
+            # The pulses ran dry in mid-motion before the player missed us: do not just go on.
+            output.stop(f"no heartbeat: the controller hung for {silent_ns / NS_PER_S:.1f} s")
+        output.beat()
+        self._observer.collect()
+        seen = output.status()
+        if seen.lost and not self._emergency.lost:
+            self._emergency.output_lost(seen)
+        if seen.state is OutputState.STOPPED:
+            self._emergency.output_stopped(seen)
+        elif self._jobs.running is not None:
+            self._drive_unless_stopped(self._jobs.running, now_ns)
+        elif self._condition.state is State.READY:
+            self._rest(now_ns)
+
+    def _rest(self, now_ns: int) -> None:
+        """Begin what waits; without a job, see to it that the arms stay where they are."""
+        if self._jobs.queue:
+            self._begin(self._jobs.queue.popleft(), now_ns)
+        elif (loss := self._observer.lost_steps(now_ns)) is not None:
+            self._condition.turns += 1
+            self._condition.enter(State.UNHOMED, f"{loss.moved_at_rest()}; home again")
+
+    def _begin(self, job_due: QueuedJob, now_ns: int) -> None:
+        blind = self._observer.blind()
+        if blind is not None and job_due.job.on_blind == "stop":
+            self._jobs.never_ran(job_due, "refused", blind.says())
+            return
+        job = ActiveJob(job_due, self.robot, self._machine, self._journal)
+        try:
+            job.begin(now_ns)
+            self._observer.feedback = job.feedback
+        except DeltactlError as error:
+            job.abort()  # the recording that was opened must not stay open
+            seen = self._machine.output.status()
+            stopped = seen.state is OutputState.STOPPED
+            why = seen.reason if stopped else str(error)
+            self._jobs.finish_later(job, "stopped" if stopped else "refused", why)
+            return
+        self._jobs.running = job
+        # Opening a file may take long on a slow disk; nothing moved meanwhile.
+        self._beat_ns = self._clock.now_ns()
+        self._condition.enter(State.RUNNING)
+
+    def _drive_unless_stopped(self, job: ActiveJob, now_ns: int) -> None:
+        try:
+            self._drive(job, now_ns)
+        except DeltactlError:
+            seen = self._machine.output.status()
+            if seen.state is not OutputState.STOPPED:
+                raise
+            self._emergency.output_stopped(seen)  # a stop came between the look and the feeding
+
+    def _drive(self, job: ActiveJob, now_ns: int) -> None:
+        loss = self._observer.lost_steps(now_ns)
+        if loss is not None:
+            job.lost_steps(loss)
+            if job.stops_on_step_loss:
+                self._emergency.fault(loss.says())
+                return
+        if self._stopped_blind(job):
+            return
+        job.advance(now_ns)
+        if job.phase is Phase.ENDED:
+            self._jobs.running = None
+            self._take_over(now_ns)
+            self._jobs.finish_later(job, "cancelled" if job.cancelled else "done", job.why)
+            self._condition.enter(State.READY)
+
+    def _take_over(self, now_ns: int) -> None:
+        """Steps that feedback added made up for lost ones: the arms stand where the plan says."""
+        feedback, self._observer.feedback = self._observer.feedback, None
+        if feedback is not None and feedback.offset.any():
+            output = self._machine.output
+            self._observer.collect()
+            output.set_counts(feedback.planned(output.status().counts))
+            self._observer.restart(now_ns)
+
+    def _stopped_blind(self, job: ActiveJob) -> bool:
+        """Whether the robot is blind and the job does not want to go on so."""
+        blind = self._observer.blind(bears_pauses=True)
+        if blind is None:
+            job.blind = False
+            return False
+        if not job.stops_when_blind:
+            job.goes_on_blind(blind.says())
+            return False
+        self._emergency.fault(blind.says())
+        self._emergency.blind_latched = True
+        return True

@@ -1,0 +1,90 @@
+"""What ends a motion at once, whoever asks for it: stops, faults, and loops that died."""
+
+from __future__ import annotations
+
+from drivers.steps.contract import OutputStatus
+from firmware_py.controller.condition import Condition
+from firmware_py.controller.jobs.jobs import Jobs
+from firmware_py.controller.observer import Observer
+from firmware_py.controller.sensing.sight import Blindness
+from firmware_py.controller.states import State
+from firmware_py.machine import Machine
+from foundation.clock import Task
+from foundation.errors import NotReady
+
+LATCHED = frozenset({State.STOPPED, State.FAULT})
+STOP_REASONS = ("e-stop", "stop requested")
+"""What the output says of a stop that somebody wanted."""
+
+
+class Emergency:
+    """Stops the pulses first and then says why; what latched first stays the reason."""
+
+    def __init__(self, machine: Machine, condition: Condition, jobs: Jobs, observer: Observer):
+        self.lost = ""
+        """Why only a new process can go on; empty while this one can."""
+        self.stop_asked = False
+        self.blind_latched = False
+        self._machine = machine
+        self._condition = condition
+        self._jobs = jobs
+        self._observer = observer
+
+    def stop(self, reason: str) -> None:
+        """Somebody asks; takes no lock before the pulses have ended."""
+        self.stop_asked = True
+        self._condition.turns += 1
+        self._machine.output.stop(reason)
+        with self._condition.lock:
+            if self._condition.state in LATCHED:
+                self._condition.note("stop", reason)
+            elif self._condition.state is not State.OFF:
+                self.halt(State.STOPPED, reason)
+
+    def fault(self, why: str) -> None:
+        """The control loop found a reason."""
+        self._machine.output.stop(why)
+        self.halt(State.FAULT, why)
+
+    def loop_died(self, error: BaseException) -> None:
+        """By an error that nobody caught."""
+        self._machine.output.stop(f"fault: {error}")
+        with self._condition.lock:
+            why = " ".join(str(error).split())
+            if self._condition.state in LATCHED:
+                self._condition.note("fault", why)
+            else:
+                self.halt(State.FAULT, why)
+
+    def output_stopped(self, seen: OutputStatus) -> None:
+        """By itself, or because it was asked to."""
+        if self._condition.state in LATCHED:
+            return
+        wanted = self.stop_asked or any(word in seen.reason for word in STOP_REASONS)
+        self.halt(State.STOPPED if wanted else State.FAULT, seen.reason)
+
+    def output_lost(self, seen: OutputStatus) -> None:
+        """Nobody watches the drives any more: release them from here; this process is done."""
+        self.lost = seen.reason
+
+        def task() -> Task:
+            yield self._machine.clock.now_ns()
+            self._condition.note("fault", f"{seen.reason}: {self._machine.release()}")
+
+        self._machine.clock.start("releasing", task(), self.loop_died)
+
+    def halt(self, state: State, why: str) -> None:
+        """The pulses have ended: so do all jobs, and the state is latched."""
+        self._condition.turns += 1
+        self._observer.collect()
+        self._condition.note("stop" if state is State.STOPPED else "fault", why)
+        self._jobs.end_all("stopped" if state is State.STOPPED else "fault", why)
+        self._condition.enter(state, why)
+
+    def must_see(self, blind: Blindness | None) -> None:
+        """A blindness that stopped the robot and is still there is a cause that has not gone."""
+        if self.blind_latched and blind is not None:
+            raise NotReady(
+                f"cannot acknowledge: {blind.says()}; mend it, or 'deltactl off' and"
+                " 'deltactl acknowledge' to go on without a look"
+            )
