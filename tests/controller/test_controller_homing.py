@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from firmware_py.controller.controller import Controller
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.clock import sleep_s
 from foundation.errors import BusDead, NotReady, SensorFault
+from recording.reading.reader import read_run
 
 
 @pytest.fixture
@@ -70,8 +72,11 @@ def test_a_sensor_that_stumbles_is_restarted_while_the_job_goes_on(
     rig = homed.machine.rig
     assert rig is not None
     rig.chips["z"].brown_out()
-    assert finish(homed, number).outcome == "done"
+    result = finish(homed, number)
+    assert result.outcome == "done"
     assert all(sensor.health == "ok" for sensor in homed.status().sensors)
+    events = [event.text for event in read_run(Path(result.recording)).events]
+    assert any("brown-out: it answers at 0x29" in text for text in events)
 
 
 def test_a_sensor_that_is_gone_stops_the_robot_and_is_named(
@@ -122,7 +127,23 @@ def test_a_switch_that_sticks_once_it_has_closed_is_named(switched: Controller) 
 
 
 def test_homing_again_begins_at_the_switches(switched: Controller) -> None:
-    """The arms stand at their switches, which are closed: no fault."""
+    """The arms stand at them, and they are closed: no fault, they are left and sought again."""
     switched.home()
+    used = [0, 0, 0]
+    switches = list(switched.machine.home_switches)
+
+    def asked(motor: int) -> bool:
+        closed = switches[motor]()
+        used[motor] |= 2 if closed else 1
+        return closed
+
+    watched = tuple(partial(asked, motor) for motor in range(3))
+    object.__setattr__(switched.machine, "home_switches", watched)
     switched.home()
-    assert switched.status().state == "ready"
+    assert used == [3, 3, 3]  # each was seen open and closed
+    status = switched.status()
+    assert status.state == "ready"
+    world = switched.machine.world
+    assert world is not None
+    truth_rad = world.truth(switched.clock.now_ns()).angles_rad
+    np.testing.assert_allclose(truth_rad, status.angles_rad, atol=0.02 * 0.1 / 5 + 0.0004)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -169,3 +170,29 @@ def test_the_arrays_are_those_that_were_packed() -> None:
         ours, theirs = getattr(here.plan.first.lap, name), getattr(there.plan.first.lap, name)
         assert ours.dtype == theirs.dtype
         np.testing.assert_array_equal(ours, theirs)
+
+
+def test_a_large_job_costs_the_asking_process_a_small_part_of_the_work(tmp_path: Path) -> None:
+    """In processor time, which other work on the machine does not change."""
+    job = tmp_path / "much.yaml"
+    poses = ",".join(f"[{30 + n % 7}.12345678, 31.{n:06d}, 32.12345678]" for n in range(20_000))
+    head = ACCELERATED[: ACCELERATED.index("path:")]
+    rest = ACCELERATED[ACCELERATED.index("inverse") : ACCELERATED.index("repeats")]
+    together = "timing: {mode: together, t_pwm_s: 0.001}\n"
+    job.write_text(f"{head}path: {{shape: joints, angles_deg: [{poses}]}}\n{together}{rest}")
+    planning = PlanningProcess(most_s=60.0)
+    try:
+        its_s, ours_s = _child_s(), time.process_time()
+        prepared = planning.prepare(job, ROBOT)
+        ours_s, its_s = time.process_time() - ours_s, _child_s() - its_s
+    finally:
+        planning.close()
+    assert len(prepared.plan.first.lap.counts) == 20_000
+    assert its_s > 0.3  # or the share would say nothing
+    assert ours_s < 0.1 * its_s
+
+
+def _child_s() -> float:
+    """Processor time of processes that were started here and have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime

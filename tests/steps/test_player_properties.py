@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from drivers.steps import board as b
@@ -209,7 +209,7 @@ def test_after_a_stop_there_is_no_edge(schedule, delays, stop_ns, how, ahead_ns)
 
 
 @given(SCHEDULE, SCHEDULE, DELAYS, AHEAD)
-def test_a_second_run_begins_on_time_and_no_faster_than_the_first_ended(
+def test_a_second_run_is_on_time_whatever_slipped_in_the_first(
     first, second, delays, ahead_ns
 ) -> None:
     rig = Player(ahead_ns)
@@ -223,6 +223,28 @@ def test_a_second_run_begins_on_time_and_no_faster_than_the_first_ended(
     moving = (later.steps != 0).any(axis=1)
     assert [t for t, _, _ in rig.lines.rises[seen:]] == later.due_ns[moving].tolist()
     assert rig.board.words[b.SLIP] == slip_ns
+
+
+@given(SCHEDULE, SCHEDULE, DELAYS, AHEAD, st.integers(-3_000_000, 3_000_000))
+def test_a_second_run_that_is_due_at_once_begins_no_faster_than_the_first_ended(
+    first, second, delays, ahead_ns, pause_ns
+) -> None:
+    """The first ended late, and the second may be due before that: its first gap is bounded."""
+    rig = Player(ahead_ns)
+    ticks = ticks_of(first, 1_000_000)
+    ended_ns = ticks.due_ns[(ticks.steps != 0).any(axis=1)]
+    later = ticks_of(second, int(ended_ns[-1]) + pause_ns if len(ended_ns) else 0)
+    begins_ns = later.due_ns[(later.steps != 0).any(axis=1)]
+    assume(len(ended_ns) >= 2 and len(begins_ns) >= 1)
+    rig.push(ticks)
+    rig.play(delays)
+    seen = len(rig.lines.rises)
+    rig.push(later)
+    rig.play([])
+    gap_ns, last_gap_ns = begins_ns[0] - ended_ns[-1], ended_ns[-1] - ended_ns[-2]
+    least_ns = min(gap_ns, last_gap_ns) if gap_ns > 0 else last_gap_ns
+    real_ns = rig.lines.rises[seen][0] - rig.lines.rises[seen - 1][0]
+    assert real_ns >= np.floor(FRACTION * least_ns)
 
 
 def test_the_first_reason_of_a_stop_stays() -> None:

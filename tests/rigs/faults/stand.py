@@ -45,6 +45,9 @@ timing: {{mode: together, t_pwm_s: {T_PWM_NS * 1e-9}}}
 inverse_kinematics: {{kind: network, file: {NETWORK}}}
 """
 CLOSED_S = 12.0
+LEAST_LEFT_S = 40.0
+"""A run that ends while a fault is judged is taken for one that stopped; the longest fault (a job
+of 4 MB, on a busy machine) takes half of this, a new run 71 s."""
 APPROACH_PLAYED_S = 2.0 * LOOKAHEAD_S
 """What is left of the way to the path, where motors step singly and closer, when the path is told
 to have begun: a controller that fed late tells before the player knows by how much."""
@@ -125,7 +128,9 @@ class Stand:
         sys.setswitchinterval(self._switch_s)
 
     def ensure_running(self) -> StandRun:
-        """The run that is on its path, or a new one, homed before."""
+        """The run that is on its path with time to spare, or a new one, homed before."""
+        if self.run is not None and (self.controller.status().seconds_left or 0.0) < LEAST_LEFT_S:
+            self.end_run()
         if self.run is None or self.controller.condition.state is not State.RUNNING:
             self.make_ready()
             self.run = self._begin()
