@@ -14,6 +14,15 @@ JsonOption = Annotated[bool, typer.Option("--json", help="One JSON document inst
 RobotOption = Annotated[
     str | None, typer.Option(help="Robot file instead of the job's, as one that was corrected.")
 ]
+AcceptOption = Annotated[
+    float,
+    typer.Option(
+        help="You have looked at the arms, and accept that the sensors would not show one"
+        " that is off by so many degrees.",
+        min=0.0,
+        max=360.0,
+    ),
+]
 SocketOption = Annotated[Path | None, typer.Option(help="Socket of the daemon.")]
 
 
@@ -39,25 +48,31 @@ def run(
     record: Annotated[Path | None, typer.Option(help="Where to record (.mcap).")] = None,
     report: Annotated[Path | None, typer.Option(help="Write an HTML report here.")] = None,
     robot: RobotOption = None,
+    accept_unseen: AcceptOption = 0.0,
     json_out: JsonOption = False,
     socket: SocketOption = None,
     force: ForceOption = False,
 ) -> None:
     """Run a job: on the robot through its daemon, or on the simulated robot.
 
-    Shows progress, then how well the path was followed, and where the recording is.
+    Shows progress, then how well the path was followed, and where the recording is. The robot of a
+    daemon is homed before ('deltactl home'); the simulated one homes here, where
+    --accept-unseen says what it says there.
 
     ```
     deltactl run heart.yaml
     deltactl run circle.yaml --realtime --report circle.html
     deltactl run heart.yaml --robot corrected.yaml
     deltactl run survey.yaml --simulate --record survey.mcap --json
+    deltactl run mine.yaml --simulate --accept-unseen 80
     ```
     """
     from command_line.robot.run import run_job
 
     refuse_existing(force, report)
-    run_job(job, robot, simulate or realtime, realtime, record, report, json_out, socket)
+    run_job(
+        job, robot, simulate or realtime, realtime, record, report, json_out, socket, accept_unseen
+    )
 
 
 def check(job: JobArgument, robot: RobotOption = None, json_out: JsonOption = False) -> None:

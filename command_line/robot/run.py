@@ -36,6 +36,7 @@ def run_job(
     report: Path | None,
     json_out: bool,
     socket: Path | None,
+    accept_unseen_deg: float = 0.0,
 ) -> None:
     """Run one job and show what came of it. Raises any DeltactlError."""
     path = find(str(job))
@@ -52,6 +53,11 @@ def run_job(
                 f"--robot {robot}: the daemon runs a robot file of its own; 'deltactl home --robot"
                 f" {robot}' puts this one in its place, or use --simulate"
             )
+        if accept_unseen_deg:
+            raise ConfigError(
+                "--accept-unseen: the robot of a daemon is homed before a job; say 'deltactl home"
+                f" --accept-unseen {accept_unseen_deg:g}', then run the job without"
+            )
         result = _through_daemon(path, record, socket, json_out)
     else:
         if socket is not None and not simulate:
@@ -59,7 +65,7 @@ def run_job(
         _say_where(simulate, json_out)
         if not json_out:
             say_covered(coverage_of(path, robot_file))
-        result = _in_this_process(path, robot_file, record, realtime, json_out)
+        result = _in_this_process(path, robot_file, record, realtime, json_out, accept_unseen_deg)
     _show(result, report, json_out)
     refuse_unless_done(result)
 
@@ -92,7 +98,12 @@ def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet:
 
 
 def _in_this_process(
-    path: Path, robot_file: Path | None, record: Path | None, realtime: bool, quiet: bool
+    path: Path,
+    robot_file: Path | None,
+    record: Path | None,
+    realtime: bool,
+    quiet: bool,
+    accept_unseen_deg: float,
 ) -> JobResult:
     from firmware_py.controller.build import build_controller
 
@@ -103,7 +114,7 @@ def _in_this_process(
     with _terminated_is_interrupted():
         try:
             controller.power_on()
-            controller.home()
+            controller.home(accept_unseen_deg)
             number = controller.submit(path, record)
             every_s = POLL_S if realtime else VIRTUAL_POLL_S
             return follow(

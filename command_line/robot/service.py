@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from command_line.robot.jobs import JsonOption, SocketOption
+from command_line.robot.jobs import AcceptOption, JsonOption, SocketOption
 
 SIMPLE: dict[str, str] = {
     "on": "Start the sensors and energise the drives.",
@@ -40,15 +40,7 @@ def _simple(name: str):  # type: ignore[no-untyped-def]
 
 
 def home(
-    accept_unseen: Annotated[
-        float,
-        typer.Option(
-            help="You have looked at the arms, and accept that the sensors would not show one"
-            " that is off by so many degrees.",
-            min=0.0,
-            max=360.0,
-        ),
-    ] = 0.0,
+    accept_unseen: AcceptOption = 0.0,
     robot: Annotated[
         str | None,
         typer.Option(

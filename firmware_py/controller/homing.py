@@ -15,7 +15,7 @@ from drivers.steps.contract import MOTORS, OutputState, Ticks
 from firmware_py.controller.condition import Condition
 from firmware_py.controller.jobs.feeder import LEAD_S
 from firmware_py.controller.observer import Observer
-from firmware_py.controller.sensing.home_check import HomeSeen, check_plausible
+from firmware_py.controller.sensing.home_check import BY_HAND, HomeSeen, check_plausible
 from firmware_py.controller.sensing.ranging_loop import RangingLoop
 from firmware_py.controller.states import Request, State
 from firmware_py.machine import Machine
@@ -36,6 +36,7 @@ BACK_OFF_RAD = 0.03
 SLOWER = 5
 """The second approach to a switch is this many times slower than the first."""
 WIDEST_SEARCH_RAD = 2.5
+NO_HANDS = "the simulated robot drops to its stops by 'deltactl off', then 'deltactl on'"
 
 
 class Homer:
@@ -64,13 +65,8 @@ class Homer:
         if self._robot.homing.method == "switch":
             for motor in range(MOTORS):
                 self._seek_switch(motor)
-        try:
-            return check_plausible(self._robot, self._listen(), accept_unseen_deg)
-        except NotReady as error:
-            if not self._machine.simulated:
-                raise
-            # There are no hands at the simulated robot: it drops to its stops when released.
-            raise NotReady(f"{error} (simulated: 'deltactl off', then 'deltactl on')") from error
+        then = NO_HANDS if self._machine.simulated else BY_HAND
+        return check_plausible(self._robot, self._listen(), accept_unseen_deg, then)
 
     def _go_home(self) -> None:
         """Bring a homed robot back to its home angles, and wait."""

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 
+from firmware_py.robot_file import CONFIG_FOLDER
 from recording.reading.reader import read_run
 from recording.tables.flat_files import read_flat
 
@@ -40,6 +42,24 @@ def test_the_same_run_twice_is_the_same(deltactl, tmp_path: Path) -> None:
         deltactl("run", "circle.yaml", "--simulate", "--record", f"{name}.mcap")
         deltactl("export", f"{name}.mcap", f"{name}.csv", "--truth")
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+def test_a_robot_that_sees_nothing_runs_when_somebody_has_looked(deltactl, tmp_path: Path) -> None:
+    """The refusal names the figure to type, and the option takes it."""
+    blind = re.sub(
+        r"^(sensors|ranging):.*\n(?:  .*\n|\n(?=  ))+", "",
+        (CONFIG_FOLDER / "zhao-2023.yaml").read_text(), flags=re.MULTILINE,
+    )  # fmt: skip
+    (tmp_path / "blind.yaml").write_text(blind)
+    circle = (CONFIG_FOLDER / "circle.yaml").read_text().replace("zhao-2023.yaml", "blind.yaml")
+    (tmp_path / "job.yaml").write_text(circle)
+    refused = deltactl("run", "job.yaml", "--simulate", status=2).stderr
+    (figure,) = re.findall(r"--accept-unseen (\d+)'", refused)
+    assert "'deltactl run' has the same option" in refused
+    less = str(int(figure) - 1)
+    assert deltactl("run", "job.yaml", "--simulate", "--accept-unseen", less, status=2)
+    ran = deltactl("run", "job.yaml", "--simulate", "--accept-unseen", figure, "--json")
+    assert json.loads(ran.stdout)["outcome"] == "done"
 
 
 def test_check_says_what_a_job_would_do(deltactl) -> None:

@@ -73,6 +73,10 @@ def test_goto_jog_and_teach(deltactl: Deltactl, tmp_path: Path) -> None:
         (("jog", "--z", "-600"), "out of reach"),
         (("jog",), "say how far"),
         (("goto", "0", "0", "-300", "--robot", "x.yaml"), "leave it out"),
+        (
+            ("run", "pick-and-place.yaml", "--accept-unseen", "40"),
+            "deltactl home --accept-unseen 40",
+        ),
     ],
 )
 def test_what_is_refused_does_not_move(

@@ -43,10 +43,18 @@ class HomeSeen:
         return f"{self.text}; warning: {self.warning}" if self.warning else self.text
 
 
+BY_HAND = "put the arms against their stops and try again"
+
+
 def check_plausible(
-    robot: RobotFile, measured_m: FloatArray, accept_unseen_deg: float = 0.0
+    robot: RobotFile,
+    measured_m: FloatArray,
+    accept_unseen_deg: float = 0.0,
+    then: str = BY_HAND,
 ) -> HomeSeen:
     """Compare good readings (NaN = none) with the home pose; returns what was seen.
+
+    then: what to do when a sensor disagrees.
 
     Raises NotReady when a sensor disagrees by more than `homing.tolerance_m`, or when the good
     readings leave an arm undetermined by more than somebody has looked at and accepted.
@@ -61,7 +69,7 @@ def check_plausible(
         raise NotReady(
             f"homing refused: sensor {AXES[worst]} reads {measured_m[worst]:.3f} m but"
             f" {expected_m[worst]:.3f} m is expected with the arms at"
-            f" {robot.homing.angle_deg} degrees; put the arms against their stops and try again"
+            f" {robot.homing.angle_deg} degrees; {then}"
         )
     unseen_deg = _unseen_deg(robot, good, accept_unseen_deg)
     off_mm = abs(error_m[worst]) * 1e3
@@ -92,5 +100,6 @@ def _unseen_deg(robot: RobotFile, good: BoolArray, accepted_deg: float) -> float
     raise NotReady(
         f"homing refused: {lack}, so that an arm could be off by {unseen_deg} degrees unseen; see"
         " 'deltactl sensors', or look at the arms yourself and say"
-        f" 'deltactl home --accept-unseen {unseen_deg}'"
+        f" 'deltactl home --accept-unseen {unseen_deg}' ('deltactl run' has the same option, for"
+        " the simulated robot)"
     )
