@@ -5,9 +5,9 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from drivers.settings import (
     InputSettings,
@@ -19,6 +19,7 @@ from drivers.settings import (
 )
 from drivers.steps.lines import MOST_SWITCHES
 from drivers.steps.switches import Switches
+from firmware_py.pins_named import named_twice, pins_named
 from firmware_py.servo.as_built import AsBuiltServo
 from foundation.errors import ConfigError, MissingFile
 from foundation.strict_yaml import Document, StrictModel
@@ -192,17 +193,7 @@ class RobotFile(DeltaRobot):
             if name not in self.inputs.named:
                 yield ("as_built", "inputs", name), "is no input of inputs.named"
         yield from self._servo_clashes()
-        seen: dict[int, str] = {}
-        if self.ranging.bus == 1:
-            seen = dict.fromkeys(I2C_PINS, "the I2C bus")
-        for key, pins in self._pins():
-            for pin in pins:
-                if pin in seen:
-                    yield (
-                        key,
-                        f"GPIO {pin} is taken by {seen[pin]} already; choose a pin of its own",
-                    )
-                seen[pin] = ".".join(key)
+        yield from named_twice(pins_named(self.model_dump()), _i2c_pins(self.ranging.bus))
 
     def left_open(self) -> list[str]:
         """What must be said before anything moves on hardware, and is not: keys of the file.
@@ -225,21 +216,6 @@ class RobotFile(DeltaRobot):
         if self.as_built.servo is not None and not servo:
             yield ("as_built", "servo"), "only robots with drive.kind servo have this section"
 
-    def _pins(self) -> Iterator[tuple[tuple[str, ...], tuple[int, ...]]]:
-        """Every section's pins by their key."""
-        for section in ("steps", "inputs", "ranging", "homing"):
-            settings = getattr(self, section)
-            for name in type(settings).model_fields:
-                value = getattr(settings, name)
-                if name.endswith("_pins") and value is not None:
-                    yield (section, name), value
-                elif name.endswith("_pin") and value is not None:
-                    yield (section, name), (value,)
-        for name, output in self.outputs.items():
-            yield ("outputs", name, "pin"), (output.pin,)
-        for name, wired in self.inputs.named.items():
-            yield ("inputs", "named", name, "pin"), (wired.pin,)
-
 
 def load_robot(path: Path, follow: bool = True) -> RobotFile:
     """Read a robot file for running. Raises MissingFile or ConfigError (a line for each mistake).
@@ -255,7 +231,11 @@ def robot_in(document: Document) -> RobotFile:
     if kind != "delta":
         known = "cannot be run, only diagnosed" if kind in KINDS else "must be 'delta'"
         raise document.fail(("kind",), f"{known} (got {kind!r})")
-    robot = document.check(RobotFile)
+    try:
+        robot = document.check(RobotFile)
+    except ConfigError as error:
+        others = (str(document.fail(*one)) for one in _also_wrong(document.data))
+        raise ConfigError(*error.args, *others) from None
     mistakes = [
         *robot.clashes(),
         *_wrong_effects(("effects",), robot.effects),
@@ -264,6 +244,25 @@ def robot_in(document: Document) -> RobotFile:
     if mistakes:
         raise document.fail_all(mistakes)
     return robot
+
+
+def _also_wrong(data: dict[str, Any]) -> Iterator[tuple[Location, str]]:
+    """What can be told of a file with other mistakes, so that all are mended in one round."""
+    ranging = data.get("ranging")
+    bus = ranging.get("bus", 1) if isinstance(ranging, dict) else 1
+    yield from named_twice(pins_named(data), _i2c_pins(bus))
+    effects = data.get("effects")
+    for index, one in enumerate(effects if isinstance(effects, list) else ()):
+        try:
+            entry = EffectEntry.model_validate(one)
+        except ValidationError:
+            continue  # said already
+        for place, says in _wrong_effects(("effects",), (entry,)):
+            yield (place[0], index), says
+
+
+def _i2c_pins(bus: object) -> dict[int, str]:
+    return dict.fromkeys(I2C_PINS, "the I2C bus") if bus == 1 else {}
 
 
 def check_said(robot: RobotFile) -> None:

@@ -164,6 +164,24 @@ def test_sections_that_contradict_each_other_are_listed_at_once(tmp_path):
     assert len(error.value.args) == 2
 
 
+def test_pins_named_twice_and_unknown_effects_are_listed_with_other_mistakes(tmp_path):
+    text = ZHAO.replace("[17, 27, 22]", "[17, 17, 22]").replace("estop_pin: 26", "estop_pin: 2")
+    text = text.replace("\nname: zhao-2023", "\nnmae: zhao-2023")
+    text += "\noutputs: {gripper: {pin: 22, safe: off, actve_high: yes}}\n"
+    text += "effects: [{effect: gear_backlsh, component: motor1, parameters: {width: 0.001}}]\n"
+    (tmp_path / "robot.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError) as error:
+        load_robot(tmp_path / "robot.yaml")
+    said = "\n".join(error.value.args)
+    for one in (
+        "nmae", "outputs.gripper.actve_high", "steps.step_pins: GPIO 17 is taken by steps.step",
+        "inputs.estop_pin: GPIO 2 is taken by the I2C bus", "gear_backlsh",
+        "outputs.gripper.pin: GPIO 22 is taken by steps.step_pins already",
+    ):  # fmt: skip
+        assert one in said
+    assert len(error.value.args) == 6
+
+
 @pytest.mark.parametrize("section", ["steps", "inputs", "ranging", "limits", "homing"])
 def test_hardware_wants_its_pins_limits_and_homing_said(tmp_path, section):
     text = re.sub(rf"^{section}:.*\n(?:  .*\n)+", "", ZHAO, flags=re.MULTILINE)
