@@ -180,7 +180,7 @@ class RobotFile(DeltaRobot):
         }
         return self.model_copy(update=believed) == other.model_copy(update=believed)
 
-    def clashes(self) -> Iterator[tuple[tuple[str, ...], str]]:
+    def clashes(self) -> Iterator[tuple[Location, str]]:
         """Where sections contradict each other: the key at fault, and what is wrong with it."""
         low, high = self.limits.arm_deg
         for angle in self.homing.angle_deg:

@@ -23,9 +23,9 @@ EFFECTS: dict[str, str] = {
     "motor_azimuth": "a wrong direction of {part} around the base",
     "frame_tilt": "sensors turned against the robot",
     "thermal_expansion": "arms that grow while they warm up",
-    "payload": "a wrong mass at the platform",
-    "contact": "something in the way of the platform",
-    "resonance": "ringing of the platform after moves",
+    "payload": "a wrong mass at {part}",
+    "contact": "something in the way of {part}",
+    "resonance": "ringing of {part} after moves",
     "sensor_offset": "a constant error of {part}",
     "sensor_scale": "a wrong scale of {part}",
     "sensor_crosstalk": "an error of {part} that grows with the distance squared",
@@ -38,6 +38,12 @@ EFFECTS: dict[str, str] = {
     "unknown": "an unknown error at {part}",
 }
 """The vocabulary of the contract as noun phrases."""
+
+OF_AN_AXIS: dict[str, str] = {
+    "home_offset": "a wrong home position of {part}",
+    "encoder_error": "a periodic error of the encoder of {part}",
+}
+"""What is called otherwise where nothing need turn."""
 
 PARTS: dict[str, str] = {
     "joints": "all joints",
@@ -102,8 +108,9 @@ def parts(components: Sequence[str]) -> str:
 def effect(name: str, *components: str) -> str:
     """What is wrong and where, as a noun phrase: 'free play in the gearbox of motor 2'."""
     where = parts(components)
-    if name in EFFECTS:
-        return EFFECTS[name].format(part=where)
+    phrases = EFFECTS | OF_AN_AXIS if components == ("axis",) else EFFECTS
+    if name in phrases:
+        return phrases[name].format(part=where)
     return f"{name.replace('_', ' ')} at {where}"
 
 

@@ -1,0 +1,48 @@
+"""Words of a report fit the machine: an axis has no platform, and need not turn."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from diagnosis.report.sentences import words
+from diagnosis.report.sentences.remedies import REMEDIES
+from models.effects.kind import EffectKind
+from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
+
+OF_A_DELTA = re.compile(r"platform|\barms?\b|forearm|all joints")
+ROTARY = re.compile(r"\bangle|\bturns?\b")
+TYPICAL = 0.1
+
+
+def said(kind: EffectKind, component: str) -> list[str]:
+    """All that a report may say of one effect at one component."""
+    values = {one.name: TYPICAL for one in kind.parameters}
+    remedy = REMEDIES.get(kind.name, "")
+    return [
+        words.effect(kind.name, component),
+        kind.sentence(component, values),
+        remedy.format(part=words.part(component), size="0.1", true="0.1"),
+    ]
+
+
+@pytest.mark.parametrize("motion", ["rotary", "linear"])
+def test_a_lone_axis_is_told_in_words_of_its_own(motion: str) -> None:
+    kinds = [*command_effects(motion).values(), *effort_effects(motion).values()]
+    assert len(kinds) > 15
+    for kind in kinds:
+        for text in said(kind, "axis"):
+            assert not OF_A_DELTA.search(text)
+            assert motion == "rotary" or not ROTARY.search(text)
+
+
+def test_a_range_sensor_has_no_robot() -> None:
+    for kind in sensor_effects().values():
+        for component in kind.components:
+            assert not any(OF_A_DELTA.search(text) for text in said(kind, component))
+
+
+def test_the_same_effects_of_a_delta_keep_its_words() -> None:
+    assert words.effect("resonance", "platform") == "ringing of the platform after moves"
+    assert words.effect("home_offset", "motor2") == "a wrong home angle of motor 2"
