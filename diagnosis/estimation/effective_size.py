@@ -15,13 +15,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import median_filter
 
+from diagnosis.estimation.memory_given_back import autocorrelation_times, given_back
 from diagnosis.observations.readings import MAD_TO_SIGMA, FloatArray, IntArray
 
-UNCORRELATED = 0.05
-"""The autocorrelation is summed to where it first falls below this."""
 HUBER_SATURATED = 4.0
 NEIGHBOURS = 7
 FEWEST_EFFECTIVE = 6.0
+MOST_GIVEN_BACK = 2.5
+"""Times the variance of a residual beyond which it says nothing of the noise."""
 LEAST_OF_LARGEST = 0.05
 """Noise of one kind of row as a share of the largest: what a model gets wrong in motion leaves
 traces where the motion ends."""
@@ -60,12 +61,14 @@ class TemperedNoise:
 
 def tempered(
     residual: FloatArray, rows: IntArray, groups: IntArray, kinds: IntArray,
-    least: float, fitted: int, once: IntArray | None = None,
+    least: float, fitted: int = 0, once: IntArray | None = None, took: FloatArray | None = None,
 ) -> TemperedNoise:  # fmt: skip
     """Noise of a saturated residual (n,).
 
     least: standard deviation of rounding, below which no noise is believed. fitted: numbers the
-    saturated model took. once: (m,) number of the run of equal values each row lies in.
+    saturated model took. once: (m,) number of the run of equal values each row lies in. took:
+    (m, p) the model's shapes in standard deviations of the noise and of their sizes, where what
+    they took of noise with a memory is to be given back.
     """
     left = residual[rows]
     if once is None:
@@ -81,11 +84,16 @@ def tempered(
     standard = left / sigma
     count = float(once[-1]) + 1.0
     new = np.concatenate([[True], np.diff(once) > 0])
-    tau = autocorrelation_time(np.clip(standard[new], -4.0, 4.0), groups[rows][new])
+    apart = groups[rows][new]
+    tau = float(autocorrelation_times(np.clip(standard[new], -4.0, 4.0)[:, None], apart)[0])
+    if took is not None and took.shape[1]:
+        back = given_back(took[new] / single[new, None], apart, tau)
+        sigma, tau = sigma * np.sqrt(min(back.variance, MOST_GIVEN_BACK)), tau * back.memory
     tau = min(tau, max(count / FEWEST_EFFECTIVE, 1.0))
-    effective = count / tau
-    taken = effective / max(effective - min(fitted, 0.6 * effective), 1.0)
-    sigma = sigma * np.sqrt(taken)
+    if took is None:
+        effective = count / tau
+        taken = effective / max(effective - min(fitted, 0.6 * effective), 1.0)
+        sigma = sigma * np.sqrt(taken)
     return TemperedNoise(rows, weight / (sigma * np.sqrt(tau)), sigma, tau, count)
 
 
@@ -111,21 +119,3 @@ def spike_weights(left: FloatArray) -> FloatArray:
     usual = max(MAD_TO_SIGMA * float(np.median(off)), 0.2 * float(np.quantile(off, 0.9)), 1e-300)
     weight: FloatArray = np.minimum(1.0, HUBER_SATURATED * usual / np.maximum(off, 1e-300))
     return np.where(weight < 0.75, weight, 1.0)
-
-
-def autocorrelation_time(standard: FloatArray, groups: IntArray) -> float:
-    """1 + 2 sum of the autocorrelation (m,) up to where it vanishes; no pair across groups."""
-    count = len(standard)
-    if count < 8:
-        return 1.0
-    x = standard - standard.mean()
-    total, power = 1.0, float(x @ x) + 1e-300
-    for lag in range(1, count // 3):
-        near = groups[lag:] == groups[:-lag]
-        if not near.any():
-            break
-        paired = float((x[lag:] * x[:-lag])[near].sum()) / power
-        if paired * count / int(near.sum()) < UNCORRELATED:
-            break
-        total += 2.0 * paired
-    return max(total, 1.0)

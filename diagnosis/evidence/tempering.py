@@ -21,11 +21,10 @@ LEAST_NOISE_SHARE = 1e-6
 def saturated_noise(plant: RegressionPlant) -> TemperedNoise:
     """From the saturated set, beginning with the whole mismatch as noise."""
     keys = frozenset(r.key for r in plant.regressors if r.saturated and not r.left_over)
-    residual = plant.observed - plant.base(frozenset(), {})
-    noise = _of(plant, residual, 0)
+    noise = _of_residual(plant, plant.observed - plant.base(frozenset(), {}))
     for _ in range(TEMPERING_ROUNDS):
         fit = Laplace(plant, noise.untempered)(keys)
-        noise = _of(plant, fit.residual, fit.tangent.shape[1])
+        noise = _of(plant, fit)
     return noise
 
 
@@ -36,14 +35,25 @@ def noise_beyond(
     wide = {r.key for r in plant.regressors if r.left_over if left_over}
     wide |= {r.key for r in plant.regressors if r.saturated and not r.left_over and not left_over}
     keys = frozenset(wide) | best.keys
-    noise = _of(plant, best.residual, best.tangent.shape[1])
-    fit = Laplace(plant, noise.untempered)(keys, [best])
-    return _of(plant, fit.residual, fit.tangent.shape[1])
+    fit = Laplace(plant, _of(plant, best).untempered)(keys, [best])
+    return _of(plant, fit, left_over)
 
 
-def _of(plant: RegressionPlant, residual: FloatArray, fitted: int) -> TemperedNoise:
+def _of(plant: RegressionPlant, fit: Explanation, left_over: bool = False) -> TemperedNoise:
+    """Of what a fit leaves. What it took of noise with a memory is given back where that is seen:
+    under spline terms, which follow anything slow, and of sensors that average their readings. What
+    a chain of nonlinear parts leaves of an encoder's reading is discrepancy, which no fit takes.
+    """
+    took = fit.tangent if left_over or plant.averages else None
+    return _of_residual(plant, fit.residual, fit.tangent.shape[1], took)
+
+
+def _of_residual(
+    plant: RegressionPlant, residual: FloatArray, fitted: int = 0, took: FloatArray | None = None
+) -> TemperedNoise:
     mismatch = (plant.observed - plant.base(frozenset(), {}))[plant.rows]
     least = max(LEAST_NOISE_SHARE * float(np.std(mismatch)), plant.rounding, 1e-15)
     rounded = plant.rounding > 0.0
     once = runs_of_one_value(plant.observed, plant.groups, plant.rows) if rounded else None
-    return tempered(residual, plant.rows, plant.groups, plant.kinds, least, fitted, once)
+    rows, groups, kinds = plant.rows, plant.groups, plant.kinds
+    return tempered(residual, rows, groups, kinds, least, fitted, once, took)

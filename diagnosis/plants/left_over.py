@@ -19,6 +19,7 @@ class LeftOver(KeepsBeside):
     """A plant with one spline term for each of its covariates; regressors `unknown COVARIATE`."""
 
     rows: IntArray
+    averages = False
 
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:

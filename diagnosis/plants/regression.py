@@ -127,6 +127,8 @@ class RegressionPlant(Protocol):
     """(n,) small numbers: rows of one kind share one noise (at rest, in motion, a joint)."""
     rounding: float
     """Standard deviation of the rounding of a reading, in `unit`."""
+    averages: bool
+    """Whether noise of neighbouring readings is alike: a sensor that averages over time."""
     drawn_on: FloatArray
     """(n,) what drawings add to `observed` and to every prediction of it."""
 

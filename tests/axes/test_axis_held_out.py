@@ -23,6 +23,7 @@ class Slope:
 
     unit = "m"
     rounding = 0.0
+    averages = False
 
     def __init__(self, seed: int, size: float):
         rng = np.random.default_rng(seed)

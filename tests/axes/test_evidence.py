@@ -10,11 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from diagnosis.answer.consistency import contradictions
-from diagnosis.estimation.effective_size import autocorrelation_time, runs_of_one_value, tempered
+from diagnosis.estimation.effective_size import runs_of_one_value, tempered
+from diagnosis.estimation.memory_given_back import autocorrelation_times, given_back
 from diagnosis.evidence.laplace import Laplace
 from diagnosis.pipelines.lone_machine import diagnose_axis
 from diagnosis.plants.regression import Columns, Regressor
-from diagnosis.plants.spline_terms import spline_terms
+from diagnosis.plants.spline_terms import spline_basis, spline_terms
 from foundation.errors import RecordingError
 from models.robot import AxisGravity, RangeSensor, ServoAxis
 from recording.tables.flat import FlatRecording, from_columns
@@ -28,6 +29,7 @@ class Line:
 
     unit = "m"
     rounding = 0.0
+    averages = False
 
     def __init__(self, rng: np.random.Generator, count: int, spread: float):
         self.t_s = np.arange(count) / 50.0
@@ -76,8 +78,25 @@ def test_laplace_is_exact_where_all_is_linear(seed: int, count: int, spread: flo
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.8])
 def test_memory_is_counted_as_the_textbook_says(rigs: ModuleType, rho: float) -> None:
     noise = rigs.correlated(np.random.default_rng(3), 40_000, 1.0, rho)
-    found = autocorrelation_time(noise, np.zeros(len(noise), dtype=np.intp))
+    (found,) = autocorrelation_times(noise[:, None], np.zeros(len(noise), dtype=np.intp))
     assert found == pytest.approx((1.0 + rho) / (1.0 - rho), rel=0.15)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5, 0.85])
+def test_what_a_spline_takes_of_noise_is_given_back(rigs: ModuleType, rho: float) -> None:
+    """In the middle of thirty the variance and the memory of the noise itself."""
+    rng, count = np.random.default_rng(8), 400
+    groups = np.zeros(count, dtype=np.intp)
+    shapes = 30.0 * spline_basis(np.arange(count) / count, 12, 0.0, 1.0)
+    hat = shapes @ np.linalg.inv(np.eye(shapes.shape[1]) + shapes.T @ shapes) @ shapes.T
+    noise = np.stack([rigs.correlated(rng, count, 1.0, rho) for _ in range(30)], axis=1)
+    left = noise - hat @ noise
+    seen = autocorrelation_times(left, groups)
+    back = [given_back(shapes, groups, float(own)) for own in seen]
+    variances = [one.variance * float(np.mean(x**2)) for one, x in zip(back, left.T, strict=True)]
+    memories = [one.memory * own for one, own in zip(back, seen, strict=True)]
+    assert np.median(variances) == pytest.approx(1.0, rel=0.15)
+    assert np.median(memories) == pytest.approx((1.0 + rho) / (1.0 - rho), rel=0.3)
 
 
 def test_a_value_that_stands_is_one_run() -> None:
@@ -197,3 +216,20 @@ def test_a_held_out_run_that_is_too_short_is_left_out_with_a_word(rigs: ModuleTy
     answer = diagnose_axis(FOLLOWS, [run], [short])
     assert answer.fit.holdout == "blocks"
     assert any("short" in line and "left out" in line for line in answer.says)
+
+
+def test_slow_noise_of_a_healthy_sensor_is_no_drift(rigs: ModuleType) -> None:
+    """Correlation 0.9 at 20 Hz, a quarter of a minute: every fourth such sensor had an unknown."""
+    robot = RangeSensor(kind="range_sensor", name="ranges")
+    rig = rigs.RangingRig(rho=0.9)
+    answers = [diagnose_axis(robot, [rig.record(seed, span_s=15.0)]) for seed in range(16)]
+    assert sum(bool(answer.findings) for answer in answers) <= 1
+
+
+def test_what_lies_behind_the_encoder_of_an_axis_with_effort_is_not_testable(
+    rigs: ModuleType,
+) -> None:
+    answer = diagnose_axis(FORCED, [rigs.ForcedRig(coulomb=1.0).record(4, span_s=10.0)])
+    untold = {one.effect for one in answer.not_testable}
+    assert {"gear_backlash", "joint_compliance"} <= untold
+    assert not untold & {one.effect for one in answer.findings}

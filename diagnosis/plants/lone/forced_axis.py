@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.ndimage import binary_dilation, binary_opening
 
+from diagnosis.answer.records import NotTestable
 from diagnosis.observations.gross_outliers import without_gross
 from diagnosis.observations.inverse_dynamics import Motion, motion_of
 from diagnosis.observations.needed_columns import filled, first_of, needed, refuse_still
@@ -260,6 +261,22 @@ class ForcedAxis(LeftOver):
     def variant(self) -> ForcedAxis:
         """The same under a narrower low-pass: what differs between the two is no knowledge."""
         return ForcedAxis(self.robot, self._recordings, NARROWER)
+
+    def not_testable(self) -> list[NotTestable]:
+        """What lies behind the place at which the position is read, and the drive of free motion.
+
+        A joint that yields or has play behind its encoder is a second mass; at the speeds that the
+        low-pass leaves it moves with the first.
+        """
+        behind = "the position is read at one place: what yields behind it shows in neither column"
+        gone = "the effort is zero throughout"
+        reasons = dict.fromkeys(("gear_backlash", "joint_compliance"), behind)
+        if self.let_go:
+            names = ("effort_offset", "effort_gain", "following_lag")
+            reasons |= dict.fromkeys(names, gone)
+        return [
+            NotTestable(effect=name, component="axis", why=why) for name, why in reasons.items()
+        ]
 
     def adopt(self, trained: ForcedAxis) -> None:
         """Spread of the recording that sizes were found on."""

@@ -45,6 +45,7 @@ class RangeSensorPlant(LeftOver):
     """A sensor and the distances it should have read."""
 
     unit = "m"
+    averages = True
 
     def __init__(self, robot: RangeSensor, recordings: Sequence[FlatRecording]):
         self.robot = robot

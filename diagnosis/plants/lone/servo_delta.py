@@ -45,6 +45,7 @@ class ServoDelta(KeepsBeside):
     """Three joints with what their observers estimated."""
 
     unit = "N m"
+    averages = False
 
     def __init__(self, robot: DeltaRobot, recordings: Sequence[FlatRecording]):
         self.chain = ServoChain(robot)
