@@ -19,7 +19,7 @@ from diagnosis.observations.readings import FloatArray, IntArray
 
 CORRELATIONS = (0.0, 0.3, 0.5, 0.7, 0.8, 0.87, 0.92, 0.95, 0.97)
 """Of neighbours, for which the fit is tried; beyond the last the last is taken."""
-DRAWS = 12
+SIMULATED_NOISES = 12
 UNCORRELATED = 0.05
 """The autocorrelation is summed to where it first falls below this."""
 
@@ -41,7 +41,7 @@ def given_back(shapes: FloatArray, groups: IntArray, memory: float) -> GivenBack
     count, fitted = shapes.shape
     if count < 8 or not fitted:
         return GivenBack(1.0, 1.0)
-    white = np.random.default_rng(0).standard_normal((count, DRAWS))
+    white = np.random.default_rng(0).standard_normal((count, SIMULATED_NOISES))
     gram = np.linalg.inv(np.eye(fitted) + shapes.T @ shapes)
     seen: list[float] = []
     variance: list[float] = []
