@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from diagnosis.estimation.effective_size import TemperedNoise
+from diagnosis.evidence.effective_size import TemperedNoise
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.estimation.effective_size import TemperedNoise, runs_of_one_value, tempered
+from diagnosis.evidence.effective_size import TemperedNoise, runs_of_one_value, tempered
 from diagnosis.evidence.laplace import Explanation, Laplace
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.regression import RegressionPlant

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.estimation.effective_size import TemperedNoise
+from diagnosis.evidence.effective_size import TemperedNoise
 from diagnosis.evidence.laplace import Explanation, Laplace
 from diagnosis.evidence.tempering import noise_beyond, saturated_noise
 from diagnosis.observations.readings import FloatArray

@@ -11,7 +11,7 @@ from scipy.stats import f
 
 from diagnosis.assessment.regression_holdout import FOLDS, on_blocks, on_other_runs
 from diagnosis.assessment.significance import STARTS, chance
-from diagnosis.estimation.effective_size import TemperedNoise
+from diagnosis.evidence.effective_size import TemperedNoise
 from diagnosis.evidence.laplace import Laplace
 from diagnosis.plants.regression import Columns, Regressor
 

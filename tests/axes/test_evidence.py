@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from diagnosis.answer.consistency import contradictions
-from diagnosis.estimation.effective_size import runs_of_one_value, tempered
-from diagnosis.estimation.memory_given_back import autocorrelation_times, given_back
+from diagnosis.evidence.effective_size import runs_of_one_value, tempered
 from diagnosis.evidence.laplace import Laplace
+from diagnosis.evidence.memory_given_back import autocorrelation_times, given_back
 from diagnosis.pipelines.lone_machine import diagnose_axis
 from diagnosis.plants.regression import Columns, Regressor
 from diagnosis.plants.spline_terms import spline_basis, spline_terms

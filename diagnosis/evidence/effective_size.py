@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import median_filter
 
-from diagnosis.estimation.memory_given_back import autocorrelation_times, given_back
+from diagnosis.evidence.memory_given_back import autocorrelation_times, given_back
 from diagnosis.observations.readings import MAD_TO_SIGMA, FloatArray, IntArray
 
 HUBER_SATURATED = 4.0
