@@ -6,7 +6,8 @@ Lines and files are those of Python below --folder, by room. A circle is a set o
 each other, directly or around a corner, wherever in a file the import stands. A room is a folder
 without folders in it; the loose files of a folder that has some stand for themselves. A number that
 decides is a constant in capitals at the top of a file of --folder, or a field with a default of a
-class called ...Options or EffectKind, whose value is a number or holds numbers.
+class called ...Options or EffectKind, whose value is a number or holds numbers; those of such a
+class stand in a table, where their reasons stand beside them.
 """
 
 from __future__ import annotations
@@ -100,6 +101,11 @@ def deciding(folder: Path) -> list[str]:
     return [name for name, _ in _defined(folder)]
 
 
+def in_tables(folder: Path) -> list[str]:
+    """Those of them that stand in a table of options or at the effect."""
+    return [name for name in deciding(folder) if name[0].islower()]
+
+
 def at_odds(folder: Path) -> list[str]:
     """Names of such numbers that mean one thing in one file and another in the next."""
     values: dict[str, set[str]] = defaultdict(set)
@@ -158,7 +164,8 @@ def main() -> int:
     print(f"{'all':32s} {files.total():3d} files {lines.total():6d} lines")
     names = Counter(deciding(folder))
     again = [name for name, count in names.items() if count > 1]
-    print(f"numbers: {names.total()}, names defined more than once: {', '.join(again) or 'none'}")
+    print(f"numbers: {names.total()}, {len(in_tables(folder))} of them in tables")
+    print(f"names defined more than once: {', '.join(again) or 'none'}")
     found = between_folders(root)
     for circle in found:
         print(f"import circle: {', '.join(circle)}")

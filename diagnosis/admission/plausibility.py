@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from diagnosis.admission.options import ADMISSION
 from diagnosis.plants.contract import Model
 from foundation.errors import RecordingError
-
-UNIT_FACTOR = 20.0
-FEWEST_VALID = 30
-FEWEST_IN_ALL = 90
-"""Valid readings of one channel, and of all together, below which nothing is told."""
-STANDS_STILL = 1e-4
 
 
 def check_input(model: Model) -> None:
@@ -22,28 +17,30 @@ def check_input(model: Model) -> None:
             f"samples are {readings.period_s:g} s apart; t must be in seconds (is it in ms?)"
         )
     counts = readings.valid.sum(axis=0)
-    if counts.max() < FEWEST_VALID or counts.sum() < FEWEST_IN_ALL:
+    if counts.max() < ADMISSION.fewest_valid or counts.sum() < ADMISSION.fewest_in_all:
         raise RecordingError(
             f"only {int(counts.max())} valid readings in any of {', '.join(readings.names)}; "
-            f"nothing can be told from fewer than {FEWEST_VALID} of one and {FEWEST_IN_ALL} of all"
+            f"nothing can be told from fewer than {ADMISSION.fewest_valid} of one and "
+            f"{ADMISSION.fewest_in_all} of all"
         )
     predicted = model.predict([n.term for n in model.nuisances])
     moved = np.ptp(predicted, axis=0)
-    if moved.max() < STANDS_STILL:
+    if moved.max() < ADMISSION.stands_still:
         raise RecordingError("nothing moves in this recording; nothing can be told from it")
     for column, name in enumerate(readings.names):
         good = readings.valid[:, column]
-        if good.sum() < FEWEST_VALID:
+        if good.sum() < ADMISSION.fewest_valid:
             continue
         seen, expected = readings.values[good, column], predicted[good, column]
-        if np.ptp(seen) == 0.0 and np.ptp(expected) > 100 * STANDS_STILL:
+        if np.ptp(seen) == 0.0 and np.ptp(expected) > 100 * ADMISSION.stands_still:
             raise RecordingError(
                 f"{name} never changes (always {seen[0]:g}) though the platform moves; "
                 "is the sensor dead or the column wrong?"
             )
         ratio = np.median(np.abs(seen)) / max(float(np.median(np.abs(expected))), 1e-9)
-        if ratio > UNIT_FACTOR or (
-            ratio < 1.0 / UNIT_FACTOR and np.median(np.abs(expected)) > STANDS_STILL
+        if ratio > ADMISSION.unit_factor or (
+            ratio < 1.0 / ADMISSION.unit_factor
+            and np.median(np.abs(expected)) > ADMISSION.stands_still
         ):
             unit = readings.units[column]
             raise RecordingError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from diagnosis.admission.options import ADMISSION
 from diagnosis.answer.records import Finding, Fit
 from diagnosis.observations.readings import Readings
 from diagnosis.plants.lone.commanded_axis import CommandedAxis
@@ -11,19 +12,12 @@ from diagnosis.plants.lone.forced_axis import ForcedAxis
 from foundation.errors import RecordingError
 
 SHORTEST_S, LONGEST_S = 2e-5, 15.0
-HOPELESS = 0.5
-"""Left over, as a share of how much the reading moves, with the best explanation."""
-AGAINST = -0.5
 FACTORS = {
     **{10.0**k: f"a power of ten ({10.0**k:g})" for k in (-6, -4, -3, -2, 2, 3, 4, 6)},
     180.0 / np.pi: "degrees in place of radians (57.3)",
     np.pi / 180.0: "radians in place of degrees (1 / 57.3)",
 }
 """Factors that a wrong unit makes."""
-NEAR_FACTOR = 0.2
-SURE_OF_MASS = 8.0
-"""Standard errors by which a mass must differ from the file's before a unit is blamed."""
-LEAST_AGAINST = -0.3
 
 
 def check_times(readings: Readings, source: str) -> None:
@@ -40,7 +34,7 @@ def check_direction(plant: CommandedAxis, source: str) -> None:
     seen, expected = plant.observed[plant.rows], plant.nominal[plant.rows]
     if np.ptp(expected) > 0.0 and np.ptp(seen) > 0.0:
         alike = float(np.corrcoef(expected, seen)[0, 1])
-        if alike < AGAINST:
+        if alike < ADMISSION.against:
             raise RecordingError(
                 f"{source}: {plant.name} moves against its command (correlation {alike:.2f}); "
                 "is a sign or a column wrong?"
@@ -50,7 +44,7 @@ def check_direction(plant: CommandedAxis, source: str) -> None:
 def check_together(plant: CommandedAxis, fit: Fit, found: list[Finding], source: str) -> None:
     """Refuse what no explanation brings near. Raises RecordingError."""
     span = float(np.std(plant.observed[plant.rows]))
-    if found and min(fit.rms_before_m, fit.rms_after_m) > HOPELESS * span:
+    if found and min(fit.rms_before_m, fit.rms_after_m) > ADMISSION.hopeless * span:
         raise RecordingError(
             f"{source}: recording and robot file do not belong together: {fit.rms_before_m:.3g} "
             f"{fit.unit} apart in a motion of {span:.3g} {fit.unit}, and {fit.rms_after_m:.3g} "
@@ -77,23 +71,19 @@ def check_force(plant: ForcedAxis) -> None:
     left = needed[rows] - shapes / scale @ size
     inverse = np.linalg.pinv((shapes / scale).T @ (shapes / scale), hermitian=True)
     # Rows stand a filter's memory apart; what is left is still correlated over several.
-    error = float(np.sqrt(inverse[0, 0] * np.mean(left**2) * CORRELATED)) / scale[0]
+    error = float(np.sqrt(inverse[0, 0] * np.mean(left**2) * ADMISSION.correlated)) / scale[0]
     ratio, error = float(size[0] / scale[0]) / plant.inertia, error / plant.inertia
-    if abs(ratio - 1.0) < SURE_OF_MASS * error:
+    if abs(ratio - 1.0) < ADMISSION.sure_of_mass * error:
         return
     for factor, words in FACTORS.items():
-        if abs(abs(ratio) / factor - 1.0) < NEAR_FACTOR and error < 0.1 * abs(ratio):
+        if abs(abs(ratio) / factor - 1.0) < ADMISSION.near_factor and error < 0.1 * abs(ratio):
             raise RecordingError(
                 f"{plant.source}: the effort moves {abs(ratio):.3g} times the inertia that the "
                 f"robot file gives: {words}; are the units of effort, position or inertia wrong?"
             )
-    if ratio < LEAST_AGAINST and ratio < -SURE_OF_MASS * error:
+    if ratio < ADMISSION.least_against and ratio < -ADMISSION.sure_of_mass * error:
         raise RecordingError(
             f"{plant.source}: the axis accelerates against its effort ({ratio:.2f} times the "
             "inertia of the robot file); is the sign of effort, of position or of effort_gain "
             "wrong?"
         )
-
-
-CORRELATED = 10.0
-"""Rows that count as one in the standard error above."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import least_squares
 
+from diagnosis.admission.options import ADMISSION
 from diagnosis.admission.plausibility import check_input
 from diagnosis.admission.structural_break import refuse_broken, refuse_once_near
 from diagnosis.observations.readings import MAD_TO_SIGMA, BoolArray, FloatArray, IntArray
@@ -20,25 +21,15 @@ from models.linkage import Linkage, forward
 from models.robot import DeltaRobot
 from recording.tables.flat import FlatRecording
 
-FAR_OFF = 0.15
-"""A mismatch larger than this share of how much the readings move needs an explanation."""
-NEAR_SCATTERS = 3.0
-NEAR_SHARE = 0.2
-"""A machine that agrees with the file in this share of the time is the file's."""
-OFF = 0.05
-"""No build of one machine errs by more of a length or of the gear than this."""
 MOST_LOOKED_AT = 500
-TRUSTED = 0.4
-"""Share of the samples that the fit of another machine goes by."""
 TURNS = 5
 LATE_S = (0.0, 0.04, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.4, 0.5)
 """Delays of a drive or of the sensors; a recording that is late belongs all the same."""
 NOWHERE_M = 1.0
 """Mismatch where the other machine cannot be assembled."""
 LENGTHS = ("base minus platform radius", "upper arm", "forearm")
-USUAL = np.array([0.005] * 4 + [0.1] * 3)
+USUAL = np.array([ADMISSION.usual_share] * 4 + [ADMISSION.usual_home_rad] * 3)
 """Spread of lengths and gear (shares), and of homes [rad]: the nearest machine that fits."""
-USUAL_OFFSET_M = 0.05
 
 
 def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
@@ -55,7 +46,7 @@ def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
     span = float(np.nanmax(np.nanstd(seen, axis=0)))
     refuse_broken(model, recording.source, left, span)
     before = float(np.sqrt(np.nanmean(left**2)))
-    if before < FAR_OFF * span or _near(left, scatter) > NEAR_SHARE:
+    if before < ADMISSION.far_off * span or _near(left, scatter) > ADMISSION.near_share:
         return
     nominal = left
     rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), MOST_LOOKED_AT)).astype(int)]
@@ -64,14 +55,14 @@ def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
     after = float(np.sqrt(np.nanmean(left**2)))
     far = f"{recording.source}: recording and robot file do not belong together: "
     apart = f"{before:.3g} {readings.units[0]} apart in a motion of {span:.3g} {readings.units[0]}"
-    if after > FAR_OFF * span or np.abs(size).max() > OFF:
+    if after > ADMISSION.far_off * span or np.abs(size).max() > ADMISSION.off:
         refuse_once_near(model, recording.source, nominal)
-    if after > FAR_OFF * span and _near(left, scatter) < NEAR_SHARE:
+    if after > ADMISSION.far_off * span and _near(left, scatter) < ADMISSION.near_share:
         raise RecordingError(
             f"{far}{apart}, and no lengths, homes, gear or sensor offsets bring them together "
             f"(at best {after:.3g}); is this another robot's file, or another run's commands?"
         )
-    if np.abs(size).max() > OFF:
+    if np.abs(size).max() > ADMISSION.off:
         fits = _would_fit(model, size)
         raise RecordingError(f"{far}{apart}; {fits}; is this another robot's file?")
 
@@ -89,7 +80,7 @@ def _scatter(left: FloatArray) -> FloatArray:
 def _near(left: FloatArray, scatter: FloatArray) -> float:
     """Share of the samples in which every channel that was read is where it should be."""
     read: BoolArray = np.isfinite(left)
-    off = read & ~(np.abs(left) < NEAR_SCATTERS * scatter)
+    off = read & ~(np.abs(left) < ADMISSION.near_scatters * scatter)
     some = read.any(axis=1)
     return float(np.mean(~off.any(axis=1)[some])) if some.any() else 0.0
 
@@ -126,7 +117,7 @@ def _closest(
     Fitted to all samples, and to those that fit best, chosen anew a few times (least trimmed
     squares): a machine may be stopped by something for more than half of the time.
     """
-    usual = np.concatenate([USUAL, np.full(len(model.readings.names), USUAL_OFFSET_M)])
+    usual = np.concatenate([USUAL, np.full(len(model.readings.names), ADMISSION.usual_offset_m)])
 
     def left(x: FloatArray) -> FloatArray:
         at = x * usual
@@ -147,7 +138,7 @@ def _closest(
     ends = [whole, nothing]
     for _ in range(TURNS):
         off = [np.nanmax(np.abs(left(x)) / scatter, axis=1) for x in ends]
-        best = [np.argsort(x)[: int(TRUSTED * len(seen))] for x in off]
+        best = [np.argsort(x)[: int(ADMISSION.trusted * len(seen))] for x in off]
         ends = [fit(x, chosen) for x, chosen in zip(ends, best, strict=True)]
     x = max([whole, *ends], key=lambda x: _near(left(x), scatter))
     return x[:4] * usual[:4], left(x)
@@ -191,7 +182,7 @@ def _would_fit(model: DeltaModel, size: FloatArray) -> str:
         f"{name} {_about_mm(float(np.mean(length * np.exp(share))))} mm"
         for name, length, share in zip(LENGTHS, lengths, size[:3], strict=True)
     ]
-    if abs(size[3]) > OFF:
+    if abs(size[3]) > ADMISSION.off:
         told.append(f"arms turning {np.exp(size[3]):.2g} times as far")
     return f"what would fit has about {', '.join(told)}"
 

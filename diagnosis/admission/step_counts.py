@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from diagnosis.admission.options import ADMISSION
 from diagnosis.experiment import MotionLimits
 from foundation.errors import RecordingError
 from models.robot import DeltaRobot, RobotModel
@@ -11,9 +12,6 @@ from models.servo_drive import ServoDrive
 from recording.tables.flat import FlatRecording
 
 WITHOUT_LIMITS_DEG = (-170.0, 170.0)
-BEYOND_DEG = 10.0
-"""By how much a recording may pass the limits of the robot file: a stop lies beyond them, and
-homing goes there."""
 
 
 def check_steps(
@@ -37,7 +35,7 @@ def check_steps(
         if isinstance(robot.drive, ServoDrive):
             continue
         angle_deg = np.rad2deg(known * robot.drive.rad_per_step)
-        low, high = arm_deg[0] - BEYOND_DEG, arm_deg[1] + BEYOND_DEG
+        low, high = arm_deg[0] - ADMISSION.beyond_deg, arm_deg[1] + ADMISSION.beyond_deg
         seen = ~np.isnan(counts)
         if len(broken := np.flatnonzero(seen & ((angle_deg < low) | (angle_deg > high)))):
             raise _refused(

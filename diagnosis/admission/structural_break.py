@@ -9,32 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from diagnosis.admission.options import ADMISSION
 from diagnosis.observations.readings import FloatArray, IntArray
 from diagnosis.plants.delta.model import DeltaModel
 from foundation.errors import RecordingError
 
 SPLITS = 100
 """Moments that are tried."""
-LEAST_BEFORE = 40
-"""Readings that must agree before something broke."""
-LEAST_AFTER = 0.05
-"""Share of the recording that must be left after it."""
-NEARLY_ALL = 0.9
-"""Of the readings, before and after; the others may be wherever they like."""
-BROKEN_OFF = 0.2
-"""After it the readings are off by more than this share of how much they move."""
-WORSE = 1.9
-"""And by so many times more than before."""
-LEAST_MOVING_SHARE = 0.3
-"""It still moves by this share: a platform that is pressed on a stop and rests is not broken."""
-STILL_AGREES = 0.3
-"""A machine agrees with the file where it is nearer than this share of what it is off later."""
-STRAY = 0.2
-"""Share of the readings that may be far off before, or near after."""
-OFFSETS = 0.25
-"""Steps that were lost leave less than this share once the joints are shifted."""
-MOST_LOST_RAD = 0.5
-"""Nor do they come to more than this: so far no motor falls behind and goes on as before."""
 
 
 def refuse_broken(model: DeltaModel, source: str, left: FloatArray, span: float) -> None:
@@ -45,15 +26,19 @@ def refuse_broken(model: DeltaModel, source: str, left: FloatArray, span: float)
     """
     rows = np.flatnonzero(np.isfinite(left).any(axis=1))
     apart = np.nanmax(np.abs(left[rows]), axis=1)
-    last = int((1.0 - LEAST_AFTER) * len(apart))
-    if last <= LEAST_BEFORE:
+    last = int((1.0 - ADMISSION.least_after) * len(apart))
+    if last <= ADMISSION.least_before:
         return
-    ratio, at = max(_contrast(apart, at) for at in _moments(LEAST_BEFORE, last))
-    after = float(np.quantile(apart[at:], 1.0 - NEARLY_ALL))
-    if ratio < WORSE or after < BROKEN_OFF * span or not _moves(model, rows[at:], span):
+    ratio, at = max(_contrast(apart, at) for at in _moments(ADMISSION.least_before, last))
+    after = float(np.quantile(apart[at:], 1.0 - ADMISSION.nearly_all))
+    if (
+        ratio < ADMISSION.worse
+        or after < ADMISSION.broken_off * span
+        or not _moves(model, rows[at:], span)
+    ):
         return
     shift_rad, rest = _shifted(model, rows[at:], left)
-    if rest < OFFSETS * after and shift_rad < MOST_LOST_RAD:
+    if rest < ADMISSION.offsets * after and shift_rad < ADMISSION.most_lost_rad:
         return
     t_s, off = model.readings.t_s[rows], float(np.median(apart[at:]))
     raise RecordingError(_broke(model, source, float(t_s[at] - t_s[0]), off))
@@ -67,13 +52,17 @@ def refuse_once_near(model: DeltaModel, source: str, left: FloatArray) -> None:
     read = np.isfinite(left).any(axis=1)
     apart = np.nanmax(np.abs(left[read]), axis=1)
     after = float(np.median(apart[len(apart) // 2 :]))
-    near = apart < STILL_AGREES * after
+    near = apart < ADMISSION.still_agrees * after
     before = np.cumsum(near)[:-1]
     count = np.arange(1, len(near))
     agreed = before / count
     later = (near.sum() - before) / (len(near) - count)
     at = int(np.argmax(agreed - later))
-    if count[at] >= LEAST_BEFORE and agreed[at] > 1.0 - STRAY and later[at] < STRAY:
+    if (
+        count[at] >= ADMISSION.least_before
+        and agreed[at] > 1.0 - ADMISSION.stray
+        and later[at] < ADMISSION.stray
+    ):
         t_s = model.readings.t_s[read]
         raise RecordingError(_broke(model, source, float(t_s[at] - t_s[0]), after))
 
@@ -93,12 +82,14 @@ def _moments(first: int, last: int) -> list[int]:
 
 def _contrast(apart: FloatArray, at: int) -> tuple[float, int]:
     """How many times farther off nearly all readings are from a moment on than before it."""
-    before = float(np.quantile(apart[:at], NEARLY_ALL))
-    return float(np.quantile(apart[at:], 1.0 - NEARLY_ALL)) / max(before, 1e-9), at
+    before = float(np.quantile(apart[:at], ADMISSION.nearly_all))
+    return float(np.quantile(apart[at:], 1.0 - ADMISSION.nearly_all)) / max(before, 1e-9), at
 
 
 def _moves(model: DeltaModel, rows: IntArray, span: float) -> bool:
-    return float(np.nanmax(np.nanstd(model.position_m[rows], axis=0))) > LEAST_MOVING_SHARE * span
+    return (
+        float(np.nanmax(np.nanstd(model.position_m[rows], axis=0))) > ADMISSION.least_moving * span
+    )
 
 
 def _shifted(model: DeltaModel, rows: IntArray, left: FloatArray) -> tuple[float, float]:

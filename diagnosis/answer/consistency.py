@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.answer.verdict import NAMELESS, at_floor, gained, grew, seen
 
 ROUNDING = 1e-9
-LEAST_STEPS = 1.0
-"""A motor loses whole steps; less than one microstep is none."""
 NOTHING_MISSING = "nothing is missing"
 
 
@@ -82,7 +81,7 @@ def _sizes(finding: Finding) -> Iterator[str]:
     values = [value for size in finding.parameters.values() for value, _, _ in size.components]
     if finding.effect == "lost_steps" and "steps" in finding.parameters:
         ((steps, _, _),) = finding.parameters["steps"].components
-        if abs(steps) < LEAST_STEPS:
+        if abs(steps) < VERDICT.least_steps:
             yield f"{name}: less than one step"
     if values and not any(values):
         yield f"{name}: no size"

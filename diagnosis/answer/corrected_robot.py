@@ -11,6 +11,7 @@ from typing import Any
 
 import yaml
 
+from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Alternative, Diagnosis, Finding
 from diagnosis.answer.tables import Tables, table_of
 from foundation.errors import RecordingError
@@ -20,8 +21,6 @@ from models.effects import VOCABULARY, Port
 from models.robot import DeltaRobot, EffectEntry, FoundBy, load_robot_model
 
 HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
-SURE_ENOUGH = 0.8
-"""A finding less probable than this is written only when everything is asked for."""
 MOVED = (Port.MOTOR, Port.GEAR, Port.ARM, Port.LINKAGE)
 """Where an effect is in the robot, and not in what sees it."""
 _SECTION = re.compile(r"^effects:.*\n?(?:(?:[ \t#-].*)?\n)*", re.MULTILINE)
@@ -106,7 +105,7 @@ def sure(finding: Finding) -> bool:
     alike = [one for one in finding.alternatives if _corrected_alike(finding, one)]
     if finding.probability is None:
         return len(alike) == len(finding.alternatives)
-    return finding.probability + sum(one.probability or 0.0 for one in alike) >= SURE_ENOUGH
+    return finding.probability + sum(one.probability or 0.0 for one in alike) >= VERDICT.sure_enough
 
 
 def _corrected_alike(finding: Finding, other: Alternative) -> bool:

@@ -5,25 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Finding, Fit, Verdict
 from models.effects import VOCABULARY
 
-ALARM = 0.003
-"""Chance that a sound machine is said to have something missing: one recording in three hundred,
-as rare as a result beyond three standard deviations. The one level of the engine: it is family-wise
-(all that is tested counts), and holds for the first alarm, for every further effect, and for what
-is left."""
-AT_FLOOR = 1.1
-"""Times the noise floor up to which a residual is at the floor. The floor is an estimate: from 50
-independent readings it is known to 10 %."""
-FAINT_REST = 0.05
-"""Share of the mismatch that may be left although a test sees it: the model is said to explain the
-recording, and the answer names what is left."""
-GREW = 1.01
-"""Times the held-out mismatch before, from which on it grew. Both are of the same readings, so
-noise cancels; findings that do not come back (lost steps) move it by less than this."""
-EVEN = 0.5
-"""Posterior of the empty set below which nobody may say that nothing is missing."""
+ALARM = VERDICT.alarm
+"""The one level of the engine, for the rooms that test."""
 NAMELESS = "unknown"
 
 
@@ -43,12 +30,12 @@ class Rest:
 
 def seen(p: float) -> bool:
     """Whether a calibrated p raises the alarm."""
-    return not p > ALARM
+    return not p > VERDICT.alarm
 
 
 def at_floor(fit: Fit) -> bool:
     """Whether the residual is no larger than the noise that the answer states."""
-    return fit.rms_after_m <= AT_FLOOR * fit.noise_floor_m
+    return fit.rms_after_m <= VERDICT.at_floor * fit.noise_floor_m
 
 
 def is_noise(fit: Fit, rest: Rest) -> bool:
@@ -58,7 +45,7 @@ def is_noise(fit: Fit, rest: Rest) -> bool:
 
 def grew(fit: Fit) -> bool:
     """Whether the held-out mismatch grew by what was found."""
-    return fit.holdout_rms_after_m > GREW * fit.holdout_rms_before_m
+    return fit.holdout_rms_after_m > VERDICT.grew * fit.holdout_rms_before_m
 
 
 def gained(findings: Sequence[Finding], fit: Fit) -> bool:
@@ -89,11 +76,11 @@ def verdict(
     then neither claim would be sound.
     """
     if not findings:
-        sound = not seen(p) and is_noise(fit, rest) and (nothing is None or nothing >= EVEN)
+        sound = not seen(p) and is_noise(fit, rest) and (nothing is None or nothing >= VERDICT.even)
         return "nothing_missing" if sound else "unexplained"
     unknown = [finding.effect == NAMELESS for finding in findings]
     if all(unknown):
         return "unexplained"
-    faint = not seen(rest.p) or left_over(fit, rest) <= FAINT_REST
+    faint = not seen(rest.p) or left_over(fit, rest) <= VERDICT.faint_rest
     whole = not any(unknown) and at_floor(fit) and faint and gained(findings, fit)
     return "explained" if whole else "partly_explained"

@@ -7,14 +7,10 @@ from scipy.special import chdtri, chndtrinc
 
 from diagnosis.answer.records import NotTestable, SmallestDetectable
 from diagnosis.answer.verdict import ALARM
+from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.evidence.detection import Detection
 from diagnosis.observations.readings import FloatArray
 from diagnosis.score_tests.library import Entry
-
-TAKEN_UP = 0.9
-"""Correlation with a nuisance from which on an effect is taken up by it, as far as it goes."""
-POWER = 0.8
-"""Share of recordings like this one in which an effect of the smallest size would be found."""
 
 
 def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable]]:
@@ -72,7 +68,7 @@ def _needed(tests: float, df: int, scatter: float, factor: float) -> float:
     """
     threshold = float(chdtri(df, ALARM / tests)) * factor
     # Noise makes `scatter` times a chi-square of its own; the effect is what lies beyond it.
-    return scatter * float(chndtrinc(threshold / scatter, df, 1.0 - POWER))
+    return scatter * float(chndtrinc(threshold / scatter, df, 1.0 - ASSESSMENT.power))
 
 
 def _size(entry: Entry, information: FloatArray, needed: float) -> float | None:
@@ -111,7 +107,8 @@ def _absorbed(tests: Detection) -> dict[int, tuple[float, float]]:
                 for number, entry in enumerate(tests.prepared.library.entries):
                     own = white[:, entry.columns.start].astype(np.float64)
                     alike = float(shared[entry.columns.start])
-                    if way * alike * np.linalg.norm(column) > TAKEN_UP * np.linalg.norm(own):
+                    least = ASSESSMENT.taken_up * np.linalg.norm(own)
+                    if way * alike * np.linalg.norm(column) > least:
                         found[number] = abs(alike), room
             place += 1
     return found

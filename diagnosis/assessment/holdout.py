@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import Whitener
@@ -11,9 +12,6 @@ from diagnosis.estimation.splines import SplineTerm
 from diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.contract import Model
-
-BLOCKS = 20
-EVERY = 4
 
 
 def rms(residual: FloatArray, valid: BoolArray, columns: list[int]) -> float:
@@ -51,8 +49,9 @@ def on_blocks(
 ) -> tuple[float, float]:
     """RMS before and after on whole blocks of time that a refit has not seen."""
     t_s = fitter.model.readings.t_s
-    block = np.minimum(((t_s - t_s[0]) / np.ptp(t_s) * BLOCKS).astype(int), BLOCKS - 1)
-    held = block % EVERY == EVERY // 2
+    last = ASSESSMENT.blocks - 1
+    block = np.minimum(((t_s - t_s[0]) / np.ptp(t_s) * ASSESSMENT.blocks).astype(int), last)
+    held = block % ASSESSMENT.every == ASSESSMENT.every // 2
     white = fitter.whiten
     weight = np.where(held[white.rows], 0.0, white.weight)
     partial = Fitter(fitter.model, Whitener(white.channels, weight), fitter.nuisances)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from diagnosis.answer.consistency import LEAST_STEPS
+from diagnosis.answer.options import VERDICT
 from diagnosis.estimation.estimate import Solution
 from diagnosis.plants.candidate import Term
 from diagnosis.selection.ambiguity import stands_of
@@ -22,7 +22,7 @@ def impossible(term: Term) -> bool:
     candidate = term.candidate
     main = candidate.kind.main.name
     if candidate.effect == "lost_steps":
-        return bool(abs(float(candidate.values(term.at)[main])) < LEAST_STEPS)
+        return bool(abs(float(candidate.values(term.at)[main])) < VERDICT.least_steps)
     pairs = list(zip(candidate.coordinates, term.at.tolist(), strict=True))
     plain = [at for coordinate, at in pairs if coordinate.how == "plain"]
     if plain and candidate.kind.nothing == 0.0 and not any(plain):

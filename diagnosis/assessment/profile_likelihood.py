@@ -13,6 +13,7 @@ from functools import partial
 
 import numpy as np
 
+from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.observations.readings import FloatArray
@@ -20,8 +21,6 @@ from diagnosis.plants.candidate import Term
 
 LOSS_95 = 3.841
 """95 % point of chi-square with one degree of freedom."""
-BENT = 0.15
-"""Standard deviation of a logarithm from which on its curve is followed."""
 TRIES = 4
 CLOSE = 0.1
 FURTHEST = 6.0
@@ -40,7 +39,7 @@ def intervals(
     moved = term.candidate.moved
     hows = [term.candidate.coordinates[i].how for i in moved]
     spread = np.sqrt(np.maximum(np.diag(cov), 0.0))
-    bent = [how == "log" and s > BENT for how, s in zip(hows, spread, strict=True)]
+    bent = [how == "log" and s > ASSESSMENT.bent for how, s in zip(hows, spread, strict=True)]
     if len(moved) != 2 or sorted(hows) != ["log", "plain"] or not any(bent):
         return None
     plain = np.linalg.pinv(solution.tangent.T @ solution.tangent, hermitian=True)

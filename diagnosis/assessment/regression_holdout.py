@@ -11,16 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.evidence.laplace import Explanation, Laplace
 from diagnosis.observations.readings import FloatArray, IntArray
 from diagnosis.plants.regression import RegressionPlant
 from diagnosis.plants.spline_terms import carried_over
 from diagnosis.selection.named_first import Selected, named_sizes
 
-FOLDS = 5
-CLEARLY = 2.5
-"""Times the variance of its noise from which on a size moves with the block: five blocks tell a
-variance to a factor of two."""
 CARRIED_PIECES = 6
 LASTING = ("jump", "drift", "unknown time")
 """Regressors that belong to one moment or course of time and do not come back."""
@@ -88,11 +85,11 @@ def _less_free(plant: RegressionPlant, left: FloatArray) -> FloatArray:
 def on_blocks(selected: Selected) -> Blocks:
     """Each block of rows against sizes that were fitted on the others."""
     plant, noise, best = selected.plant, selected.noise, selected.best
-    number: IntArray = np.arange(len(noise.rows)) * FOLDS // len(noise.rows)
+    number: IntArray = np.arange(len(noise.rows)) * ASSESSMENT.folds // len(noise.rows)
     before = np.zeros(len(noise.rows))
     after = np.zeros(len(noise.rows))
     fits = []
-    for block in range(FOLDS):
+    for block in range(ASSESSMENT.folds):
         held = number == block
         scale = np.where(held, 0.0, noise.scale)
         partial = Laplace(plant, replace(noise, scale=scale), selected.evidence)
@@ -115,7 +112,7 @@ def beyond_noise(best: Explanation, blocks: Blocks) -> dict[str, float]:
         sizes = np.array([one[name] for one in each])
         jackknife = float((len(sizes) - 1) * np.var(sizes))
         noise = float(covariance[row, row])
-        if jackknife > CLEARLY * noise:
+        if jackknife > ASSESSMENT.moves * noise:
             found[name] = float(np.sqrt(jackknife - noise))
     return found
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from scipy.stats import f
 
+from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.selection.named_first import Selected
-
-STARTS = 3.0
-"""Independent places that one regressor with a place in time or a period may be found at."""
 
 
 def chance(selected: Selected, better: Explanation, worse: Explanation) -> float:
@@ -29,4 +27,4 @@ def chance(selected: Selected, better: Explanation, worse: Explanation) -> float
 
 def tests(selected: Selected) -> float:
     """Effective number of tests of a selection."""
-    return STARTS * len(selected.plant.regressors)
+    return ASSESSMENT.starts * len(selected.plant.regressors)

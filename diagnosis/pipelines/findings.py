@@ -21,6 +21,7 @@ from diagnosis.answer.records import (
 from diagnosis.answer.verdict import Rest, seen
 from diagnosis.assessment import profile_likelihood as profile
 from diagnosis.assessment.covariance import covariance, parameters
+from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
@@ -35,7 +36,6 @@ from diagnosis.selection.ambiguity import Standing
 from diagnosis.selection.credible_set import Name
 from diagnosis.selection.model_choice import Explained
 
-SHARE_OF_AXIS = 0.2
 IN_TABLE = 64
 """Places in the table of an unknown."""
 
@@ -131,7 +131,7 @@ def _axes(fitter: Fitter, change: FloatArray) -> list[str]:
     power = np.mean((change / spread) ** 2, axis=0)
     names = fitter.model.readings.names
     order = np.argsort(-power)
-    return [names[i] for i in order if power[i] >= SHARE_OF_AXIS * power.sum()]
+    return [names[i] for i in order if power[i] >= ASSESSMENT.share_of_axis * power.sum()]
 
 
 def _free(outcome: Outcome, number: int, total: float) -> Finding:

@@ -7,9 +7,7 @@ import numpy as np
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.contract import Model
 from diagnosis.plants.traits import traits_of
-
-WITHIN = 2.0
-"""Usual spreads within which an error is no fault by itself."""
+from diagnosis.priors.options import PENALTIES
 
 
 def effects_of_building(model: Model) -> set[str]:
@@ -24,4 +22,4 @@ def within_tolerance(model: Model, term: Term) -> bool:
     if candidate.effect not in traits_of(model).build_effects or candidate.key not in spreads:
         return False
     size = term.at[candidate.moved] - np.array(candidate.shapes[0].origin)[candidate.moved]
-    return bool(np.all(np.abs(size) < WITHIN * np.array(spreads[candidate.key])))
+    return bool(np.all(np.abs(size) < PENALTIES.within * np.array(spreads[candidate.key])))

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from diagnosis.plants.candidate import Candidate, Term
 
-SPLINE_FACTOR = 4.0
-"""So many times more for a spline term, which fits many things a little."""
-
 
 def left_by(term: Term, new: Candidate | None = None) -> float:
     """Share of what a term explains that it may leave in the shape of a new effect.

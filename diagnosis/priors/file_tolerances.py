@@ -18,10 +18,7 @@ from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.nuisance import Nuisance
-
-MOST_CAREFUL = 1.0 / 60.0
-"""Share of the usual tolerances that the most careful building leaves: 0.025 mm at a sensor,
-0.01 mm in an arm, 0.03 mrad at a home."""
+from diagnosis.priors.options import PENALTIES
 
 
 def tolerance_columns(fitter: Fitter, around: Sequence[Term]) -> FloatArray:
@@ -37,7 +34,7 @@ def tolerance_columns(fitter: Fitter, around: Sequence[Term]) -> FloatArray:
         at, step = nuisance.term.at.copy(), nuisance.term.candidate.coordinates[i].step
         at[i] += step
         moved = model.predict([*around, nuisance.term.moved_to(at)]) - as_it_is
-        return MOST_CAREFUL * spread / step * fitter.vector(moved)
+        return PENALTIES.most_careful * spread / step * fitter.vector(moved)
 
     tasks = [
         partial(column, nuisance, i, spread)

@@ -1,7 +1,10 @@
-"""The numbers of the search: how much it looks at, and by how much one set must beat another.
+"""The numbers of the search: what a set must earn, by how much it must beat another, how many are
+looked at.
 
-What an effect must explain stands with the effect (`EffectKind`) and in `estimation.penalties`; the
-level of the alarm in `answer.verdict`; how long the search may go on in `estimation.budget`.
+What belongs to one effect stands with the effect (`EffectKind`). Every other room whose numbers
+decide has such a table: `answer.options` (verdict and alarm), `admission.options`,
+`score_tests.options`, `selection.options`, `assessment.options`. How long the search may go on
+stands in `estimation.budget`.
 """
 
 from __future__ import annotations
@@ -39,6 +42,10 @@ class SearchOptions:
     """So many effects may be a pile that stands for one cause in no list."""
     most_shapes: int = 2
     """Spline terms in one set."""
+
+    least_clear: float = 0.2
+    """Share of the readings that must lie away from a contact for two sets to be judged by them
+    alone: near it a stop's own shape decides."""
 
     # What is tried: more takes longer, and was not seen to find more.
     tried: int = 6
@@ -91,5 +98,33 @@ class SearchOptions:
     most_final_fits: int = 6
 
 
+@dataclass(frozen=True, slots=True)
+class PenaltyOptions:
+    """What an explanation must earn, in chi-square, and what passes for a tolerance."""
+
+    coordinate: float = 4.0
+    """Each coordinate of a candidate, beyond the others: two standard deviations."""
+    event: float = 14.0
+    """A thing that happens once: about what one of a thousand moments costs (2 log 1000 = 13.8)."""
+    group: float = 10.0
+    """That three arms err alike is less likely than one other cause that looks the same."""
+    in_name_only: float = 50.0
+    """An effect that does not do what it is called after bends like any shape, and costs like one.
+    """
+    whole_travel: float = 0.97
+    """Share of the travel from which on a period is one bend."""
+    spline: float = 26.0
+    """A spline term, which is no cause that anybody could name: more than any named effect."""
+    spline_factor: float = 4.0
+    """So many times more than a named effect where another explanation may have left its shape: a
+    spline term fits many things a little."""
+    within: float = 2.0
+    """Usual spreads within which an error is no fault by itself."""
+    most_careful: float = 1.0 / 60.0
+    """Share of the usual tolerances that the most careful building leaves: 0.025 mm at a sensor,
+    0.01 mm in an arm, 0.03 mrad at a home."""
+
+
 OPTIONS = SearchOptions()
+PENALTIES = PenaltyOptions()
 """As the engine is used."""

@@ -8,16 +8,10 @@ import numpy as np
 
 from diagnosis.estimation.splines import SplineTerm
 from diagnosis.plants.candidate import Candidate, Term
+from diagnosis.priors.options import PENALTIES
 
-COORDINATE_PENALTY = 4.0
-"""Chi-square each coordinate of a candidate has to earn beyond the others."""
-IN_NAME_ONLY = 50.0
-"""An effect that does not do what it is called after bends like any shape, and costs like one."""
-WHOLE_TRAVEL = 0.97
-GROUP_PENALTY = 10.0
-"""That three arms err alike is less likely than one other cause that looks the same."""
-EVENT_PENALTY = 14.0
-FREE_PRICE = 26.0
+COORDINATE_PENALTY, GROUP_PENALTY = PENALTIES.coordinate, PENALTIES.group
+EVENT_PENALTY = PENALTIES.event
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,26 +27,26 @@ class Trial:
 def penalty(candidate: Candidate) -> float:
     """What a candidate must earn."""
     if candidate.kind.event:
-        return EVENT_PENALTY
-    together = GROUP_PENALTY if candidate.members else 0.0
-    return COORDINATE_PENALTY * len(candidate.moved) + candidate.kind.penalty + together
+        return PENALTIES.event
+    together = PENALTIES.group if candidate.members else 0.0
+    return PENALTIES.coordinate * len(candidate.moved) + candidate.kind.penalty + together
 
 
 def spline_penalty(free: SplineTerm) -> float:
     """What a spline term must earn: more than any named effect, and more the finer it is."""
-    return FREE_PRICE + 2.0 * free.size
+    return PENALTIES.spline + 2.0 * free.size
 
 
 def penalty_of(term: Term) -> float:
     """What a term must earn where the fit has brought it."""
-    return penalty(term.candidate) + (IN_NAME_ONLY if _in_name_only(term) else 0.0)
+    return penalty(term.candidate) + (PENALTIES.in_name_only if _in_name_only(term) else 0.0)
 
 
 def _in_name_only(term: Term) -> bool:
     """Outside the range in which it is itself; a wave of its whole travel, which is one bend."""
     for coordinate, at in zip(term.candidate.coordinates, term.at, strict=True):
         name = coordinate.parameter
-        if name == "period" and at > coordinate.high + np.log(WHOLE_TRAVEL):
+        if name == "period" and at > coordinate.high + np.log(PENALTIES.whole_travel):
             return True
         low, high = term.candidate.kind.itself.get(name, (-np.inf, np.inf))
         if not low <= at <= high:

@@ -13,14 +13,7 @@ from diagnosis.estimation.least_squares import Fitter
 from diagnosis.observations.readings import BoolArray, Readings, long_repeats
 from diagnosis.plants.candidate import Candidate
 from diagnosis.plants.traits import traits_of
-
-EDGE = 0.02
-"""Share of the recording at each end in which a loss cannot be told from an offset."""
-NEAR_S = 2.0
-"""How far from where it was found the moment of a jump may lie once all else is fitted."""
-CHANCE = 1e-5
-FEWEST_REPEATS = 10
-MANY = 3
+from diagnosis.score_tests.options import SCORE_TESTS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,11 +39,11 @@ def jumps(
     times = model.readings.t_s[rows[order]]
     basis = solution.basis[: len(rows)][order]
     residual = solution.residual[: len(rows)][order]
-    inside = (times > times[-1] + EDGE * (times[0] - times[-1])) & (
-        times < times[0] - EDGE * (times[0] - times[-1])
+    inside = (times > times[-1] + SCORE_TESTS.edge * (times[0] - times[-1])) & (
+        times < times[0] - SCORE_TESTS.edge * (times[0] - times[-1])
     )
     if near_s is not None:
-        inside &= np.abs(times - near_s) < NEAR_S
+        inside &= np.abs(times - near_s) < SCORE_TESTS.near_s
     found, events = [], traits_of(model).events
     for location, change in model.inputs().items():
         if location not in events:
@@ -121,12 +114,12 @@ def stale_runs(readings: Readings, channels: Sequence[str]) -> list[Stale]:
         if not 0.0 < rate < 0.6:
             continue
         own: list[Stale] = []
-        for first, last in long_repeats(values, FEWEST_REPEATS):
+        for first, last in long_repeats(values, SCORE_TESTS.fewest_repeats):
             log_p = float(np.log(len(values)) + (last - first) * np.log(rate))
-            if log_p < np.log(CHANCE):
+            if log_p < np.log(SCORE_TESTS.chance):
                 own.append(Stale(name, first, last, log_p))
         held = [values[run.first] for run in own]
-        if len(own) < MANY or len(set(held)) > len(own) // 2:
+        if len(own) < SCORE_TESTS.many or len(set(held)) > len(own) // 2:
             found += own  # the same value again and again is the end of a range, not an old value
     return found
 

@@ -19,16 +19,13 @@ from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.estimation.splines import PIECES, SplineTerm, knots_for, spline_basis, two_way
 from diagnosis.observations.readings import FloatArray
+from diagnosis.priors.options import OPTIONS
 from diagnosis.score_tests.chi2_tail import log_sf
+from diagnosis.score_tests.options import SCORE_TESTS
 from diagnosis.score_tests.score_test import gain_alone
 
 PAST_S = (0.06, 0.3, 1.5)
-TIED = 11.0
-"""Twice the logarithm of chance within which two covariates count as tied."""
-CERTAIN = np.log(1e-5)
-"""Chance, as a logarithm, below which the past counts; readings correlate, so well below 0.01."""
-LEAST_SHARE = 0.05
-"""What the past must explain of what the present does; less is a shape that is not quite right."""
+CERTAIN = np.log(SCORE_TESTS.chance)
 
 
 def has_memory(fitter: Fitter, solution: Solution, free: SplineTerm, gain: float) -> bool | None:
@@ -47,9 +44,9 @@ def has_memory(fitter: Fitter, solution: Solution, free: SplineTerm, gain: float
     shapes = [replace(free, basis=_shape(past)) for past in pasts]
     shapes.append(replace(free, basis=two_way(covariate, free.basis)))
     found = [_explained(fitter, solution, shape) for shape in shapes]
-    if any(log_p < CERTAIN and more > LEAST_SHARE * gain for more, log_p in found):
+    if any(log_p < CERTAIN and more > SCORE_TESTS.least_share * gain for more, log_p in found):
         return True
-    return False if LEAST_SHARE * gain > -2.0 * CERTAIN else None
+    return False if SCORE_TESTS.least_share * gain > -2.0 * CERTAIN else None
 
 
 def tied_drivers(
@@ -62,7 +59,7 @@ def tied_drivers(
     """
     if free.kind == "sinusoid":
         return []
-    limit = 2.0 * _explained(fitter, bare, free)[1] + TIED
+    limit = 2.0 * _explained(fitter, bare, free)[1] + OPTIONS.tied
     rivals = [
         shape
         for shape in shapes

@@ -14,10 +14,9 @@ from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.splines import Score, SplineTerm, waves
 from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.score_tests.chi2_tail import log_sf
+from diagnosis.score_tests.options import SCORE_TESTS
 from diagnosis.score_tests.score_test import explained_by
 
-FEWEST_TURNS = 6.0
-"""Slower ones are seen by the splines over time."""
 FASTEST = 0.2
 """Turns a sample, at most."""
 FINER = 4
@@ -63,7 +62,7 @@ def _strongest(
     series = np.asarray(np.bincount(at, (pull * residual)[near], length), dtype=np.float64)
     size = int(2 ** np.ceil(np.log2(FINER * length)))
     lines = np.abs(np.fft.rfft(series, size)) ** 2
-    first = int(np.ceil(FEWEST_TURNS * size / length))
+    first = int(np.ceil(SCORE_TESTS.fewest_turns * size / length))
     last = int(FASTEST * size)
     if last <= first:
         return None, 0

@@ -11,12 +11,11 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.observations.readings import BoolArray
 from diagnosis.plants.candidate import Term
+from diagnosis.priors.options import OPTIONS
 
 AROUND_CONTACT_S = 0.3
 """Around it: touching down a little earlier, and what rings after."""
 LEAST_CHANGE_M = 1e-6
-LEAST_CLEAR = 0.2
-"""Of the readings, to judge by them alone."""
 
 
 def local_terms(terms: Sequence[Term]) -> tuple[Term, ...]:
@@ -44,7 +43,7 @@ def clear_rows(fitter: Fitter, one: Solution, other: Solution) -> BoolArray:
     if not local_terms((*one.terms, *other.terms)):
         return np.ones(fitter.rows, dtype=bool)
     clear = left_alone(fitter, one) & left_alone(fitter, other)
-    return clear if clear.mean() >= LEAST_CLEAR else np.ones(fitter.rows, dtype=bool)
+    return clear if clear.mean() >= OPTIONS.least_clear else np.ones(fitter.rows, dtype=bool)
 
 
 def left_near_contact(solution: Solution, clear: BoolArray) -> float:

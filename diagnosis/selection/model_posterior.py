@@ -14,12 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.evidence.laplace import Explanation, Laplace
+from diagnosis.selection.options import SELECTION
 from foundation.errors import RecordingError
 
-WINDOW = 12.0
-"""Sets whose log evidence is further below the best's than this are not counted (e^-12)."""
-PAIRS_UP_TO = 1
-MOST_REGRESSORS = 7
 BETTER = 1e-6
 
 
@@ -58,7 +55,7 @@ def posterior(explanations: Iterable[Explanation]) -> Posterior:
     top = ordered[0].log_evidence
     if not np.isfinite(top):
         raise RecordingError("the readings are too large to compare; are columns and units right?")
-    counted = [e for e in ordered if top - e.log_evidence < WINDOW]
+    counted = [e for e in ordered if top - e.log_evidence < SELECTION.window]
     weights = np.exp([e.log_evidence - top for e in counted])
     return Posterior(counted, (weights / weights.sum()).tolist())
 
@@ -100,7 +97,7 @@ class Search:
             one = self._all[key]
             if one.beside and not keys & set(one.beside):
                 return False
-        return len(keys) <= MOST_REGRESSORS
+        return len(keys) <= SELECTION.most_regressors
 
     def _moves(self, here: Explanation) -> list[Explanation]:
         """All sets one move away, evaluated."""
@@ -109,7 +106,7 @@ class Search:
         sets = [keys | {r.key} for r in others]
         sets += [keys - {key} for key in keys - self.kept]
         sets += [(keys - {out}) | {r.key} for out in keys - self.kept for r in others]
-        if len(keys - self.kept) <= PAIRS_UP_TO:
+        if len(keys - self.kept) <= SELECTION.pairs_up_to:
             named = [r.key for r in others if r.alone and not r.unknown]
             sets += [keys | set(pair) for pair in itertools.combinations(named, 2)]
         start = [here, self.evidence(self.kept)]

@@ -19,12 +19,10 @@ from diagnosis.evidence.tempering import noise_beyond, saturated_noise
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.regression import RegressionPlant, Sizes
 from diagnosis.selection.model_posterior import Posterior, Search
+from diagnosis.selection.options import SELECTION
 
 Progress = Callable[[str], None]
-NAMING_ROUNDS = 3
-SURE, OPEN, LIKELY = 0.95, 0.05, 0.5
-"""Posterior above which a regressor is settled, below which it is out of the question, and above
-which it is believed."""
+OPEN, LIKELY = SELECTION.open, SELECTION.likely
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +63,7 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
     progress("searching for what is missing")
     evidence = Laplace(plant, noise)
     named = Search(evidence).run()
-    for _ in range(NAMING_ROUNDS - 1):
+    for _ in range(SELECTION.naming_rounds - 1):
         evidence = Laplace(plant, noise_beyond(plant, named.best), evidence)
         again = Search(evidence).run()
         settled, named = again.best.keys == named.best.keys, again
@@ -75,7 +73,9 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
     plant.keep_beside(shapes_of(plant, named.best.keys, named.best.sizes))
     free = Laplace(plant, noise_beyond(plant, named.best, left_over=True))
     left = Search(free, named.best.keys, left_over=True).run()
-    unknown = {key for key in left.best.keys - named.best.keys if left.probability(key) > LIKELY}
+    unknown = {
+        key for key in left.best.keys - named.best.keys if left.probability(key) > SELECTION.likely
+    }
     chances = {r.key: (left if r.left_over else named).probability(r.key)
                for r in plant.regressors}  # fmt: skip
     nothing = named.nothing * left.without([r.key for r in plant.regressors if r.left_over])
@@ -103,8 +103,12 @@ def _beside(
     nothing: float,
 ) -> Selected:
     """Choose among what was open, beside what is sure and unknown."""
-    sure = frozenset(key for key in named.best.keys if chances[key] > SURE)
-    opened = [key for key, p in chances.items() if OPEN < p <= SURE and key not in unknown]
+    sure = frozenset(key for key in named.best.keys if chances[key] > SELECTION.sure)
+    opened = [
+        key
+        for key, p in chances.items()
+        if SELECTION.open < p <= SELECTION.sure and key not in unknown
+    ]
     if sure == named.best.keys:
         opened = []
     both = Search(free, sure | unknown, among=opened).run()

@@ -10,8 +10,8 @@ from diagnosis.estimation.budget import Until
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.splines import SplineTerm
 from diagnosis.priors.build_tolerances import effects_of_building
-from diagnosis.priors.discrepancy import SPLINE_FACTOR
-from diagnosis.priors.penalties import FREE_PRICE, penalty, penalty_of, spline_penalty
+from diagnosis.priors.options import PENALTIES
+from diagnosis.priors.penalties import penalty, penalty_of, spline_penalty
 from diagnosis.search.addition import falls_short
 from diagnosis.search.removal import drop
 from diagnosis.search.search import Search
@@ -129,7 +129,7 @@ def free_rivals(search: Search, solution: Solution) -> list[SplineTerm]:
     ]
     ranked += search.tests.fine_scores(solution)
     ranked.sort(key=lambda item: item[2])
-    least = max(FREE_PRICE, SPLINE_FACTOR * search.criterion.least_gain(solution))
+    least = max(PENALTIES.spline, PENALTIES.spline_factor * search.criterion.least_gain(solution))
     return [
         free
         for free, gain, log_p in ranked[: search.options.rival_shapes]

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from scipy.stats import f
 
-from diagnosis.assessment.regression_holdout import FOLDS, on_blocks, on_other_runs
-from diagnosis.assessment.significance import STARTS, chance
+from diagnosis.assessment.options import ASSESSMENT
+from diagnosis.assessment.regression_holdout import on_blocks, on_other_runs
+from diagnosis.assessment.significance import chance
 from diagnosis.evidence.effective_size import TemperedNoise
 from diagnosis.evidence.laplace import Laplace
 from diagnosis.plants.regression import Columns, Regressor
@@ -67,12 +68,12 @@ def chosen(plant: Slope, keys: tuple[str, ...]) -> Any:
 def test_a_block_takes_no_part_in_the_fit_that_it_is_held_against() -> None:
     """Another slope in one block: the others say what they say, and that block is off by all."""
     plant = Slope(1, 0.0)
-    last = np.arange(COUNT) * FOLDS // COUNT == FOLDS - 1
+    last = np.arange(COUNT) * ASSESSMENT.folds // COUNT == ASSESSMENT.folds - 1
     plant.observed[last] += 5.0 * plant.shapes[last, 0]
     after = on_blocks(chosen(plant, ("a",))).after
     per_block = []
-    for block in range(FOLDS):
-        held = np.arange(COUNT) * FOLDS // COUNT == block
+    for block in range(ASSESSMENT.folds):
+        held = np.arange(COUNT) * ASSESSMENT.folds // COUNT == block
         x, y = plant.shapes[:, 0], plant.observed
         size = (x[~held] @ y[~held]) / (x[~held] @ x[~held])
         per_block.append(np.mean((y[held] - size * x[held]) ** 2))
@@ -106,11 +107,11 @@ def test_every_regressor_that_was_tried_counts_in_the_alarm(regressors: int) -> 
     better: Any = SimpleNamespace(chi2=98.0, tangent=np.zeros((9, 2)))
     worse: Any = SimpleNamespace(chi2=118.0, tangent=np.zeros((9, 1)))
     assert chance(selected, better, worse) == pytest.approx(
-        STARTS * regressors * f.sf(20.0, 1, 98.0), rel=1e-6
+        ASSESSMENT.starts * regressors * f.sf(20.0, 1, 98.0), rel=1e-6
     )
     noisy: Any = SimpleNamespace(chi2=196.0, tangent=np.zeros((9, 2)))
     more: Any = SimpleNamespace(chi2=216.0, tangent=np.zeros((9, 1)))
     assert chance(selected, noisy, more) == pytest.approx(
-        min(1.0, STARTS * regressors * f.sf(10.0, 1, 98.0)), rel=1e-6
+        min(1.0, ASSESSMENT.starts * regressors * f.sf(10.0, 1, 98.0)), rel=1e-6
     )
     assert chance(selected, worse, worse) == 1.0

@@ -12,7 +12,8 @@ from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import estimate
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.priors.penalties import IN_NAME_ONLY, penalty, penalty_of
+from diagnosis.priors.options import PENALTIES
+from diagnosis.priors.penalties import penalty, penalty_of
 from diagnosis.search.outside_contact import (
     AROUND_CONTACT_S,
     clear_rows,
@@ -90,4 +91,4 @@ def test_an_effect_in_name_only_costs_like_any_shape(
     delta: DeltaRobot, record: Record, key: tuple[str, str], at: list[float], only: bool
 ) -> None:
     term = _term(DeltaModel(delta, [record(seconds=2.0)]), key, at)
-    assert penalty_of(term) - penalty(term.candidate) == (IN_NAME_ONLY if only else 0.0)
+    assert penalty_of(term) - penalty(term.candidate) == (PENALTIES.in_name_only if only else 0.0)

@@ -10,7 +10,8 @@ from diagnosis.api import diagnose_recordings
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta.candidates import TOLERANCES
 from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.priors.build_tolerances import WITHIN, within_tolerance
+from diagnosis.priors.build_tolerances import within_tolerance
+from diagnosis.priors.options import PENALTIES
 from models.robot import DeltaRobot, EffectEntry
 from recording.tables.flat import FlatRecording
 
@@ -20,7 +21,7 @@ Record = Callable[..., FlatRecording]
 def test_what_is_usual_is_a_wrong_size_within_its_spread(delta: DeltaRobot, record: Record) -> None:
     model = DeltaModel(delta, [record(seconds=10.0)])
     own = {c.effect: c for c in model.candidates}
-    most_m = WITHIN * TOLERANCES["forearm_length"]
+    most_m = PENALTIES.within * TOLERANCES["forearm_length"]
     assert within_tolerance(model, Term(own["forearm_length"], np.array([0.99 * most_m])))
     assert not within_tolerance(model, Term(own["forearm_length"], np.array([-1.01 * most_m])))
     backlash = own["gear_backlash"]

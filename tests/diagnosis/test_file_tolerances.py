@@ -14,7 +14,8 @@ from diagnosis.estimation.noise import estimate
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta.candidates import TOLERANCES
 from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.priors.file_tolerances import MOST_CAREFUL, giving_way, pull
+from diagnosis.priors.file_tolerances import giving_way, pull
+from diagnosis.priors.options import PENALTIES
 from models.robot import DeltaRobot, EffectEntry
 from recording.tables.flat import FlatRecording
 
@@ -48,7 +49,7 @@ def test_an_offset_is_no_surer_than_the_sensor_is_mounted(
     )
     place = solution.columns_of(0).start
     pulled = pull(fitter, solution, _bread(solution))[place]
-    mounted = MOST_CAREFUL * TOLERANCES["sensor_offset"]
+    mounted = PENALTIES.most_careful * TOLERANCES["sensor_offset"]
     assert np.isclose(np.abs(pulled), mounted, rtol=1e-6).any()
     plain = _bread(solution)[place, place]
     assert covariance(fitter, solution)[place, place] >= plain + pulled @ pulled

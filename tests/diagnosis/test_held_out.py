@@ -128,7 +128,9 @@ def test_no_interval_is_finer_than_the_best_machine(
     fitter, solution = fitted(model)
     silent = replace(solution, residual=np.zeros_like(solution.residual))
     with_them = covariance(fitter, silent)
-    monkeypatch.setattr(file_tolerances, "MOST_CAREFUL", 0.0)
+    monkeypatch.setattr(
+        file_tolerances, "PENALTIES", replace(file_tolerances.PENALTIES, most_careful=0.0)
+    )
     without = covariance(fitter, silent)
     assert with_them[-1, -1] > without[-1, -1]
 

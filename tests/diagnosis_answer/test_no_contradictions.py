@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 
 from diagnosis.answer.assembly import assembled
 from diagnosis.answer.consistency import contradictions
+from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Evidence, Finding, Fit, ParameterResult, Where
-from diagnosis.answer.verdict import ALARM, AT_FLOOR, GREW, Rest, left_over
+from diagnosis.answer.verdict import ALARM, Rest, left_over
 
 RMS = st.floats(1e-6, 1.0)
 PS = st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 1e-300, ALARM, 1.0]))
@@ -79,8 +80,8 @@ def fit_of(**changes: float) -> Fit:
         ({"verdict": "unexplained"}, "a named effect is a finding"),
         ({"findings": [finding("unknown")]}, "not by named effects alone"),
         ({"verdict": "partly_explained", "findings": []}, "nothing that has a name"),
-        ({"fit": fit_of(rms_after_m=1.01 * AT_FLOOR)}, "above the noise floor"),
-        ({"fit": fit_of(holdout_rms_after_m=5.01 * GREW)}, "held-out mismatch grew"),
+        ({"fit": fit_of(rms_after_m=1.01 * VERDICT.at_floor)}, "above the noise floor"),
+        ({"fit": fit_of(holdout_rms_after_m=5.01 * VERDICT.grew)}, "held-out mismatch grew"),
         ({"findings": [finding(share=0.6), finding(share=0.6)]}, "add up to 1.2"),
         ({"probability_nothing_missing": 1.2}, "between 0 and 1"),
         ({"says": ["Nothing is missing in the model."]}, "the verdict does not"),
@@ -130,7 +131,7 @@ def test_a_fit_below_the_floor_lowers_the_floor() -> None:
         ("gear_backlash", 4.9, "explained"),
         ("gear_backlash", 5.0, "partly_explained"),
         ("lost_steps", 5.0, "explained"),
-        ("lost_steps", 5.0 * GREW + 0.01, "partly_explained"),
+        ("lost_steps", 5.0 * VERDICT.grew + 0.01, "partly_explained"),
     ],
 )
 def test_an_effect_that_brings_no_held_out_gain_explains_nothing(

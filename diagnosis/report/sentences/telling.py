@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding
-from diagnosis.answer.verdict import AT_FLOOR
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.regime_words import regime
 from diagnosis.report.sentences.sizes import quantity
@@ -81,7 +81,7 @@ def unexplained(answer: Diagnosis) -> str:
     floor = fit.noise_floor_m
     times = fit.rms_after_m / floor if floor > 0.0 else math.inf
     how = [] if rest.p is None else [f"p = {rest.p:.2g}"]
-    if times > AT_FLOOR:
+    if times > VERDICT.at_floor:
         how.append(f"{times:.2g} times the noise floor")
     told_how = f" ({', '.join(how)})" if how else ""
     if not rest.depends_on:

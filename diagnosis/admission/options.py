@@ -1,0 +1,83 @@
+"""The numbers by which a recording is refused: each must be out of reach of a sound one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class AdmissionOptions:
+    """Shares are of how much the readings move unless something else is said."""
+
+    # Any recording.
+    fewest_valid: int = 30
+    fewest_in_all: int = 90
+    """Valid readings of one channel, and of all together, below which nothing is told."""
+    stands_still: float = 1e-4
+    """Travel [m or rad] below which nothing moves: a tenth of what a ranging sensor resolves."""
+    unit_factor: float = 20.0
+    """Times the expected readings from which on the unit is wrong: inches for metres make 39 times,
+    degrees for radians 57."""
+    beyond_deg: float = 10.0
+    """By how much step counts may pass the limits of the robot file: a stop lies beyond them, and
+    homing goes there."""
+
+    # Whether the recording is of the machine in the file.
+    far_off: float = 0.15
+    """A mismatch larger than this share needs an explanation."""
+    near_scatters: float = 3.0
+    """Standard deviations of the scatter within which a reading is where it should be."""
+    near_share: float = 0.2
+    """A machine that agrees with the file in this share of the time is the file's."""
+    off: float = 0.05
+    """No build of one machine errs by more of a length or of the gear than this."""
+    trusted: float = 0.4
+    """Share of the samples that the fit of another machine goes by: something may stop a machine
+    for more than half of the time."""
+    usual_share: float = 0.005
+    """Spread of lengths and gear between builds; the nearest machine that fits is looked for."""
+    usual_home_rad: float = 0.1
+    """Spread of homes."""
+    usual_offset_m: float = 0.05
+    """Spread of what looks at the machine."""
+
+    # Whether it broke while it was recorded.
+    least_before: int = 40
+    """Readings that must agree before something broke."""
+    least_after: float = 0.05
+    """Share of the recording that must be left after it."""
+    nearly_all: float = 0.9
+    """Of the readings, before and after; the others may be wherever they like."""
+    broken_off: float = 0.2
+    """After it the readings are off by more than this share."""
+    worse: float = 1.9
+    """And by so many times more than before."""
+    least_moving: float = 0.3
+    """It still moves by this share: a platform pressed on a stop that rests there is not broken."""
+    still_agrees: float = 0.3
+    """A machine agrees with the file where it is nearer than this share of what it is off later."""
+    stray: float = 0.2
+    """Share of the readings that may be far off before, or near after."""
+    offsets: float = 0.25
+    """Steps that were lost leave less than this share once the joints are shifted."""
+    most_lost_rad: float = 0.5
+    """Nor do they come to more than this: so far no motor falls behind and goes on as before."""
+
+    # Lone machines.
+    against: float = -0.5
+    """Correlation with its command below which a reading runs against it."""
+    hopeless: float = 0.5
+    """Left over with the best explanation: columns or robot file are another machine's."""
+    near_factor: float = 0.2
+    """How near a ratio must be to a factor between units to be put down to it."""
+    sure_of_mass: float = 8.0
+    """Standard errors by which a mass must differ from the file's before a unit is blamed."""
+    correlated: float = 10.0
+    """Rows that count as one in that standard error: they stand a filter's memory apart, and what
+    is left is still correlated over several."""
+    least_against: float = -0.3
+    """Times the file's inertia below which an axis accelerates against its effort."""
+
+
+ADMISSION = AdmissionOptions()
+"""As every recording is admitted."""

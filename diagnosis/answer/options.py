@@ -1,0 +1,36 @@
+"""The numbers of the verdict, for every kind of machine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class VerdictOptions:
+    """Levels at which the same figures make another sentence."""
+
+    alarm: float = 0.003
+    """Chance that a sound machine is said to have something missing: one recording in three
+    hundred, as rare as a result beyond three standard deviations. The one level of the engine: it
+    is family-wise (all that is tested counts), and holds for the first alarm, for every further
+    effect, and for what is left."""
+    at_floor: float = 1.1
+    """Times the noise floor up to which a residual is at the floor. The floor is an estimate: from
+    50 independent readings it is known to 10 %."""
+    faint_rest: float = 0.05
+    """Share of the mismatch that may be left although a test sees it: the model is said to explain
+    the recording, and the answer names what is left."""
+    grew: float = 1.01
+    """Times the held-out mismatch before, from which on it grew. Both are of the same readings, so
+    noise cancels; findings that do not come back (lost steps) move it by less than this."""
+    even: float = 0.5
+    """Posterior of the empty set below which nobody may say that nothing is missing."""
+    sure_enough: float = 0.8
+    """A finding less probable than this is written into the corrected robot file only when
+    everything is asked for."""
+    least_steps: float = 1.0
+    """A motor loses whole steps; less than one microstep is none."""
+
+
+VERDICT = VerdictOptions()
+"""As every answer is made."""

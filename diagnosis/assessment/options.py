@@ -1,0 +1,34 @@
+"""The numbers by which a chosen explanation is judged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class AssessmentOptions:
+    """Held-out blocks, detection limits, significance and intervals."""
+
+    blocks: int = 20
+    """Of time that a recording is cut into,"""
+    every: int = 4
+    """of which each fourth is held out: five places spread over the recording."""
+    folds: int = 5
+    """Blocks of a lone machine's rows, each held out in turn."""
+    moves: float = 2.5
+    """Times the variance of its noise from which on a size moves with the block: five blocks tell a
+    variance to a factor of two."""
+    power: float = 0.8
+    """Share of recordings like this one in which an effect of the smallest size would be found."""
+    taken_up: float = 0.9
+    """Correlation with a nuisance from which on an effect is taken up by it, as far as it goes."""
+    starts: float = 3.0
+    """Independent places that one regressor with a place in time or a period may be found at."""
+    bent: float = 0.15
+    """Standard deviation of a logarithm from which on its interval follows the likelihood."""
+    share_of_axis: float = 0.2
+    """Share of a finding's power that a channel must show to be named with it."""
+
+
+ASSESSMENT = AssessmentOptions()
+"""As the engine is used."""
