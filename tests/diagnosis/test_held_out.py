@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from diagnosis.assessment.covariance import NORMAL_95, covariance, parameters
-from diagnosis.assessment.holdout import BLOCKS, EVERY, on_another_run, on_blocks
+from diagnosis.assessment.holdout import on_another_run, on_blocks
+from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.estimation.blocks import blocks_of
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
@@ -61,8 +62,10 @@ def changed(
 
 def held_rows(recording: FlatRecording) -> np.ndarray:
     t_s = recording.t_s
-    block = np.minimum(((t_s - t_s[0]) / np.ptp(t_s) * BLOCKS).astype(int), BLOCKS - 1)
-    return block % EVERY == EVERY // 2
+    block = np.minimum(
+        ((t_s - t_s[0]) / np.ptp(t_s) * ASSESSMENT.blocks).astype(int), ASSESSMENT.blocks - 1
+    )
+    return block % ASSESSMENT.every == ASSESSMENT.every // 2
 
 
 def fitted(model: DeltaModel) -> tuple[Fitter, Solution]:
