@@ -9,6 +9,9 @@ from pathlib import Path
 import pytest
 from gpiozero.pins.pi import PiBoardInfo
 
+from drivers.settings import SwitchedPin
+from drivers.steps.build import lgpio_pins
+from drivers.steps.lgpio_lines import LgpioLines
 from firmware_py.install.header import GROUND, PIN_OF_GPIO, POWER_3V3, POWER_5V
 from firmware_py.install.install import hints
 from firmware_py.install.make_safe import main, make_safe
@@ -124,6 +127,23 @@ def test_holding_leaves_the_enable_line_alone(robot):
     chip = ChipBelowLgpio()
     assert make_safe(robot, hold=True, gpio=chip) == "STEP low, ENA left as it was"
     assert 5 not in chip.levels
+
+
+@pytest.mark.parametrize(("safe", "active_high", "level"), [
+    (False, True, 0), (True, True, 1), (False, False, 1), (True, False, 0),
+])  # fmt: skip
+def test_outputs_of_jobs_are_put_to_their_safe_state(robot, safe, active_high, level):
+    """When daemon and pulse process were killed at once: systemd's clean-up, or the next start."""
+    gripper = SwitchedPin(pin=12, active_high=active_high, safe=safe)
+    chip = ChipBelowLgpio()
+    chip.levels[12] = 1 - level
+    held = robot.model_copy(update={"outputs": {"gripper": gripper}})
+    assert "outputs safe" in make_safe(held, gpio=chip)
+    assert chip.levels[12] == level
+    chip.levels[12] = 1 - level
+    pins = lgpio_pins(held.steps, held.inputs, held.switches)
+    LgpioLines(pins._replace(estop=None, alarms=[]), chip)  # what the pulse process begins with
+    assert chip.levels[12] == level
 
 
 def test_a_line_that_is_taken_is_said(robot):

@@ -9,11 +9,13 @@ import sys
 import textwrap
 import time
 from collections.abc import Callable, Iterator
+from mmap import mmap
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from drivers.fakes.lines import BENCH_BYTES, BenchMemory
 from drivers.fakes.steps import SimulatedSteps, simulated_step_output
 from drivers.settings import InputSettings, StepSettings
 from drivers.steps import board as b
@@ -22,6 +24,7 @@ from drivers.steps.contract import OutputState, Ticks
 from drivers.steps.process_host import ProcessStepOutput, last_counts
 from foundation.clock import RealClock, VirtualClock
 from foundation.errors import ConfigError, MissingFile, PulseFault
+from tests.steps.step_rig import SAFE, SWITCHES
 
 ROOT = Path(__file__).resolve().parents[2]
 STEPS, INPUTS = StepSettings(heartbeat_s=0.1), InputSettings()
@@ -135,18 +138,20 @@ CONTROLLER = textwrap.dedent("""
     from drivers.fakes.steps import simulated_step_output
     from drivers.steps.contract import Ticks
     from foundation.clock import RealClock
+    from tests.steps.step_rig import SWITCHES
 
     made = []
     def build():  # in a thread that ends: its end must not be taken for the controller's
         made.append(simulated_step_output(
             StepSettings(heartbeat_s=float(sys.argv[2])), InputSettings(), RealClock(),
-            realtime=True, board_path=Path(sys.argv[1])))
+            realtime=True, board_path=Path(sys.argv[1]), switches=SWITCHES))
     thread = threading.Thread(target=build); thread.start(); thread.join()
     output = made[0].output
     output.enable()
+    output.switch(*SWITCHES.levels({"gripper": True, "valve": True, "brake": False}))
     due = time.monotonic_ns() + 10_000_000 + 1_000_000 * np.arange(8000)
     output.push(Ticks(due, np.ones((8000, 3), dtype=np.int8)))
-    print(output.process.pid, flush=True)
+    print(output.process.pid, made[0].bench.descriptor, flush=True)
     while True:
         output.beat()
         status = output.status()
@@ -170,8 +175,15 @@ class Controller:
             text=True,
         )
         assert self.process.stdout is not None
-        self.pulse_pid = int(self.process.stdout.readline())
+        pulse_pid, bench = self.process.stdout.readline().split()
+        self.pulse_pid = int(pulse_pid)
+        with Path(f"/proc/{self.process.pid}/fd/{bench}").open("r+b") as shared:
+            self.drives = BenchMemory(mmap(shared.fileno(), BENCH_BYTES))
         wait(lambda: last_counts(board)[0] > 20)
+
+    def outputs(self) -> dict[str, bool]:
+        """What hangs on the outputs, whoever lives."""
+        return SWITCHES.states(self.drives.switched)
 
     def pulses_run(self) -> bool:
         try:
@@ -218,6 +230,17 @@ def test_pulses_end_with_a_killed_controller_and_the_counters_stay(
     time.sleep(0.05)
     assert last_counts(controller.board) == counts
     assert not folder.exists()
+
+
+def test_outputs_that_are_on_become_safe_when_the_controller_is_killed(
+    start: Callable[[float], Controller],
+) -> None:
+    """A gripper that holds, an open valve: the pulse process outlives the daemon for that."""
+    controller = start(5.0)
+    assert controller.outputs() == {"gripper": True, "valve": True, "brake": False}
+    controller.process.kill()
+    wait(lambda: not controller.pulses_run())
+    assert controller.outputs() == SAFE
 
 
 def test_a_frozen_controller_loses_its_heartbeat(start: Callable[[float], Controller]) -> None:
