@@ -55,9 +55,15 @@ def diagnose(
         belief, [kept(path) for path in recordings], [kept(path) for path in holdout],
         progress, MotionLimits.of(Document.read(robot).data), thorough,
     )  # fmt: skip
-    answer = answer.model_copy(
-        update={"robot": belief.name, "recordings": [str(path) for path in recordings]}
-    )
+    update: dict[str, object] = {
+        "robot": belief.name,
+        "recordings": [str(path) for path in recordings],
+    }
+    if (plan := answer.next_experiment) is not None:
+        # The robot's name is that of no file: the job has to run as it stands.
+        job = plan.job | {"robot": str(robot.resolve())}
+        update["next_experiment"] = plan.model_copy(update={"job": job})
+    answer = answer.model_copy(update=update)
     if json_out is not None:
         json_out.write_text(json.dumps(answer.to_json(), indent=1) + "\n", encoding="utf-8")
     return answer

@@ -146,7 +146,7 @@ def install(
 
     ```
     deltactl install
-    sudo deltactl install --apply
+    sudo .venv/bin/deltactl install --apply
     ```
     """
     from command_line.services.install import install_service

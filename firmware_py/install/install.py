@@ -43,7 +43,7 @@ def install(robot_file: Path, *, apply: bool, say: Say = print, root: Path = Pat
         say(step.describe())
         if apply:
             step.apply()
-    say(_epilogue(apply, on_pi, hindrances(place)))
+    say(_epilogue(apply, on_pi, place))
 
 
 def plan(robot: RobotFile, place: Place, root: Path, user: str | None) -> list[Step]:
@@ -158,7 +158,7 @@ def _check_possible(on_pi: bool, place: Place) -> None:
     if not on_pi:
         raise HardwareError("nothing is installed: this is not a Raspberry Pi; leave out --apply")
     if os.geteuid() != 0:
-        raise ServiceError("installing needs root; run 'sudo deltactl install --apply'")
+        raise ServiceError(f"installing needs root; run '{_to_apply(place)}'")
     if found := hindrances(place):
         raise ServiceError(f"nothing is installed: {'; '.join(found)}")
 
@@ -172,12 +172,18 @@ def _readable_by_all(path: Path) -> bool:
         return False
 
 
-def _epilogue(applied: bool, on_pi: bool, found: list[str]) -> str:
+def _to_apply(place: Place) -> str:
+    """What to type; sudo does not look into the environment for commands."""
+    return f"sudo {place.bin / 'deltactl'} install --robot {place.robot_file} --apply"
+
+
+def _epilogue(applied: bool, on_pi: bool, place: Place) -> str:
+    found = hindrances(place)
     lines = [f"Before that: {hindrance}" for hindrance in found]
     if applied:
         lines.append("\nDone. Restart the Pi; then 'systemctl status deltactl' and 'deltactl on'.")
     elif on_pi:
-        lines.append("\nNothing was changed. To do it: sudo deltactl install --apply")
+        lines.append(f"\nNothing was changed. To do it: {_to_apply(place)}")
     lines.append(
         "For the most even pulses, also add isolcpus=3 to the one line of cmdline.txt:"
         " core 3 then serves the pulse process alone."

@@ -18,7 +18,7 @@ def test_help_shows_whole_lines_to_type(deltactl, command: str) -> None:
     shown = [line for line in above_options if re.search(rf"\bdeltactl {command}\b", line)]
     assert shown
     assert not any("`" in line for line in lines)
-    assert all(line.startswith(("  deltactl", "  sudo deltactl")) for line in shown)
+    assert all(line.startswith(("  deltactl", "  sudo .venv/bin/deltactl")) for line in shown)
 
 
 def test_the_first_help_starts_without_a_robot(deltactl) -> None:
