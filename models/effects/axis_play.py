@@ -24,21 +24,22 @@ LEAST_PULL = 0.1
 
 
 def loose(
-    driven: FloatArray, fresh: BoolArray, width: float, starts: FloatArray, pull: FloatArray,
-    before: float,
+    driven: FloatArray, fresh: BoolArray, width: float | FloatArray, starts: FloatArray,
+    pull: FloatArray, before: float,
 ) -> FloatArray:  # fmt: skip
     """The axis behind play of a width, all (n,); `before` is where it stood before the first.
 
+    width: one, or (n,) where friction grows with the load that the bearings and teeth carry.
     starts: where in the play each stretch begins, -1..1; (number of stretches,).
     """
     half = 0.5 * width
     low, high = driven - half, driven + half
     most = float(np.abs(pull).max(initial=0.0))
-    if most == 0.0:
+    if most == 0.0 and isinstance(half, float):
         return _between_turns(driven, fresh, half, starts, before)
     side = np.where(np.abs(pull) > LEAST_PULL * most, np.sign(pull), 0.0)
     begin = np.where(side[fresh] != 0.0, side[fresh], starts)
-    low[fresh] = high[fresh] = driven[fresh] + half * begin
+    low[fresh] = high[fresh] = driven[fresh] + (half * np.ones(len(driven)))[fresh] * begin
     return clipped(2.0 * half * side, low, high, before)
 
 

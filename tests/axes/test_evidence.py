@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from diagnosis.answer.consistency import contradictions
-from diagnosis.evidence.effective_size import runs_of_one_value, tempered
+from diagnosis.evidence.effective_size import TemperedNoise, runs_of_one_value, tempered
 from diagnosis.evidence.laplace import Laplace
 from diagnosis.evidence.memory_given_back import autocorrelation_times, given_back
 from diagnosis.pipelines.lone_machine import diagnose_axis
+from diagnosis.plants.lone.commanded_axis import CommandedAxis
 from diagnosis.plants.regression import Columns, Regressor
 from diagnosis.plants.spline_terms import spline_basis, spline_terms
 from foundation.errors import RecordingError
@@ -189,6 +190,35 @@ def test_a_servo_that_droops_under_gravity_is_said_to_yield() -> None:
     assert sizes["following_lag"]["time"].value == pytest.approx(0.08, rel=0.35)
     assert "gear_ratio" not in sizes
     assert contradictions(answer) == []
+
+
+def rise_and_fall(seed: int) -> FlatRecording:
+    """A servo lifts a pendulum once and lowers it; what its gear carries rubs: 0.05 rad per N m."""
+    rng = np.random.default_rng(seed)
+    t_s = np.arange(240) / 40.0
+    command = np.interp(t_s, [0.0, 0.3, 3.2, 3.4, 5.8, 6.0], [0.0, 0.0, 1.5, 1.5, 0.2, 0.2])
+    seen, late, at = np.empty_like(command), 0.0, 0.0
+    for k, asked in enumerate(command):
+        late += (asked - late) * 0.025 / 0.09
+        pull = 1.7 * np.sin(at)
+        half = 0.5 * (0.02 + 0.05 * abs(pull))
+        goal = late - pull / 13.0
+        at = min(max(at, goal - half), goal + half)
+        seen[k] = at
+    seen += 2e-3 * rng.standard_normal(len(seen))
+    return from_columns({"t": t_s, "command": command, "position": seen}, "up and down")
+
+
+def test_friction_that_grows_with_the_load_is_no_softer_spring() -> None:
+    robot = FOLLOWS.model_copy(update={"gravity": AxisGravity(torque_nm=1.7), "zero": "absolute"})
+    plant = CommandedAxis(robot, [rise_and_fall(1)])
+    noise = TemperedNoise(plant.rows, np.full(240, 1.0 / 2e-3), np.full(240, 2e-3), 1.0, 240.0)
+    evidence = Laplace(plant, noise)
+    known = evidence({"droop", "friction", "lag"}, [evidence({"droop", "lag"})])
+    (stiffness,) = 1.0 / known.linear["droop"]
+    assert stiffness == pytest.approx(13.0, rel=0.1)
+    assert known.sizes["friction.grip"] == pytest.approx(0.05, rel=0.2)
+    assert known.sizes["friction.width"] == pytest.approx(0.02, abs=0.01)
 
 
 def test_readings_at_one_place_share_their_error() -> None:

@@ -52,7 +52,9 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
         found += [
             Regressor("droop", "joint_compliance", -1.0),
             Regressor("play", "gear_backlash", -1.0, sizes=(width, *starts)),
-            Regressor("friction", "joint_friction", -1.0, sizes=(width, *starts)),
+            Regressor(
+                "friction", "joint_friction", -1.0, sizes=(width, _grip(axis, width), *starts)
+            ),
         ]
     else:
         # Tooth play is what a geared stepper has, stiction what a servo's loop leaves.
@@ -66,6 +68,25 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     found += [one for one in places if one is not None]
     found.append(Regressor("drift", "unknown", -4.0, follows=("time",), alone=False))
     return found
+
+
+def _grip(axis: RecordedAxis, width: Size) -> Size:
+    """How much wider friction holds per unit of load: bearings and teeth rub by what they carry
+    (Duclusaud et al. 2024, Extended Friction Models for the Physics Simulation of Servo Actuators).
+    """
+    per_load = 1.0 / max(usual_load(axis), 1e-300)
+    return Size("grip", "half", width.spread * per_load, 0.0, width.high * per_load,
+                width.step * per_load)  # fmt: skip
+
+
+def usual_load(axis: RecordedAxis) -> float:
+    """Mean size of the known load."""
+    return float(np.mean(np.abs(axis.pull[axis.rows])))
+
+
+def width_of(axis: RecordedAxis, key: str, sizes: Sizes) -> float:
+    """Width of play or friction, at the usual load where it grows with that."""
+    return sizes[f"{key}.width"] + usual_load(axis) * sizes.get(f"{key}.grip", 0.0)
 
 
 def _gear(axis: RecordedAxis) -> Regressor | None:
@@ -116,7 +137,7 @@ def impossible(
     if "droop" in keys and linear["droop"][0] <= 0.0:
         return True
     for key in keys & {"play", "friction"}:
-        width = sizes[f"{key}.width"]
+        width = width_of(axis, key, sizes)
         if not axis.resolution < width < 0.99 * WIDEST_PLAY * axis.span:
             return True
     if "gear" in keys:

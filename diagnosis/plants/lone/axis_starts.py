@@ -7,7 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.observations.readings import FloatArray
-from diagnosis.plants.lone.axis_regressors import FEWEST_WAVES, begins_of, highest_hz, most_waves
+from diagnosis.plants.lone.axis_regressors import (
+    FEWEST_WAVES,
+    begins_of,
+    highest_hz,
+    most_waves,
+    usual_load,
+)
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
 
 LAG_STARTS_S = (
@@ -28,7 +34,7 @@ def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[
         apart = float(np.ptp(np.quantile(residual[axis.rows], [0.02, 0.98])))
         return [
             {
-                f"{key}.width": min(share * apart, 0.5 * axis.span),
+                **_widths(axis, key, min(share * apart, 0.5 * axis.span)),
                 **{f"{key}.{name}": side for name in begins_of(axis)},
             }
             for share in WIDTHS
@@ -42,6 +48,14 @@ def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[
         near = np.geomspace(0.6, 0.9 * highest_hz(axis), 7)
         return [{"ringing.frequency": float(f), "ringing.damping": 0.1} for f in near]
     return [{}]
+
+
+def _widths(axis: RecordedAxis, key: str, width: float) -> dict[str, float]:
+    """One width; of friction under a known load half of it by the load."""
+    load = usual_load(axis)
+    if key != "friction" or not load > 0.0:
+        return {f"{key}.width": width}
+    return {f"{key}.width": 0.5 * width, f"{key}.grip": 0.5 * width / load}
 
 
 def _likely_waves(axis: RecordedAxis, residual: FloatArray) -> list[float]:

@@ -15,7 +15,7 @@ import numpy as np
 from diagnosis.answer.records import NotTestable
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.left_over import UNKNOWN, LeftOver
-from diagnosis.plants.lone.axis_regressors import begins_of, impossible, regressors_of
+from diagnosis.plants.lone.axis_regressors import begins_of, impossible, regressors_of, usual_load
 from diagnosis.plants.lone.axis_shapes import AxisShapes
 from diagnosis.plants.lone.axis_starts import starts
 from diagnosis.plants.lone.drive_chain import DriveChain
@@ -124,8 +124,10 @@ class CommandedAxis(RecordedAxis, LeftOver):
                 Shown("damping", "1", lambda v: v["damping"]),
             ],
         }  # fmt: skip
-        width = [Shown("width", unit, lambda v: v["width"])]
-        return {**table, "play": width, "friction": width}.get(key, [])
+        load = usual_load(self)
+        table["play"] = [Shown("width", unit, lambda v: v["width"])]
+        table["friction"] = [Shown("width", unit, lambda v: v["width"] + load * v["grip"])]
+        return table.get(key, [])
 
     def not_testable(self) -> list[NotTestable]:
         """Effects that need a known load, or a zero that means something."""

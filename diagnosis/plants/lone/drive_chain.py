@@ -64,7 +64,9 @@ class DriveChain:
         starts = np.zeros(int(np.count_nonzero(self._axis.readings.fresh)))
         known = [sizes[f"{key}.{name}"] for name in self._begins if f"{key}.{name}" in sizes]
         starts[: len(known)] = known[: len(starts)]
-        width = sizes[f"{key}.width"]
+        width: float | FloatArray = sizes[f"{key}.width"]
+        if sizes.get(f"{key}.grip", 0.0) > 0.0:
+            width = width + sizes[f"{key}.grip"] * np.abs(self._axis.pull)
         return loose(driven, self._axis.readings.fresh, width, starts, pull, float(driven[0]))
 
     def _rung(self, driven: FloatArray, frequency_hz: float, damping: float) -> FloatArray:
