@@ -12,11 +12,12 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import itertools
 import json
 import os
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -28,6 +29,7 @@ from typing import Any
 import numpy as np
 
 from diagnosis.answer.consistency import contradictions
+from diagnosis.answer.records import Diagnosis
 from diagnosis.api import diagnose_recordings
 from foundation.errors import DeltactlError
 from models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis, load_robot_model
@@ -258,10 +260,52 @@ def cases_of(folder: Path, job: tuple[str, str, str, dict[str, Any]]) -> Iterato
             yield varied
 
 
-def scored(folder: Path, job: tuple[str, str, str, dict[str, Any]]) -> list[tuple[str, str]]:
-    """Grade and a line, of every case of one kind of one recording."""
+Interval = tuple[float, float, float]
+"""Value, low, high."""
+Sizes = dict[tuple[str, str], Interval]
+"""By effect and parameter."""
+
+
+def sizes_of(answer: Diagnosis) -> Sizes:
+    """What two parts of one motion must agree on."""
+    return {
+        (f.effect, name): (value, low, high)
+        for f in answer.findings
+        if f.effect != "unknown"
+        for name, size in f.parameters.items()
+        for value, low, high in size.components
+        if not (f.effect == "lost_steps" or (f.effect, name) == ("transmission_error", "phase"))
+    }
+
+
+def apart(one: Interval, other: Interval) -> float:
+    """How far two sizes are apart in standard errors of the difference, as the intervals have it.
+
+    Each interval counts by the side that looks to the other.
+    """
+    low, high = sorted([one, other])
+    return float((high[0] - low[0]) / max(np.hypot(low[2] - low[0], high[0] - high[1]), 1e-300))
+
+
+def agreeing(cases: Sequence[Sizes]) -> list[tuple[tuple[str, str], bool]]:
+    """Of every size that all cases of a recording have: its name and whether each pair agrees."""
+    if len(cases) < 2:
+        return []
+    return [
+        (name, apart(one[name], other[name]) <= 1.0)
+        for one, other in itertools.combinations(cases, 2)
+        for name in one.keys() & other.keys()
+    ]
+
+
+def scored(
+    folder: Path, job: tuple[str, str, str, dict[str, Any]]
+) -> tuple[list[tuple[str, str]], list[Sizes]]:
+    """Grade and a line, and the sizes, of every case of one kind of one recording."""
     kind, machine, name, truth = job
-    judge, found = judge_of(folder), []
+    judge = judge_of(folder)
+    found: list[tuple[str, str]] = []
+    known: list[Sizes] = []
     for number, case in enumerate(cases_of(folder, job)):
         label = f"{kind} {number + 1} {machine}/{name.split('.')[0]}"
         start = time.perf_counter()
@@ -270,6 +314,7 @@ def scored(folder: Path, job: tuple[str, str, str, dict[str, Any]]) -> list[tupl
         except DeltactlError as error:
             found.append(("refused", f"{label}: {str(error)[-150:]}"))
             continue
+        known.append(sizes_of(answer))
         why, dishonest = judge.judge(answer.to_json(), truth)
         dishonest += contradictions(answer)
         grade = "dishonest" if dishonest else "wrong" if why else "right"
@@ -281,7 +326,7 @@ def scored(folder: Path, job: tuple[str, str, str, dict[str, Any]]) -> list[tupl
         took = time.perf_counter() - start
         found.append((grade, f"{label}: {'; '.join([*why, *dishonest])} | {answer.verdict} "
                              f"{'; '.join(sizes)} ({took:.1f} s)"))  # fmt: skip
-    return found
+    return found, known
 
 
 def main() -> None:
@@ -297,8 +342,18 @@ def main() -> None:
     kinds, sets = options.kinds.split(","), set(filter(None, options.sets.split(",")))
     jobs = [(k, *truth) for k in kinds for truth in truths(folder) if not sets or truth[0] in sets]
     grades: dict[str, Counter[str]] = {kind: Counter() for kind in kinds}
+    pairs: dict[str, Counter[bool]] = {kind: Counter() for kind in kinds}
     with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
-        for job, results in zip(jobs, pool.map(partial(scored, folder), jobs), strict=True):
+        for job, (results, sizes) in zip(
+            jobs, pool.map(partial(scored, folder), jobs), strict=True
+        ):
+            for name, agrees in agreeing(sizes):
+                pairs[job[0]][agrees] += 1
+                if not agrees:
+                    each = "; ".join("{:.4g} [{:.4g}, {:.4g}]".format(*s[name]) for s in sizes
+                                     if name in s)  # fmt: skip
+                    print(f"disagrees {job[0]} {job[1]}/{job[2]}: {' '.join(name)} {each}",
+                          flush=True)  # fmt: skip
             for grade, line in results:
                 grades[job[0]][grade] += 1
                 if grade != "right" or options.all:
@@ -307,6 +362,10 @@ def main() -> None:
     for kind, count in [*grades.items(), ("all", sum(grades.values(), Counter()))]:
         print(f"{kind:14} {count.total():5} {count['right']:6} {count['wrong']:6} "
               f"{count['dishonest']:10} {count['refused']:8}")  # fmt: skip
+    for kind, count in pairs.items():
+        if count.total():
+            print(f"{kind}: sizes of two parts agree within their intervals in "
+                  f"{count[True]} of {count.total()}")  # fmt: skip
 
 
 if __name__ == "__main__":
