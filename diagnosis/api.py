@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from diagnosis.admission.excerpt import excerpt, excerpts, most_rows, thinned
@@ -11,11 +12,12 @@ from diagnosis.admission.robot_match import check_belongs
 from diagnosis.admission.step_counts import check_steps
 from diagnosis.answer.records import Diagnosis
 from diagnosis.estimation.side_by_side import only_here
-from diagnosis.experiment import MotionLimits
 from diagnosis.pipelines.lone_machine import diagnose_axis
 from diagnosis.pipelines.nonlinear import diagnose_model
 from diagnosis.pipelines.servo_robot import diagnose_servo_robot, is_servo_run
 from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.plants.delta.next_runs import next_runs
+from diagnosis.plants.delta.safe_poses import MotionLimits
 from diagnosis.report.sentences.telling import told
 from foundation.errors import RecordingError
 from foundation.one_thread import one_thread
@@ -110,7 +112,8 @@ def _diagnosed(
         for recording in (*recordings, *holdout):
             check_belongs(belief, recording)
         rad_per_step = belief.drive.rad_per_step if belief.drive else 0.0
-        return diagnose_model(model, rad_per_step, held_out, progress, motion_limits, thorough)
+        runs = partial(next_runs, model, motion_limits)
+        return diagnose_model(model, rad_per_step, held_out, progress, runs, thorough)
     except RecordingError as error:
         raise _with_source(error, [*recordings, *holdout]) from None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.admission.options import ADMISSION
-from diagnosis.experiment import MotionLimits
+from diagnosis.plants.delta.safe_poses import MotionLimits
 from foundation.errors import RecordingError
 from models.robot import DeltaRobot, RobotModel
 from models.servo_drive import ServoDrive

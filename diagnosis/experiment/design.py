@@ -14,35 +14,21 @@ import numpy as np
 
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.noise import ChannelNoise, Whitener, history
-from diagnosis.experiment.motions import Motion
 from diagnosis.experiment.ties import Explanation, Key, Tie
-from diagnosis.experiment.timeline import as_recording, duration_s
 from diagnosis.observations.readings import FloatArray, Readings
 from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta.model import DeltaModel
-from models.robot import ARMS
-
-CONTAINED = {"gear_backlash": "joint_friction"}
-"""An effect that can be another one exactly: play in which the arm stays where it is pushed."""
-CONTAINED_BY_ALL = {"following_lag": "sensor_latency"}
-"""The same of an effect on all motors together: equal dead times everywhere."""
-SHORTEST_PERIOD_S = 0.01
-"""Recordings sampled faster are thought of as sampled this fast, noise averaged."""
+from diagnosis.plants.next_run import CandidateRun
+from diagnosis.plants.traits import Traits, traits_of
 
 
 class Run:
     """One candidate motion as the engine would see it, with the noise of the recording."""
 
-    def __init__(self, motion: Motion, recorded: DeltaModel, noise: Whitener):
-        assert recorded.robot.drive is not None
-        step = recorded.robot.drive.rad_per_step
-        period_s = max(recorded.readings.period_s, SHORTEST_PERIOD_S)
-        readings = recorded.readings
-        self.motion = motion
-        self.minutes = duration_s(motion, step) / 60.0
-        blank = as_recording(motion, step, period_s, readings.names)
-        self.model = DeltaModel(recorded.robot, [blank])
-        self._whiten = _noise(self.model.readings, readings, noise, period_s)
+    def __init__(self, candidate: CandidateRun, recorded: Readings, noise: Whitener):
+        self.candidate = candidate
+        self.minutes = candidate.minutes
+        self.model = candidate.model
+        self._whiten = _noise(self.model.readings, recorded, noise, candidate.period_s)
         self._columns: dict[tuple[Key, int], FloatArray] = {}
         self._known: dict[Solution, tuple[FloatArray, bool]] = {}
 
@@ -51,14 +37,12 @@ class Run:
         return self._whiten(self.model.predict(_lasting(terms)))
 
     def of(self, explanation: Explanation) -> tuple[FloatArray, bool]:
-        """Whitened readings (m,) of an explanation as it was fitted, and whether the linkage
-        stays together all along with it.
+        """Whitened readings (m,) of an explanation as it was fitted, and whether the machine
+        holds together all along with it.
         """
         if explanation.solution not in self._known:
             predicted = self.model.predict(_lasting(explanation.everything))
-            metres = [i for i, unit in enumerate(self.model.readings.units) if unit == "m"]
-            # Where it cannot be assembled the model puts zeros.
-            whole = not metres or bool(predicted[:, metres].any(axis=1).all())
+            whole = self.candidate.holds_together(predicted)
             self._known[explanation.solution] = self._whiten(predicted), whole
         return self._known[explanation.solution]
 
@@ -149,21 +133,24 @@ def _least_squares(jac: FloatArray, residual: FloatArray) -> FloatArray:
 def both_ways(run: Run, tie: Tie, repeats: float = 1.0, steps: int = 1) -> tuple[float, float]:
     """Expected evidence when the first explanation is true, and when the second one is.
 
-    None where the platform would get lost if one of them is true.
+    None where the machine would not hold together if one of them is true.
     """
     if not (run.of(tie.first)[1] and run.of(tie.second)[1]):
         return 0.0, 0.0
+    traits = traits_of(run.model)
     return (
-        0.0 if contains(tie.only_second, tie.only_first)
+        0.0 if contains(tie.only_second, tie.only_first, traits)
         else expected(run, tie.first, tie.second, repeats, steps),
-        0.0 if contains(tie.only_first, tie.only_second)
+        0.0 if contains(tie.only_first, tie.only_second, traits)
         else expected(run, tie.second, tie.first, repeats, steps),
     )  # fmt: skip
 
 
-def contains(rival: Sequence[Term], truth: Sequence[Term]) -> bool:
-    """Whether a rival can be the truth exactly, on every motion."""
+def contains(rival: Sequence[Term], truth: Sequence[Term], traits: Traits) -> bool:
+    """Whether a rival can be the truth exactly, on every motion, on a machine of these traits."""
     effects = [t.candidate.effect for t in rival for _ in t.candidate.members or (0,)]
-    able = {(CONTAINED.get(t.candidate.effect, ""), t.candidate.component) for t in rival}
-    able |= {(n, "sensors") for e, n in CONTAINED_BY_ALL.items() if effects.count(e) == ARMS}
+    able = {(traits.exactly.get(t.candidate.effect, ""), t.candidate.component) for t in rival}
+    for effect, (count, other, component) in traits.exactly_together.items():
+        if effects.count(effect) == count:
+            able.add((other, component))
     return all((t.candidate.effect, t.candidate.component) in able for t in truth)

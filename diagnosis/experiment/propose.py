@@ -14,15 +14,10 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.noise import Whitener
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.experiment.design import Run, both_ways
-from diagnosis.experiment.job import job_of
-from diagnosis.experiment.motions import motions
-from diagnosis.experiment.safe import MotionLimits
 from diagnosis.experiment.ties import Tie
-from diagnosis.observations.readings import BoolArray, FloatArray
-from diagnosis.plants.contract import Model
-from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.observations.readings import BoolArray, FloatArray, Readings
+from diagnosis.plants.next_run import NextRuns
 from diagnosis.selection.ambiguity import Standing
-from models.linkage import Linkage
 
 SETTLES = 40.0
 """Expected chi-square that a run must give: it then leaves less than the limit of a tie (11)
@@ -74,48 +69,46 @@ class _Rated:
 
 
 def propose(
-    model: Model, noise: Whitener, stands: Sequence[Standing], solution: Solution,
-    limits: MotionLimits | None = None,
-) -> Proposal:  # fmt: skip
-    """The next experiment of a diagnosis: one tie for every alternative that was fitted."""
-    if not isinstance(model, DeltaModel):
+    recorded: Readings,
+    noise: Whitener,
+    stands: Sequence[Standing],
+    solution: Solution,
+    next_runs: NextRuns | None,
+) -> Proposal:
+    """The next experiment of a diagnosis: one tie for every alternative that was fitted.
+
+    next_runs: what the machine may do; None where nobody can tell it to do anything.
+    """
+    if next_runs is None:
         return Proposal(None)
     ties = [Tie.of(solution, rival) for stand in stands for rival in stand.rivals]
-    return next_experiment(model, noise, ties, limits)
+    return next_experiment(recorded, noise, ties, next_runs)
 
 
 def next_experiment(
-    model: DeltaModel,
-    noise: Whitener,
-    ties: Sequence[Tie],
-    limits: MotionLimits | None = None,
+    recorded: Readings, noise: Whitener, ties: Sequence[Tie], next_runs: NextRuns
 ) -> Proposal:
     """Design the run that tells the ties apart.
 
-    model, noise: of the recording that left them tied. At most a few ties are looked at, the
+    recorded, noise: of the recording that left them tied. At most a few ties are looked at, the
     closest first.
     """
     ties = sorted(ties, key=lambda tie: tie.delta_chi2)[:MOST_TIES]
     if not ties:
         return Proposal(None)
-    drive = model.robot.drive
-    if drive is None:
+    candidates = next_runs(set().union(*(tie.components for tie in ties)))
+    if candidates is None:
         return Proposal(None, [_open(tie, needs_drive=True) for tie in ties])
-    about = set().union(*(tie.motors for tie in ties))
-    table = motions(
-        Linkage.of(model.robot.geometry), limits or MotionLimits(), drive.rad_per_step,
-        _top_speed(model), about,
-    )  # fmt: skip
-    rated = _rate([Run(motion, model, noise) for motion in table], ties, 1.0, 1)
+    rated = _rate([Run(one, recorded, noise) for one in candidates], ties, 1.0, 1)
     rated.sort(key=_Rated.rank, reverse=True)
     better = _rate([one.run for one in rated[:REFINED]], ties, 1.0, 3)
     best = max(better, key=_Rated.rank, default=None)
     if best is None or not best.enough.any():
         return Proposal(None, [_open(tie, minutes=LONGEST_MIN) for tie in ties])
-    return _proposal(model, best, ties)
+    return _proposal(best, ties)
 
 
-def _proposal(model: DeltaModel, best: _Rated, ties: Sequence[Tie]) -> Proposal:
+def _proposal(best: _Rated, ties: Sequence[Tie]) -> Proposal:
     """The job with as many repeats as the worst of the ties it settles needs."""
     run = best.run
     needed = max(HOLDS_BACK * SETTLES / best.least, SHORTEST_MIN / run.minutes)
@@ -129,7 +122,7 @@ def _proposal(model: DeltaModel, best: _Rated, ties: Sequence[Tie]) -> Proposal:
     settled = [tie for tie, sides in zip(ties, good, strict=True) if sides.any()]
     names = dict.fromkeys(name for tie in settled for side in tie.names for name in side)
     experiment = NextExperiment(
-        job=job_of(run.motion, model.robot.name, repeats),
+        job=run.candidate.job(repeats),
         tells_apart=list(names),
         expected_delta_chi2=round(float(final.evidence[good].min()), 1),
         minutes=round(repeats * run.minutes, 2),
@@ -159,10 +152,3 @@ def _rate(runs: Sequence[Run], ties: Sequence[Tie], repeats: float, steps: int) 
 
     found = side_by_side([partial(evidence, run) for run in runs])
     return [_Rated(run, own) for run, own in zip(runs, found, strict=True)]
-
-
-def _top_speed(model: DeltaModel) -> float:
-    """Highest joint speed of the recording [rad/s], single glitches aside."""
-    readings = model.readings
-    speed = np.abs(np.diff(model.commanded_rad, axis=0)) / np.diff(readings.t_s)[:, None]
-    return float(np.quantile(speed.max(axis=1), 0.98))

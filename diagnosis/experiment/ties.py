@@ -89,10 +89,9 @@ class Tie:
         return frozenset(t.candidate.effect for t in (*self.only_first, *self.only_second))
 
     @property
-    def motors(self) -> set[int]:
-        """Numbers (from 0) of the motors or arms that the tie is about."""
-        components = [t.candidate.component for t in (*self.only_first, *self.only_second)]
-        return {int(c[-1]) - 1 for c in components if c[-1] in "123"}
+    def components(self) -> set[str]:
+        """Those that the tie is about."""
+        return {t.candidate.component for t in (*self.only_first, *self.only_second)}
 
 
 def _without(one: Explanation, other: Explanation) -> tuple[Term, ...]:

@@ -19,10 +19,11 @@ from diagnosis.estimation.budget import Budget
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.evidence.detection import Progress
 from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.experiment import MotionLimits, propose
+from diagnosis.experiment import propose
 from diagnosis.observations.readings import BoolArray, FloatArray
 from diagnosis.pipelines.findings import Outcome, findings, picture, rest
 from diagnosis.plants.contract import Model
+from diagnosis.plants.next_run import NextRuns
 from diagnosis.plants.traits import traits_of
 from diagnosis.score_tests.change_points import stale_runs, without_stale
 from diagnosis.selection.model_choice import Explained, explain, final_fit
@@ -33,11 +34,12 @@ def diagnose_model(
     rad_per_step: float,
     held_out: Sequence[Model],
     progress: Progress,
-    motion_limits: MotionLimits | None = None,
+    next_runs: NextRuns | None = None,
     thorough: bool = False,
 ) -> Diagnosis:
     """Detect, locate, name, resolve, size, hold out. Raises RecordingError for bad input.
 
+    next_runs: what the machine may do next; without it no run is proposed.
     thorough: compare everything, however much work it is.
     """
     check_input(model)
@@ -62,7 +64,9 @@ def diagnose_model(
     progress("what run would tell more")
     searched = explained.search
     searched.prepared.library.forget_white()
-    plan = propose(model, searched.fitter.whiten, outcome.stands, explained.solution, motion_limits)
+    plan = propose(
+        model.readings, searched.fitter.whiten, outcome.stands, explained.solution, next_runs
+    )
     p = min([explained.first_p, *(run_p for run_p in _stale_p(found))])
     return assembled(
         found, fit, p, left,

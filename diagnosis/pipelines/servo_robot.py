@@ -7,17 +7,19 @@ what was asked for; what following costs is the torques' business.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
 from diagnosis.admission.robot_match import check_belongs
 from diagnosis.answer.records import Diagnosis, NotTestable, Verdict
-from diagnosis.experiment import MotionLimits
 from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.observations.servo_preprocessing import JOINTS, reads_disturbance
 from diagnosis.pipelines.lone_machine import diagnose_servo
 from diagnosis.pipelines.nonlinear import diagnose_model
 from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.plants.delta.next_runs import next_runs
+from diagnosis.plants.delta.safe_poses import MotionLimits
 from diagnosis.report.sentences.telling import told
 from foundation.errors import RecordingError
 from models.effects.servo_joints import SERVO_EFFECTS
@@ -61,7 +63,8 @@ def diagnose_servo_robot(
     held_out = [DeltaModel(robot, [one]) for one in others] if len(others) == len(holdout) else []
     for recording in (*geometry, *others):
         check_belongs(robot, recording)
-    outside = diagnose_model(model, 0.0, held_out, progress, motion_limits, thorough)
+    runs = partial(next_runs, model, motion_limits)
+    outside = diagnose_model(model, 0.0, held_out, progress, runs, thorough)
     try:
         torques = diagnose_servo(robot, recordings, holdout, progress)
     except RecordingError as error:

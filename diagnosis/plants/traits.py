@@ -29,6 +29,10 @@ class Traits:
     """Input location -> unit of what enters there."""
     build_effects: frozenset[str] = frozenset()
     """Effects that every machine built with care has a little of."""
+    exactly: Mapping[str, str] = field(default_factory=dict)
+    """Effect -> another one that it can be exactly, on every motion, at the same component."""
+    exactly_together: Mapping[str, tuple[int, str, str]] = field(default_factory=dict)
+    """Effect -> how many of it together can be exactly which other one, at which component."""
 
 
 PLAIN = Traits()

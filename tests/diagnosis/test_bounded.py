@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from diagnosis.admission import excerpt as admission
 from diagnosis.admission.excerpt import excerpt, excerpts, thinned
 from diagnosis.api import diagnose, diagnose_recordings
-from diagnosis.experiment import MotionLimits
+from diagnosis.plants.delta.safe_poses import MotionLimits
 from diagnosis.report.sentences.summary import plain_lines
 from foundation.errors import RecordingError
 from models.robot import DeltaRobot

@@ -12,11 +12,11 @@ import pytest
 
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import estimate
-from diagnosis.experiment.motions import Motion
 from diagnosis.experiment.ties import Tie
-from diagnosis.experiment.timeline import commanded
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.plants.delta.motions import Motion
+from diagnosis.plants.delta.timeline import commanded
 from models.chain import Chain, Commands
 from models.linkage import Linkage, inverse
 from models.robot import DeltaRobot, EffectEntry, FloatArray, load_delta

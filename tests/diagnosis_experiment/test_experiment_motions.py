@@ -10,11 +10,11 @@ import pytest
 import yaml
 
 from diagnosis.answer.records import NextExperiment
-from diagnosis.experiment import MotionLimits, write_job
-from diagnosis.experiment.job import job_of
-from diagnosis.experiment.motions import motions
-from diagnosis.experiment.safe import is_safe
-from diagnosis.experiment.timeline import duration_s
+from diagnosis.experiment import write_job
+from diagnosis.plants.delta.motions import motions
+from diagnosis.plants.delta.next_runs import job_of
+from diagnosis.plants.delta.safe_poses import MotionLimits, is_safe
+from diagnosis.plants.delta.timeline import duration_s
 from firmware_py.program.dry_run import check_job
 from firmware_py.robot_file import CONFIG_FOLDER, find, load_robot
 from models.linkage import Linkage, forward

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
-from diagnosis.experiment import next_experiment
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.experiment import Proposal, Tie, next_experiment
 from diagnosis.experiment.design import contains
-from diagnosis.experiment.motions import Motion
 from diagnosis.experiment.propose import LONGEST_MIN, SETTLES
+from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.plants.delta.motions import Motion
+from diagnosis.plants.delta.next_runs import next_runs
 from diagnosis.report.sentences.next_run_words import tie_line
 from models.robot import EffectEntry
 
@@ -34,6 +38,11 @@ def driven(job: dict[str, Any]) -> Motion:
     lap = np.array(job["path"]["angles_deg"])
     path = np.concatenate([lap, *[lap[1:]] * (job["repeats"] - 1)])
     return Motion(job["name"], "", path, job["path"]["dwell_s"], job["timing"]["t_pwm_s"])
+
+
+def proposed(model: DeltaModel, fitter: Fitter, ties: list[Tie]) -> Proposal:
+    runs = partial(next_runs, model, None)
+    return next_experiment(model.readings, fitter.whiten, ties, runs)
 
 
 @dataclass(frozen=True)
@@ -75,7 +84,7 @@ def test_the_proposed_run_settles_the_tie(
     model, fitter, tie = bench.tie([poor], case.truth, case.rival)
     assert abs(tie.delta_chi2) < TIED
 
-    proposal = next_experiment(model, fitter.whiten, [tie])
+    proposal = proposed(model, fitter, [tie])
     plan = proposal.experiment
     assert plan is not None
     assert plan.expected_delta_chi2 >= SETTLES
@@ -106,7 +115,7 @@ def test_what_only_one_truth_would_show_is_said_with_the_measurement_that_helps(
 ) -> None:
     poor = bench.record(circle(turns=case.turns), *case.concealed)
     model, fitter, tie = bench.tie([poor], case.truth, case.rival)
-    proposal = next_experiment(model, fitter.whiten, [tie])
+    proposal = proposed(model, fitter, [tie])
     assert proposal.experiment is not None
     assert proposal.experiment.expected_delta_chi2 >= SETTLES
     line = tie_line(*proposal.open)
@@ -123,10 +132,10 @@ def test_a_group_of_equal_causes_counts_as_its_members(
     """The answer offers three equal lags as one rival, and they may be late readings exactly."""
     recording = bench.record(circle(turns=1), entry("sensor_latency", "sensors", time=0.06))
     late, lags = [("sensor_latency", "sensors")], [("following_lag", "motors")]
-    _, _, tie = bench.tie([recording], late, lags)
+    model, _, tie = bench.tie([recording], late, lags)
     assert tie.names[1] == [f"following_lag motor{m}" for m in (1, 2, 3)]
-    assert contains(tie.only_second, tie.only_first)
-    assert not contains(tie.only_first, tie.only_second)
+    assert contains(tie.only_second, tie.only_first, model.traits)
+    assert not contains(tie.only_first, tie.only_second, model.traits)
 
 
 def test_no_motion_is_proposed_where_none_can_help(
@@ -136,7 +145,7 @@ def test_no_motion_is_proposed_where_none_can_help(
     poor = bench.record(circle(), entry("joint_compliance", "joints", stiffness=400.0))
     truth, rival = [("joint_compliance", "joints")], [("payload", "platform")]
     model, fitter, tie = bench.tie([poor], truth, rival)
-    proposal = next_experiment(model, fitter.whiten, [tie])
+    proposal = proposed(model, fitter, [tie])
     assert proposal.experiment is None
     line = tie_line(*proposal.open)
     assert line.startswith("No safe run of 8 minutes can tell")
@@ -145,4 +154,4 @@ def test_no_motion_is_proposed_where_none_can_help(
 
 def test_without_a_tie_nothing_is_proposed(bench: Any, circle: Callable[..., Motion]) -> None:
     model, fitter, _ = bench.tie([bench.record(circle())], [], [])
-    assert next_experiment(model, fitter.whiten, []).experiment is None
+    assert proposed(model, fitter, []).experiment is None

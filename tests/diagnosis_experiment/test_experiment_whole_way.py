@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from diagnosis.api import diagnose_recordings
-from diagnosis.experiment.motions import Motion
+from diagnosis.plants.delta.motions import Motion
 from models.robot import DeltaRobot, EffectEntry
 
 if TYPE_CHECKING:

@@ -22,6 +22,10 @@ def delta_traits(inputs: Iterable[str], channels: Iterable[str]) -> Traits:
         sensible=sensible,
         units={location: "rad" if location in motors else "m" for location in inputs},
         build_effects=frozenset(TOLERANCES),
+        # Play in which the arm stays where it is pushed.
+        exactly={"gear_backlash": "joint_friction"},
+        # Equal dead times everywhere.
+        exactly_together={"following_lag": (len(motors), "sensor_latency", "sensors")},
     )
 
 

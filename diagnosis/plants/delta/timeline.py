@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.experiment.motions import Motion
 from diagnosis.observations.readings import FloatArray
+from diagnosis.plants.delta.motions import Motion
 from recording.tables.flat import FlatRecording
 
 END_S = 0.5

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.experiment.safe import MotionLimits, is_safe
 from diagnosis.observations.readings import FloatArray
+from diagnosis.plants.delta.safe_poses import MotionLimits, is_safe
 from models.linkage import Linkage, Status, forward, inverse
 
 CORNERS = 40
