@@ -39,8 +39,8 @@ def test_a_late_sensor_is_not_taken_for_the_usual_lateness(
 def test_a_small_error_comes_after_a_fault(delta: DeltaRobot, record: Record) -> None:
     home = EffectEntry(effect="home_offset", component="motor1", parameters={"angle": 3.2e-3})
     swelling = EffectEntry(
-        effect="sensor_crosstalk", component="range_y", parameters={"curvature": 0.0015}
+        effect="sensor_crosstalk", component="range_y", parameters={"curvature": 0.002}
     )
-    answer = diagnose_recordings(delta, [record(home, swelling, seconds=45.0)])
+    answer = diagnose_recordings(delta, [record(home, swelling, seconds=45.0, seed=8)])
     assert [f.effect for f in answer.findings] == ["sensor_crosstalk", "home_offset"]
     assert answer.findings[1].evidence.delta_chi2 > answer.findings[0].evidence.delta_chi2

@@ -7,15 +7,18 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from diagnosis.answer.verdict import ALARM
+from diagnosis.api import diagnose_recordings
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import Whitener, estimate
 from diagnosis.estimation.orthonormal import orthonormal
+from diagnosis.evidence.detection import Detection
 from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.evidence.saturated_model import LONGEST, Saturated, given_back
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.score_tests.fine_scores import scores_of
 from diagnosis.score_tests.score_test import explained_by
-from models.robot import DeltaRobot
+from models.robot import DeltaRobot, EffectEntry
 from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
@@ -53,6 +56,28 @@ def test_a_memory_that_is_a_mismatch_is_not_made_longer(delta: DeltaRobot, recor
     given, _ = given_back(fit, long, prepared.valid)
     for before, after in zip(long.channels, given.channels, strict=True):
         assert np.array_equal(before.phi, after.phi)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "rho", "seed"), [(10.0, 0.4, 1), (10.0, 0.4, 5), (6.0, 0.0, 1)]
+)
+def test_a_short_healthy_recording_raises_no_alarm(
+    delta: DeltaRobot, record: Record, seconds: float, rho: float, seed: int
+) -> None:
+    """A third of them did, with p down to 1e-16: the fit of everything took most of the noise."""
+    assert delta.drive is not None
+    model = DeltaModel(delta, [record(seconds=seconds, rho=rho, seed=seed)])
+    prepared = prepare(model, model.readings.valid.copy())
+    assert Saturated(prepared.library, prepared.fitter).is_cut
+    assert Detection(prepared, delta.drive.rad_per_step).first_p() > 3.0 * ALARM
+
+
+def test_a_fault_still_shows_in_ten_seconds(delta: DeltaRobot, record: Record) -> None:
+    home = EffectEntry(effect="home_offset", component="motor2", parameters={"angle": 0.01})
+    answer = diagnose_recordings(delta, [record(home, seconds=10.0)])
+    found = answer.findings[0]
+    names = {(one.effect, one.component) for one in (found, *found.alternatives)}
+    assert ("home_offset", "motor2") in names
 
 
 def test_fine_shapes_score_as_dense_columns_would(delta: DeltaRobot, record: Record) -> None:
