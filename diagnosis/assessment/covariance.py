@@ -6,7 +6,7 @@ import numpy as np
 
 from diagnosis.answer.records import ParameterResult
 from diagnosis.estimation.blocks import blocks_of
-from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.estimate import Solution, scaled_covariance
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate, Term
@@ -24,9 +24,8 @@ def covariance(fitter: Fitter, solution: Solution) -> FloatArray:
     """
     rows = fitter.rows
     tangent, residual = solution.tangent, solution.residual
-    scale = np.maximum(np.linalg.norm(tangent, axis=0), 1e-30)
+    bread, scale = scaled_covariance(tangent)
     scaled = tangent / scale
-    bread = np.linalg.pinv(scaled.T @ scaled, rcond=1e-10, hermitian=True)
     blocks = blocks_of(fitter)
     product = scaled[:rows] * residual[:rows, None]
     sums = np.stack([np.bincount(blocks, weights=column) for column in product.T], axis=1)

@@ -12,9 +12,9 @@ from diagnosis.answer.records import PriorSensitivity
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.regression import Regressor
+from diagnosis.priors.options import PRIORS_KNOWN_TO
 from diagnosis.selection.named_first import Selected, named_sizes
 
-FACTOR = 3.0
 MATTERS = 0.1
 """Change of a probability from which on the answer says so."""
 
@@ -23,8 +23,8 @@ def prior_sensitivity(selected: Selected) -> list[PriorSensitivity]:
     """Of each regressor whose probability hangs on the spread of the priors."""
     found = []
     by_key = {r.key: r for r in selected.plant.regressors}
-    narrower = probabilities(selected, 1.0 / FACTOR)
-    wider = probabilities(selected, FACTOR)
+    narrower = probabilities(selected, 1.0 / PRIORS_KNOWN_TO)
+    wider = probabilities(selected, PRIORS_KNOWN_TO)
     here = probabilities(selected, 1.0)
     for key, now in here.items():
         if max(abs(narrower[key] - now), abs(wider[key] - now)) > MATTERS:

@@ -14,6 +14,9 @@ from diagnosis.estimation.splines import SplineTerm
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Term
 
+COLLINEAR = 1e-10
+"""Share of the largest eigenvalue below which columns count as one."""
+
 
 @dataclass(frozen=True, eq=False)
 class Solution:
@@ -78,3 +81,13 @@ class Solution:
         first = sum(len(t.candidate.moved) for t in self.nuisances)
         first += sum(len(t.candidate.moved) for t in self.terms[:number])
         return slice(first, first + len(self.terms[number].candidate.moved))
+
+
+def scaled_covariance(tangent: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Covariance (p, p) of numbers in units in which each column has length one; and these (p,).
+
+    tangent: whitened derivatives (m, p). Directions that move nothing get no variance.
+    """
+    scale = np.maximum(np.linalg.norm(tangent, axis=0), 1e-30)
+    scaled = tangent / scale
+    return np.linalg.pinv(scaled.T @ scaled, rcond=COLLINEAR, hermitian=True), scale

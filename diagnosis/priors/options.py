@@ -11,6 +11,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+PRIORS_KNOWN_TO = 3.0
+"""The factor to which priors of size are known: answers say what changes within it."""
+
 
 @dataclass(frozen=True, slots=True)
 class SearchOptions:

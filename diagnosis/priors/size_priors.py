@@ -15,14 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import trapezoid
 
-from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.estimate import COLLINEAR, Solution, scaled_covariance
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate, Coordinate
 from diagnosis.priors.penalties import COORDINATE_PENALTY, EVENT_PENALTY, GROUP_PENALTY
 
 WIDTH = math.log(3.0)
 """Standard deviation of the log of a size: a factor of three either way."""
-COLLINEAR = 1e-10
 RANGE = 4.0
 STEPS = 41
 """Points of the quadrature over the log of a size, out to so many standard deviations."""
@@ -36,7 +35,8 @@ class SizePrior:
     """The prior of a candidate's moved coordinates.
 
     sizes: numbers (among the moved ones) of those that are sizes in one unit; typical: their
-    median length. one_sided: whether each can only be positive. spread: (k,) of all, of sizes nan.
+    median length. one_sided: whether each can only be positive. spread: (k,) standard deviation of
+    each coordinate that is no size.
     """
 
     sizes: list[int]
@@ -136,10 +136,7 @@ def _log_det(matrix: FloatArray) -> float:
 
 def covariance_of(solution: Solution) -> FloatArray:
     """Of all numbers of a solution, (p, p), by the noise alone."""
-    tangent = solution.tangent
-    scale = np.maximum(np.linalg.norm(tangent, axis=0), 1e-30)
-    scaled = tangent / scale
-    bread = np.linalg.pinv(scaled.T @ scaled, rcond=COLLINEAR, hermitian=True)
+    bread, scale = scaled_covariance(solution.tangent)
     found: FloatArray = bread / np.outer(scale, scale)
     return found
 

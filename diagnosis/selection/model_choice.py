@@ -15,7 +15,7 @@ from diagnosis.priors.options import OPTIONS
 from diagnosis.search.exchange import best_of, group_instead, pairs_for_one
 from diagnosis.search.search import Search
 from diagnosis.selection.ambiguity import Standing, in_parts, resolved, stands_of
-from diagnosis.selection.credible_set import Credible, credible
+from diagnosis.selection.credible_set import Credible, credible, preferred
 from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_spline_terms
 from diagnosis.selection.tolerance_rival import Needed, ToleranceRival
 
@@ -49,11 +49,11 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     told, solution = _told(tolerances, *_reviewed(tolerances, solution))
     progress("what else it could be")
     settled, stands = resolved(told, in_parts(told, solution))
-    chances = credible(told, settled, stands)
-    if chances.preferred is not None:
-        settled = in_parts(told, chances.preferred)
+    rival = preferred(told, settled, stands)
+    if rival is not None:
+        settled = in_parts(told, rival)
         stands = stands_of(told, settled)
-        chances = credible(told, settled, stands)
+    chances = credible(told, settled, stands)
     return Explained(told, settled, first_p, told is not search, nominal, stands, chances)
 
 
