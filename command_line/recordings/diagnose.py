@@ -71,10 +71,10 @@ def read_with(columns: list[str]) -> Callable[[Path], FlatRecording]:
         return read_flat
     with needs("diagnosis", "--set"):
         from diagnosis.observations.column_mapping import read_mapped
-    return partial(read_mapped, mapping=_mapping(columns))
+    return partial(read_mapped, mapping=mapping_of(columns))
 
 
-def _mapping(columns: list[str]) -> Mapping:
+def mapping_of(columns: list[str]) -> Mapping:
     """Mapping files and single columns, as `--columns` and `--set` give them."""
     from diagnosis.observations.column_mapping import load_mapping
 

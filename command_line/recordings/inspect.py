@@ -9,25 +9,41 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 
 from command_line.output import console, facts, print_json, say, warn
+from command_line.recordings.diagnose import mapping_of
 from foundation.errors import ConfigError
 from foundation.extras import needs
 
 if TYPE_CHECKING:
+    from diagnosis.observations.column_guess import Guess
     from diagnosis.observations.inspection import Inspection
+    from diagnosis.observations.readings import FloatArray
 
 ROBOT = "my-robot.yaml"
 SHOWN_COLUMNS = 12
+FORCED = " --inertia INERTIA --effort-gain GAIN"
+FORCED_SAYS = (
+    "                       INERTIA: what moves, in kg m2 (rotary) or kg (linear), as well as it is"
+    " known;\n                       GAIN: N m (or N) for one unit of the effort"
+)
 
 
 def inspect_recordings(
-    recordings: list[Path], robot: str | None, save: Path | None, as_json: bool
+    recordings: list[Path],
+    robot: str | None,
+    save: Path | None,
+    as_json: bool,
+    columns: list[str],
 ) -> None:
-    """Print what each table seems to be. Raises RecordingError or ConfigError."""
+    """Print what each table seems to be. Raises RecordingError or ConfigError.
+
+    columns: what is known already, as --columns and --set say it.
+    """
     with needs("diagnosis", "diagnose --inspect"):
         from diagnosis.observations.inspection import inspect
     if save is not None and save.exists():
         raise ConfigError(f"--save-columns {save}: exists already; name another file")
-    seen = [inspect(path) for path in recordings]
+    known = mapping_of(columns)
+    seen = [inspect(path, known) for path in recordings]
     if as_json:
         print_json([_as_json(one) for one in seen])
     else:
@@ -66,9 +82,26 @@ def _show(one: Inspection, robot: str | None, save: Path | None) -> None:
     if robot is None:
         motion = f" --motion {one.motion or 'rotary'}" if one.kind == "servo_axis" else ""
         zero = " --zero arbitrary" if one.zero == "arbitrary" else ""
-        say(f"describe the machine:  deltactl init {ROBOT} --kind {one.kind}{motion}{zero}")
+        motion += FORCED if one.needs_inertia else ""
+        say(f"describe the machine:  deltactl init {_new(one)} --kind {one.kind}{motion}{zero}")
+        if one.needs_inertia:
+            say(FORCED_SAYS)
     read = ["--columns", str(save)] if save is not None else one.options
-    say(f"diagnose it:           {one.command(robot or ROBOT, read)}")
+    say(f"diagnose it:           {one.command(robot or _new(one), read)}")
+
+
+def _new(one: Inspection) -> str:
+    """A robot file that is not there yet: a second machine has one of its own."""
+    return f"{one.path.stem}-robot.yaml" if Path(ROBOT).exists() else ROBOT
+
+
+def _values(values: FloatArray, guess: Guess | None) -> str:
+    """The first three; of times the first, and what comes after it."""
+    first = values[:3]
+    if guess is None or guess.role != "t" or abs(float(first[0])) < 1e4:
+        return " ".join(f"{value:.4g}" for value in first)
+    later = (f"+{value - first[0]:.4g}" for value in first[1:])
+    return " ".join([f"{first[0]:.10g}", *later])
 
 
 def _preview(one: Inspection) -> Table:
@@ -83,7 +116,7 @@ def _preview(one: Inspection) -> Table:
             name,
             guess.name if guess else "-",
             (guess.unit or "as it is") if guess else "",
-            " ".join(f"{value:.4g}" for value in values[:3]),
+            _values(values, guess),
             f"{low:.4g}",
             f"{high:.4g}",
             guess.why if guess else "kept, not used",

@@ -112,7 +112,8 @@ def diagnose(
         from command_line.recordings.inspect import inspect_recordings
 
         refuse_existing(force, save_columns)
-        inspect_recordings(recordings, robot, save_columns, json_file is not None)
+        known = [*(columns or []), *(set_columns or [])]
+        inspect_recordings(recordings, robot, save_columns, json_file is not None, known)
         return
     if robot is None:
         raise typer.BadParameter(

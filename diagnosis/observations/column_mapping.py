@@ -19,6 +19,7 @@ On the command line the same is `--set t=time_ms*0.001 --set "position=angle[deg
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping as AnyMapping
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -136,10 +137,7 @@ def read_mapped(path: Path, mapping: Mapping) -> FlatRecording:
         if source.value is not None:
             named[name] = np.full(rows, source.value)
             continue
-        assert source.from_ is not None
-        column = _column(table, source.from_)
-        if column is None:
-            raise _missing(path, name, source.from_, list(table))
+        column = named_column(path, table, name, source)
         used.add(column)
         factor = source.scale * IN_SI[source.unit]
         named[name] = table[column] * factor + source.offset
@@ -181,12 +179,18 @@ def _going_on(t_s: FloatArray, segment: FloatArray | None) -> FloatArray:
     return going_on
 
 
-def _column(table: dict[str, AnyArray], name: str) -> str | None:
-    """The column of this name, or the only one called so before a unit in brackets."""
-    if name in table:
-        return name
-    alike = [column for column in table if without_unit(column) == name]
-    return alike[0] if len(alike) == 1 else None
+def named_column(path: Path, table: AnyMapping[str, AnyArray], name: str, source: Source) -> str:
+    """The column of this name, or the only one called so before a unit in brackets.
+
+    Raises RecordingError that lists what is there.
+    """
+    assert source.from_ is not None
+    if source.from_ in table:
+        return source.from_
+    alike = [column for column in table if without_unit(column) == source.from_]
+    if len(alike) != 1:
+        raise _missing(path, name, source.from_, list(table))
+    return alike[0]
 
 
 def without_unit(name: str) -> str:

@@ -17,7 +17,7 @@ WORDS: dict[str, str] = {
     "actual_position measured_position observation laser",
     "velocity": "velocity vel speed omega dq qd rate geschwindigkeit present_velocity",
     "effort": "effort torque current force tau voltage control u i_q iq drehmoment strom "
-    "load_current motor_current motor_torque present_current pwm",
+    "i_actual i_act i_meas i_motor load_current motor_current motor_torque present_current pwm",
     "load": "load payload external_force weight",
     "distance": "distance truth true true_distance ground_truth reference_distance actual_distance "
     "known_distance",

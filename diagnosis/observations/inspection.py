@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Mapping as AnyMapping
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,13 @@ import numpy as np
 import yaml
 
 from diagnosis.observations.column_guess import Guess, guess_columns
-from diagnosis.observations.column_mapping import IN_SI, Mapping, Source, without_unit
+from diagnosis.observations.column_mapping import (
+    IN_SI,
+    Mapping,
+    Source,
+    named_column,
+    without_unit,
+)
 from diagnosis.observations.readings import FloatArray
 from diagnosis.observations.unit_guess import LINEAR, ROTARY, with_units
 from foundation.errors import RecordingError
@@ -27,6 +34,7 @@ from recording.tables.foreign_log import is_log, read_log, topic_of
 from recording.tables.foreign_table import read_parquet_table, read_table
 from recording.tables.table_format import SEPARATORS, TableFormat, guess_format
 
+_LAST = re.compile(r"(\w+)_([123xyz])")
 _NUMBERED = re.compile(r"(.*?)[._]?\d+")
 LARGE_JITTER = 0.2
 FAR = 0.25
@@ -54,6 +62,12 @@ class Inspection:
     warnings: list[str] = field(default_factory=list)
 
     @property
+    def needs_inertia(self) -> bool:
+        """Whether nothing but an effort says what moves the axis."""
+        there = {guess.name for guess in self.guesses.values()}
+        return self.kind == "servo_axis" and "effort" in there and "command" not in there
+
+    @property
     def options(self) -> list[str]:
         """The mapping as `--set` options, empty where the file is as the contract has it."""
         said = []
@@ -63,11 +77,16 @@ class Inspection:
                 text = ",".join(value) if name == "heading" else OTHER_SEPARATOR.get(value, value)
                 said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
         for name, source in self.mapping.columns.items():
-            assert source.from_ is not None
+            if source.from_ is None:
+                said.append(f"{name}={source.value:.12g}")
+                continue
             plain = without_unit(source.from_)
             alike = [column for column in self.table if without_unit(column) == plain]
             unit = f"[{source.unit}]" if IN_SI[source.unit] != 1.0 else ""
-            said.append(f"{name}={plain if len(alike) == 1 else source.from_}{unit}")
+            scale = f"*{source.scale:.12g}" if source.scale != 1.0 else ""
+            offset = f"{source.offset:+.12g}" if source.offset else ""
+            where = plain if len(alike) == 1 else source.from_
+            said.append(f"{name}={where}{unit}{scale}{offset}")
         return [part for one in said for part in ("--set", one)]
 
     def command(self, robot: str, read: list[str]) -> str:
@@ -77,7 +96,7 @@ class Inspection:
     def mapping_text(self) -> str:
         """The mapping as a file for `--columns`."""
         columns = {
-            name: {"from": source.from_} | ({"unit": source.unit} if source.unit != "1" else {})
+            name: source.model_dump(by_alias=True, exclude_defaults=True)
             for name, source in self.mapping.columns.items()
         }
         plain: dict[str, Any] = {"columns": columns}
@@ -88,10 +107,14 @@ class Inspection:
         return yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)
 
 
-def inspect(path: Path) -> Inspection:
-    """Look at a table. Raises RecordingError when it holds no columns of numbers."""
+def inspect(path: Path, said: Mapping | None = None) -> Inspection:
+    """Look at a table; `said`: columns that are known already, the others are guessed.
+
+    Raises RecordingError when it holds no columns of numbers, or not those that are said.
+    """
+    known = {} if said is None else said.columns
     if is_log(path) or path.suffix == ".parquet":
-        return _of_columns(path)
+        return _of_columns(path, known)
     form = guess_format(path)
     heading = () if form.heading_line is not None else form.names
     skip = form.first_row if heading else form.heading_line or 0
@@ -99,15 +122,15 @@ def inspect(path: Path) -> Inspection:
     units = dict(zip(form.names, form.units, strict=True))
     written = {"separator": form.separator, "decimal": form.decimal}
     base = Mapping.model_validate(written | {"skip_lines": skip, "heading": heading})
-    return inspect_table(path, table, base, units, form.named, _facts(form))
+    return inspect_table(path, table, base, units, form.named, _facts(form), known)
 
 
-def _of_columns(path: Path) -> Inspection:
+def _of_columns(path: Path, known: AnyMapping[str, Source]) -> Inspection:
     """A log or a Parquet file: its columns have names already."""
     table = read_log(path) if is_log(path) else read_parquet_table(path)
     topics = sorted({topic for name in table if (topic := topic_of(name))})
     facts = [("topics", ", ".join(topics))] if topics else [("written", "Parquet")]
-    return inspect_table(path, table, Mapping(), {}, True, facts)
+    return inspect_table(path, table, Mapping(), {}, True, facts, known)
 
 
 def inspect_table(
@@ -117,8 +140,10 @@ def inspect_table(
     units: AnyMapping[str, str],
     named: bool,
     facts: list[tuple[str, str]],
+    said: AnyMapping[str, Source] | None = None,
 ) -> Inspection:
     """The same for columns that are read already; `base` says how the file is written."""
+    said = said or {}
     if not table or not len(next(iter(table.values()))):
         raise RecordingError(f"{path}: has no rows")
     known = {name: one for name, one in table.items() if np.isfinite(one).any()}
@@ -128,13 +153,14 @@ def inspect_table(
         for name, guess in guess_columns(known, units, named).items()
         if guess.name in UNITS
     }
+    guesses = _as_said(path, table, guesses, said)
     guesses, warnings = with_units(guesses, known)
     if others:
         warnings.append(
             f"there are more joints than one: {', '.join(others[:6])}"
             f"{', ...' if len(others) > 6 else ''}; name the columns of another with --set"
         )
-    kind, motion, why = _kind(guesses)
+    kind, motion, why = _kind(guesses, [name for name in known if name not in guesses])
     columns = {
         guess.name: Source.model_validate({"from": name, "unit": guess.unit or "1"})
         for name, guess in sorted(guesses.items(), key=lambda one: list(UNITS).index(one[1].name))
@@ -143,6 +169,11 @@ def inspect_table(
         name: source
         for name, source in columns.items()
         if source.from_ != name or IN_SI[source.unit] != 1.0
+    }
+    columns |= {
+        name: one
+        for name, one in said.items()
+        if one.from_ is None or one.scale != 1.0 or one.offset
     }
     if base.heading and not named:
         base, columns = _headed(base, columns)
@@ -155,6 +186,27 @@ def inspect_table(
         path, [*facts, *timing], table, guesses, kind, motion, why, _zero(guesses, known),
         mapping, warnings,
     )  # fmt: skip
+
+
+def _as_said(
+    path: Path,
+    table: AnyMapping[str, FloatArray],
+    guesses: AnyMapping[str, Guess],
+    said: AnyMapping[str, Source],
+) -> dict[str, Guess]:
+    """Guesses, less those that somebody knows better. Raises RecordingError (no such column)."""
+    sure: dict[str, Guess] = {}
+    for name, source in said.items():
+        if source.from_ is None:
+            continue
+        column = named_column(path, table, name, source)
+        numbered = _LAST.fullmatch(name)
+        role, index = (numbered[1], numbered[2]) if numbered else (name, None)
+        unit = None if source.unit == "1" else source.unit
+        sure[column] = Guess(column, role, index, unit, "as you say")
+    names = {guess.name for guess in sure.values()}
+    left = {column: one for column, one in guesses.items() if one.name not in names}
+    return left | sure
 
 
 def _one_joint(table: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], list[str]]:
@@ -231,8 +283,10 @@ def _zero(guesses: AnyMapping[str, Guess], table: AnyMapping[str, FloatArray]) -
     return None
 
 
-def _kind(guesses: AnyMapping[str, Guess]) -> tuple[str | None, str | None, str]:
-    """Kind of machine, linear or rotary, and why."""
+def _kind(
+    guesses: AnyMapping[str, Guess], left: Sequence[str]
+) -> tuple[str | None, str | None, str]:
+    """Kind of machine, linear or rotary, and why; `left`: columns that nothing is known of."""
     there = {guess.name for guess in guesses.values()}
     units = {
         guess.unit for guess in guesses.values() if guess.role in ("command", "position", "theta")
@@ -247,5 +301,14 @@ def _kind(guesses: AnyMapping[str, Guess]) -> tuple[str | None, str | None, str]
     if {"position", "theta_1"} & there and {"command", "effort"} & there:
         asked = " and ".join(sorted({"command", "effort"} & there))
         return "servo_axis", motion, f"{asked} in, position out"
-    lacking = "a command or an effort" if "position" in there else "a position or a reading"
-    return None, motion, f"not enough is known: {lacking} was not found; name it with --set"
+    lacking, name = (
+        ("a command or an effort", "effort")
+        if "position" in there
+        else ("a position or a reading", "position")
+    )
+    example = f"--set {name}={without_unit(left[0]) if left else 'COLUMN'}"
+    return (
+        None, motion,
+        f"not enough is known: {lacking} was not found; say which column it is, here too:"
+        f" --inspect {shlex.join(example.split(' ', 1))}",
+    )  # fmt: skip

@@ -13,6 +13,7 @@ import pytest
 
 from diagnosis.observations.column_mapping import load_mapping, read_mapped
 from diagnosis.observations.inspection import Inspection, inspect
+from foundation.errors import RecordingError
 from recording.tables.flat import FlatRecording
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
@@ -208,3 +209,30 @@ def test_readings_that_stand_far_from_the_commands_have_a_zero_of_their_own(
     path = tmp_path / "shifted.csv"
     path.write_text("t,command,position\n" + text(columns(T_S, COMMAND, POSITION + shift)))
     assert inspect(path).zero == zero
+
+
+def test_what_is_said_of_a_column_is_taken_and_printed_back(
+    tmp_path: Path, deltactl: Deltactl
+) -> None:
+    """The inspection says what to say, takes it, and its command reads the table so."""
+    path = tmp_path / "log.csv"
+    rows = zip(T_S, POSITION, EFFORT, strict=True)
+    path.write_text("stamp,q,amperes_seen\n" + text(rows))
+    unknown = inspect(path)
+    assert unknown.kind is None
+    assert "--inspect --set effort=amperes_seen" in unknown.kind_why
+    known = inspect(path, load_mapping(None, ["effort=amperes_seen*2.5"]))
+    assert known.kind == "servo_axis"
+    assert known.guesses["amperes_seen"].why == "as you say"
+    np.testing.assert_allclose(read_as_told(known).columns["effort"], 2.5 * EFFORT, atol=1e-5)
+    with pytest.raises(RecordingError, match=r"column 'amps' \(for effort\) is missing.*q, amp"):
+        inspect(path, load_mapping(None, ["effort=amps"]))
+    other = inspect(path, load_mapping(None, ["position=amperes_seen[mm]", "effort=q"]))
+    assert taken(other) == {"t": "stamp", "position": "amperes_seen", "effort": "q"}
+    assert other.motion == "linear"
+    shown = deltactl("diagnose", "log.csv", "--inspect", "--set", "effort=amperes_seen").stdout
+    assert "deltactl init my-robot.yaml --kind servo_axis" in shown
+    assert "--inertia INERTIA --effort-gain GAIN" in shown
+    (tmp_path / "my-robot.yaml").write_text("another machine's\n")
+    again = deltactl("diagnose", "log.csv", "--inspect", "--set", "effort=amperes_seen").stdout
+    assert "deltactl init log-robot.yaml --kind servo_axis" in again

@@ -26,8 +26,8 @@ REMEDIES: dict[str, str] = {
     "joint_compliance": "look for loose clamps and thin shafts at {part}: it yields under load",
     "home_offset": "set the home stop or jig of {part} right, it stands {size} off; or write that"
     " down",
-    "gear_ratio": "compare gear and microstep switches of {part} with the robot file: it moves"
-    " {size} otherwise than said",
+    "gear_ratio": "compare gear and microstep switches of {part} with the robot file: the"
+    " ratio is {size} off",
     "transmission_error": "replace the gear of {part} if {size} is too much; or write it down, and"
     " jobs make up for it",
     "encoder_error": "centre the encoder of {part}: it errs by {size} once and again",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from diagnosis.answer.records import Diagnosis, Finding, PriorSensitivity
+from diagnosis.report.sentences import words
 
 BEYOND_DOUBT_P = 1e-6
 VERY_SURE_P = 1e-3
@@ -50,9 +51,9 @@ def by_priors(one: PriorSensitivity) -> str:
     """How a probability hangs on the priors of sizes."""
     now, narrower, wider = (percent(x) for x in (one.probability, one.narrower, one.wider))
     return (
-        f"How probable {one.effect} at {one.component} is depends on how large such effects may "
-        f"be: {now}, with sizes expected three times smaller {narrower}, "
-        f"three times larger {wider}."
+        f"The probability of {words.effect(one.effect, one.component)}, {now}, depends on how large"
+        f" such an effect is expected to be: {narrower} where three times smaller, {wider} where"
+        " three times larger."
     )
 
 
