@@ -50,7 +50,7 @@ def limit_rows(limit: Limit | None) -> list[tuple[str, str]]:
     if limit is None:
         return []
     parts = (
-        f"whole microsteps {millimetres(limit.steps_m)}, sizes not known better"
+        f"whole microsteps {millimetres(limit.steps_m)}, uncertain sizes"
         f" {millimetres(limit.sizes_m)}, not compensated {millimetres(limit.left_m)}"
     )
     return [("possible, RMS", f"{millimetres(limit.rms_m)} ({parts})")]

@@ -19,6 +19,7 @@ from firmware_py.install.unit import PROGRAM
 from firmware_py.install.wiring import as_markdown, as_text, wiring
 from firmware_py.robot_file import load_robot
 from foundation.errors import PulseFault
+from tests.rigs import needs
 
 ROBOT_FILE = PROGRAM / "config/zhao-2023.yaml"
 BEGIN, END = "<!-- wiring table: begin -->", "<!-- wiring table: end -->"
@@ -161,7 +162,7 @@ def test_it_never_fails_the_unit(arguments, capsys):
 
 @pytest.mark.skipif(Path("/dev/gpiochip0").exists(), reason="would move the lines of this machine")
 def test_as_systemd_runs_it():
-    pytest.importorskip("lgpio", reason="the package lgpio is not installed")
+    pytest.importorskip("lgpio", reason=needs.LGPIO)
     command = [sys.executable, "-P", "-m", "firmware_py.install.make_safe", str(ROBOT_FILE)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0

@@ -6,8 +6,10 @@ import re
 
 import pytest
 
+from diagnosis.answer.records import ParameterResult
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.remedies import REMEDIES
+from diagnosis.report.sentences.sizes import sizes
 from models.effects.kind import EffectKind
 from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 
@@ -46,3 +48,10 @@ def test_a_range_sensor_has_no_robot() -> None:
 def test_the_same_effects_of_a_delta_keep_its_words() -> None:
     assert words.effect("resonance", "platform") == "ringing of the platform after moves"
     assert words.effect("home_offset", "motor2") == "a wrong home angle of motor 2"
+
+
+def test_an_axis_that_slides_stands_off_by_a_length() -> None:
+    found = ParameterResult(value=0.002, ci95=[0.001, 0.003], unit="m")
+    assert sizes("home_offset", "angle", found)[0].name == "offset"
+    turned = found.model_copy(update={"unit": "rad"})
+    assert sizes("home_offset", "angle", turned)[0].name == "angle"

@@ -17,6 +17,7 @@ from firmware_py.controller.contract import JobResult
 from firmware_py.daemon.client import Client
 from firmware_py.robot_file import find, load_robot
 from foundation.errors import DeltactlError
+from tests.rigs import needs
 from tests.rigs.hil.modelled_pi import ModelledPi
 
 JOB = """
@@ -95,7 +96,7 @@ def site(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Site]:
     """One daemon for all tests of a file, as systemd would start it."""
-    pytest.importorskip("lgpio", exc_type=ImportError)
+    pytest.importorskip("lgpio", reason=needs.LGPIO, exc_type=ImportError)
     hardware = request.param == "hardware"
     if not hardware and not available():
         pytest.skip("needs seccomp user notification (Linux 5.14 or newer, x86-64 or ARM64)")

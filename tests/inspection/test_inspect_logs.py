@@ -7,9 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
+
+from tests.rigs import needs
+
+pytest.importorskip("pyarrow", reason=needs.LOGS)
+pytest.importorskip("mcap_ros2", reason=needs.LOGS)
+pytest.importorskip("rosbags", reason=needs.LOGS)
+
 import pyarrow as pa
 import pyarrow.parquet as pq
-import pytest
 from mcap.writer import Writer as JsonWriter
 from mcap_ros2.writer import Writer as RosWriter
 from rosbags.rosbag2 import Writer as BagWriter

@@ -15,6 +15,7 @@ from drivers.settings import StepSettings
 from drivers.steps.build import build_step_output
 from firmware_py.robot_file import find, load_robot
 from foundation.clock import RealClock, VirtualClock
+from tests.rigs import needs
 from tests.steps.step_contract import StepOutputContract
 from tests.steps.step_rig import INPUTS, STEPS, SWITCHES, Rig
 
@@ -53,7 +54,7 @@ class TestPulseProcessThroughLgpio(StepOutputContract):
 
     @pytest.fixture
     def rig(self, monkeypatch: pytest.MonkeyPatch) -> Iterator[Rig]:
-        pytest.importorskip("lgpio", exc_type=ImportError)
+        pytest.importorskip("lgpio", reason=needs.LGPIO, exc_type=ImportError)
         if not available():
             pytest.skip("needs seccomp user notification (Linux 5.14)")
         clock, chip = RealClock(), GpioChip()

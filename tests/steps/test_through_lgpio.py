@@ -19,8 +19,9 @@ from drivers.steps.build import build_step_output
 from drivers.steps.contract import Ticks
 from foundation.clock import RealClock
 from foundation.errors import PulseFault
+from tests.rigs import needs
 
-pytest.importorskip("lgpio", exc_type=ImportError)
+pytest.importorskip("lgpio", reason=needs.LGPIO, exc_type=ImportError)
 pytestmark = pytest.mark.skipif(not available(), reason="needs seccomp user notification")
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -134,6 +134,8 @@ def sizes(effect: str, parameter: str, result: ParameterResult) -> list[Size]:
     """A parameter as shown; a vector gives one size a component."""
     values = result.components
     name = shown_name(effect, parameter)
+    if (parameter, result.unit) == ("angle", "m"):  # of an axis that slides
+        name = "offset"
     names = [name]
     if len(values) > 1:
         names = [f"{name} {_component(k, len(values))}" for k in range(len(values))]
