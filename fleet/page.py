@@ -133,7 +133,8 @@ def _chart(trend: Trend) -> LineChart:
     if trend.limit is not None:
         ends = np.array([days[0], 0.0])
         series.append(Series("limit", ends, np.full(2, trend.limit), Colour.QUIET, dashed=True))
-    return LineChart(course.name, "days before the last recording", course.unit, series)
+    size = f"size [{course.unit}]" if course.unit != "1" else "size"
+    return LineChart(course.name, "time before the last recording [days]", size, series)
 
 
 def _groups(batches: list[Group]) -> list[str]:

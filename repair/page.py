@@ -125,7 +125,7 @@ def _error_chart(demo: Demonstration) -> str:
         over_time("after", demo.after, Colour.FIRST),
         over_time("possible", demo.possible, Colour.QUIET),
     ]
-    return LineChart("Distance from the target", "time [s]", "mm", curves).html()
+    return LineChart("Distance from the target", "time [s]", "distance [mm]", curves).html()
 
 
 def _mismatch(demo: Demonstration) -> list[str]:
@@ -140,7 +140,11 @@ def _mismatch(demo: Demonstration) -> list[str]:
             Series("after", picture.t_s, _median(channel, channel.after), Colour.FIRST),
         ]
         title = f"{channel.name} in the survey, measured minus predicted, smoothed over 0.5 s"
-        charts.append(LineChart(title, "time [s]", "mm", left, group="survey").html())
+        charts.append(
+            LineChart(
+                title, "time [s]", "measured \u2212 predicted [mm]", left, group="survey"
+            ).html()
+        )
     return [heading("Measured minus predicted"), *charts]
 
 

@@ -53,7 +53,7 @@ def report_html(diagnosis: Diagnosis, robot: RobotModel) -> str:
         _verdict(diagnosis, robot),
         columns([machine_drawing(robot, diagnosis.findings), _improvement(diagnosis)]),
         *_findings(diagnosis),
-        *mismatch_sections(diagnosis),
+        *mismatch_sections(diagnosis, robot),
         *_open_questions(diagnosis),
         *_next(diagnosis),
         *_details(diagnosis),

@@ -15,6 +15,7 @@ from charts.spec import Colour, Series, Span, Style
 from charts.thin import keep
 from diagnosis.answer.records import Diagnosis, Finding, FloatArray, Picture
 from diagnosis.report.drawing.scene import hue
+from diagnosis.report.page.axis_units import covariate_unit
 from diagnosis.report.page.bars import Pair, pair_bars
 from diagnosis.report.page.maps import place_maps
 from diagnosis.report.page.regimes import regimes
@@ -30,6 +31,7 @@ from diagnosis.report.page.residuals import (
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.sizes import scale_of
 from diagnosis.report.sentences.summary import stretches
+from models.robot import RobotModel
 
 POINTS = 60_000
 """Single readings shown over all charts together; keeps the file small."""
@@ -44,18 +46,12 @@ FINDING_COLOURS = (Colour.BAD, Colour.SECOND, Colour.COMMANDED, Colour.FIRST, Co
 """As report.css has them for findings 1 to 5."""
 TIME_GROUP = "time"
 
-_PLACE = re.compile(r"theta_[123]|(range|pos|position)_[xyz]|position|angle|distance|range|command")
-_DRIVER_UNITS: tuple[tuple[str, str], ...] = (
-    (r"theta_[123]", "rad"),
-    (r"(range|pos|position)_[xyz]|distance", "m"),
-    (r"(speed|velocity)_[123]", "rad/s"),
-    (r"(torque|load)_[123]", "N m"),
-    (r"current_[123]", "A"),
-    (r"temp_c", "\u00b0C"),
+_PLACE = re.compile(
+    r"theta_[123]|(range|pos|position)_[xyz]|range_x, range_y|position|angle|distance|range|command"
 )
 
 
-def mismatch_sections(diagnosis: Diagnosis) -> list[str]:
+def mismatch_sections(diagnosis: Diagnosis, robot: RobotModel) -> list[str]:
     """Sections by time, place and regime; one sentence where there is nothing to draw."""
     picture = diagnosis.picture
     channels = mismatches(picture, not diagnosis.findings) if picture is not None else []
@@ -63,7 +59,7 @@ def mismatch_sections(diagnosis: Diagnosis) -> list[str]:
         return [heading("The mismatch"), paragraph("There are no readings to draw.", "note")]
     return [
         *_by_time(picture, channels, diagnosis.findings),
-        *_by_place(picture, channels, diagnosis.fit.unit),
+        *_by_place(picture, channels, robot),
         *_by_regime(diagnosis, picture, channels),
     ]
 
@@ -126,7 +122,7 @@ def _spans(picture: Picture, findings: Sequence[Finding], source: str) -> list[S
     ]  # fmt: skip
 
 
-def _by_place(picture: Picture, channels: Sequence[Mismatch], unit: str) -> list[str]:
+def _by_place(picture: Picture, channels: Sequence[Mismatch], robot: RobotModel) -> list[str]:
     usable = {
         name: values
         for name, values in picture.covariates.items()
@@ -134,21 +130,21 @@ def _by_place(picture: Picture, channels: Sequence[Mismatch], unit: str) -> list
     }
     place = {n: v for n, v in usable.items() if _PLACE.fullmatch(words.bare(n))}
     other = {n: v for n, v in usable.items() if n not in place}
-    section = _driver_section("The mismatch by place", place, channels, unit)
+    section = _driver_section("The mismatch by place", place, channels, robot)
     metric = [one for one in channels if one.source_unit == "m"]
     if section and metric:
         section.insert(1, place_maps(place, metric))
     return [
         *section,
-        *_driver_section("The mismatch by speed and load", other, channels, unit),
+        *_driver_section("The mismatch by speed and load", other, channels, robot),
     ]
 
 
 def _driver_section(
-    title: str, covariates: dict[str, FloatArray], channels: Sequence[Mismatch], unit: str
+    title: str, covariates: dict[str, FloatArray], channels: Sequence[Mismatch], robot: RobotModel
 ) -> list[str]:
     """The clearest pairs of channel and covariate; the rest behind a click."""
-    charts = [chart.html() for chart in _ranked(covariates, channels, unit)]
+    charts = [chart.html() for chart in _ranked(covariates, channels, robot)]
     if not charts:
         return []
     about = (
@@ -162,11 +158,11 @@ def _driver_section(
 
 
 def _ranked(
-    covariates: dict[str, FloatArray], channels: Sequence[Mismatch], unit: str
+    covariates: dict[str, FloatArray], channels: Sequence[Mismatch], robot: RobotModel
 ) -> list[LineChart]:
     found = []
     for name, values in covariates.items():
-        scale = scale_of(_driver_unit(name, unit))
+        scale = scale_of(covariate_unit(name, robot))
         for one in channels:
             curve = binned(values * scale.factor, one)
             if len(curve.x):
@@ -194,19 +190,6 @@ def _driver_chart(name: str, unit: str, one: Mismatch, curve: Curve, lone: bool)
         series,
         height_px=220,
     )
-
-
-def _driver_unit(name: str, unit: str) -> str:
-    """The unit in the name's brackets, or what the contract says; `unit` is a lone axis' own."""
-    if found := re.search(r"[\[(]([^\])]*)[\])]\s*$", name):
-        return found[1]
-    own = {"position": unit, "command": unit, "velocity": f"{unit}/s", "speed": f"{unit}/s"}
-    if name in own:
-        return own[name]
-    for pattern, known in _DRIVER_UNITS:
-        if re.fullmatch(pattern, name):
-            return known
-    return ""
 
 
 def _by_regime(

@@ -71,6 +71,7 @@ _FOLLOWED: tuple[tuple[str, str], ...] = (
     (r"speed_range_([xyz])", "the speed of the platform along {0}"),
     (r"(?:range|pos|position)_([xyz])", "where the platform is along {0}"),
     (r"temp_c|temperature", "the temperature"),
+    (r"range_x, range_y", "how far the platform is from the middle"),
     (r"t_pwm", "the step period"),
     (r"time|t", "the time since the start"),
     (r"position|angle", "the position"),
