@@ -7,7 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from command_line.output import console, print_json, say, waiting
+from command_line.output import print_json, say, waiting
+from command_line.wrapped import print_wrapped
 from firmware_py.robot_file import CONFIG_FOLDER, find
 from foundation.errors import ConfigError
 from foundation.extras import needs
@@ -53,8 +54,7 @@ def diagnose_recordings(
     if quiet:
         print_json(answer.to_json())
         return
-    for line in summary_lines(answer, load_robot_model(robot_file)):
-        console.print(line, markup=True)
+    print_wrapped(summary_lines(answer, load_robot_model(robot_file)))
     if next_job is not None:
         made = answer.next_experiment is not None
         say(f"job: {next_job}" if made else "job: none, as no run would tell more")
