@@ -214,11 +214,11 @@ def test_friction_that_grows_with_the_load_is_no_softer_spring() -> None:
     plant = CommandedAxis(robot, [rise_and_fall(1)])
     noise = TemperedNoise(plant.rows, np.full(240, 1.0 / 2e-3), np.full(240, 2e-3), 1.0, 240.0)
     evidence = Laplace(plant, noise)
-    known = evidence({"droop", "friction", "lag"}, [evidence({"droop", "lag"})])
+    known = evidence({"droop", "rubbing", "lag"}, [evidence({"droop", "lag"})])
     (stiffness,) = 1.0 / known.linear["droop"]
     assert stiffness == pytest.approx(13.0, rel=0.1)
-    assert known.sizes["friction.grip"] == pytest.approx(0.05, rel=0.2)
-    assert known.sizes["friction.width"] == pytest.approx(0.02, abs=0.01)
+    assert known.sizes["rubbing.grip"] == pytest.approx(0.05, rel=0.2)
+    assert known.sizes["rubbing.width"] == pytest.approx(0.02, abs=0.01)
 
 
 def test_readings_at_one_place_share_their_error() -> None:

@@ -52,8 +52,14 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
         found += [
             Regressor("droop", "joint_compliance", -1.0),
             Regressor("play", "gear_backlash", -1.0, sizes=(width, *starts)),
+            Regressor("friction", "joint_friction", -1.0, sizes=(width, *starts), saturated=False),
             Regressor(
-                "friction", "joint_friction", -1.0, sizes=(width, _grip(axis, width), *starts)
+                "rubbing",
+                "joint_friction",
+                -1.0,
+                sizes=(width, _grip(axis, width), *starts),
+                beside=("droop",),
+                alone=False,
             ),
         ]
     else:
@@ -73,6 +79,7 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
 def _grip(axis: RecordedAxis, width: Size) -> Size:
     """How much wider friction holds per unit of load: bearings and teeth rub by what they carry
     (Duclusaud et al. 2024, Extended Friction Models for the Physics Simulation of Servo Actuators).
+    It shows by the spring that it winds up, so it stands beside one.
     """
     per_load = 1.0 / max(usual_load(axis), 1e-300)
     return Size("grip", "half", width.spread * per_load, 0.0, width.high * per_load,
@@ -84,9 +91,12 @@ def usual_load(axis: RecordedAxis) -> float:
     return float(np.mean(np.abs(axis.pull[axis.rows])))
 
 
-def width_of(axis: RecordedAxis, key: str, sizes: Sizes) -> float:
-    """Width of play or friction, at the usual load where it grows with that."""
-    return sizes[f"{key}.width"] + usual_load(axis) * sizes.get(f"{key}.grip", 0.0)
+def _cannot_rub(keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]) -> bool:
+    """Friction twice, or of more than the load that makes it (it winds the spring up both ways)."""
+    if "rubbing" not in keys:
+        return False
+    yields = float(linear["droop"][0]) if "droop" in keys else 0.0
+    return "friction" in keys or sizes["rubbing.grip"] > 2.0 * yields
 
 
 def _gear(axis: RecordedAxis) -> Regressor | None:
@@ -136,8 +146,10 @@ def impossible(
     """A spring that pushes, sizes at their bounds, play below a step of the reading."""
     if "droop" in keys and linear["droop"][0] <= 0.0:
         return True
-    for key in keys & {"play", "friction"}:
-        width = width_of(axis, key, sizes)
+    if _cannot_rub(keys, sizes, linear):
+        return True
+    for key in keys & {"play", "friction", "rubbing"}:
+        width = sizes[f"{key}.width"] + usual_load(axis) * sizes.get(f"{key}.grip", 0.0)
         if not axis.resolution < width < 0.99 * WIDEST_PLAY * axis.span:
             return True
     if "gear" in keys:

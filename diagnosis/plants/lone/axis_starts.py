@@ -30,7 +30,7 @@ def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[
     """Where to start the nonlinear sizes of a regressor."""
     if key == "lag":
         return [{"lag.time": a, "lag.dead_time": b} for a, b in LAG_STARTS_S]
-    if key in ("play", "friction"):
+    if key in ("play", "friction", "rubbing"):
         apart = float(np.ptp(np.quantile(residual[axis.rows], [0.02, 0.98])))
         return [
             {
@@ -51,11 +51,10 @@ def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[
 
 
 def _widths(axis: RecordedAxis, key: str, width: float) -> dict[str, float]:
-    """One width; of friction under a known load half of it by the load."""
-    load = usual_load(axis)
-    if key != "friction" or not load > 0.0:
+    """One width; of friction that grows with the load half of it by the load."""
+    if key != "rubbing":
         return {f"{key}.width": width}
-    return {f"{key}.width": 0.5 * width, f"{key}.grip": 0.5 * width / load}
+    return {f"{key}.width": 0.5 * width, f"{key}.grip": 0.5 * width / usual_load(axis)}
 
 
 def _likely_waves(axis: RecordedAxis, residual: FloatArray) -> list[float]:

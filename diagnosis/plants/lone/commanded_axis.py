@@ -125,8 +125,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
             ],
         }  # fmt: skip
         load = usual_load(self)
-        table["play"] = [Shown("width", unit, lambda v: v["width"])]
-        table["friction"] = [Shown("width", unit, lambda v: v["width"] + load * v["grip"])]
+        table["play"] = table["friction"] = [Shown("width", unit, lambda v: v["width"])]
+        table["rubbing"] = [Shown("width", unit, lambda v: v["width"] + load * v["grip"])]
         return table.get(key, [])
 
     def not_testable(self) -> list[NotTestable]:

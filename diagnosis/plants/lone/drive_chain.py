@@ -12,7 +12,7 @@ from diagnosis.plants.regression import Regressor, Sizes
 from models.effects.axis_play import loose
 from models.effects.recursion import delayed, lagged, linear
 
-STAGES = ("lag", "ringing", "friction", "play")
+STAGES = ("lag", "ringing", "friction", "rubbing", "play")
 """Parts of the chain from the command to the axis, in their order."""
 MOST_KEPT = 128
 
@@ -65,8 +65,8 @@ class DriveChain:
         known = [sizes[f"{key}.{name}"] for name in self._begins if f"{key}.{name}" in sizes]
         starts[: len(known)] = known[: len(starts)]
         width: float | FloatArray = sizes[f"{key}.width"]
-        if sizes.get(f"{key}.grip", 0.0) > 0.0:
-            width = width + sizes[f"{key}.grip"] * np.abs(self._axis.pull)
+        if key == "rubbing":
+            width = width + sizes["rubbing.grip"] * np.abs(self._axis.pull)
         return loose(driven, self._axis.readings.fresh, width, starts, pull, float(driven[0]))
 
     def _rung(self, driven: FloatArray, frequency_hz: float, damping: float) -> FloatArray:
