@@ -30,7 +30,7 @@ def findings(selected: Selected, readings: Readings, axes: list[str]) -> list[Fi
     found = [
         _finding(selected, by_key[key], readings, axes)
         for key in sorted(best.keys)
-        if selected.probability[key] >= LIKELY
+        if probability_of(selected, by_key[key]) >= LIKELY
     ]
     return sorted(found, key=lambda one: (one.effect == "unknown", -one.evidence.delta_chi2))
 
@@ -44,7 +44,7 @@ def _finding(
     equivalents = [t for t in regressor.equivalents if _applies(t.only_if_zero, regressor, best)]
     odds = np.exp([0.0, *(t.log_odds for t in equivalents)])
     share = odds / odds.sum()
-    probability = min(selected.probability[regressor.key], 1.0)
+    probability = min(probability_of(selected, regressor), 1.0)
     alternatives = [
         Alternative(
             effect=t.effect, component=regressor.component, delta_chi2=0.0,
@@ -66,6 +66,17 @@ def _finding(
         alternatives=alternatives,
         depends_on=list(regressor.follows),
     )
+
+
+def probability_of(selected: Selected, regressor: Regressor) -> float:
+    """Of an effect at a component, in whichever of its forms (friction by load or not)."""
+    name = (regressor.effect, regressor.component)
+    forms = {r.key for r in selected.plant.regressors if (r.effect, r.component) == name}
+    own = selected.probability[regressor.key]
+    if regressor.unknown or len(forms) == 1:
+        return own
+    pairs = zip(selected.posterior.explanations, selected.posterior.weights, strict=True)
+    return max(own, float(sum(weight for one, weight in pairs if one.keys & forms)))
 
 
 def _applies(size: str, regressor: Regressor, best: Explanation) -> bool:

@@ -18,6 +18,8 @@ from diagnosis.selection.options import SELECTION
 from foundation.errors import RecordingError
 
 BETTER = 1e-6
+NEARLY = 2.0
+"""Sets behind the best by less in log evidence are tried without each of their regressors."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,10 +88,15 @@ class Search:
         while True:
             best = max(self._moves(here), key=lambda e: e.log_evidence, default=here)
             if not best.log_evidence > here.log_evidence + BETTER:
+                best = max(self._smaller(here), key=lambda e: e.log_evidence, default=here)
+            if not best.log_evidence > here.log_evidence + BETTER:
                 break
             here = best
-        mine = [e for e in self.evidence.evaluated if self.kept <= e.keys <= self._all.keys()]
-        return posterior(mine)
+        return posterior(self._mine())
+
+    def _mine(self) -> list[Explanation]:
+        """Every set that was evaluated and belongs to this search."""
+        return [e for e in self.evidence.evaluated if self.kept <= e.keys <= self._all.keys()]
 
     def allowed(self, keys: frozenset[str]) -> bool:
         """Whether a set makes sense: what stands beside others has one of them."""
@@ -98,6 +105,15 @@ class Search:
             if one.beside and not keys & set(one.beside):
                 return False
         return len(keys) <= SELECTION.most_regressors
+
+    def _smaller(self, here: Explanation) -> list[Explanation]:
+        """Sets that are nearly as good, less one regressor each: one exchanged makes another spare.
+
+        Friction that grows with the load stands for friction and an offset.
+        """
+        close = [e for e in self._mine() if here.log_evidence - e.log_evidence < NEARLY]
+        sets = {e.keys - {key}: e for e in close for key in e.keys - self.kept}
+        return [self.evidence(s, [e]) for s, e in sets.items() if self.allowed(s)]
 
     def _moves(self, here: Explanation) -> list[Explanation]:
         """All sets one move away, evaluated."""
