@@ -19,6 +19,7 @@ from firmware_py.job_steps import (
 from firmware_py.job_timing import Accelerated, Timing, Together
 from firmware_py.path_file import PathSpec, Way
 from foundation.strict_yaml import Document, StrictModel
+from models.robot import KINDS
 
 __all__ = ["Accelerated", "CalibratedIk", "GeometryIk", "JobFile", "NetworkIk", "Together"]
 
@@ -66,4 +67,15 @@ class JobFile(StrictModel):
 
 def load_job(path: Path) -> JobFile:
     """Read a job file. Raises MissingFile or ConfigError (one line)."""
-    return Document.read(path).check(JobFile)
+    return job_in(Document.read(path))
+
+
+def job_in(document: Document) -> JobFile:
+    """The job of a file that was read. Raises ConfigError (a line for each mistake)."""
+    if document.data.get("kind") in KINDS and "robot" not in document.data:
+        raise document.fail(
+            ("kind",),
+            f"describes a robot, and a job is needed here; one says 'robot: {document.path.name}'"
+            " and what to do (docs/jobs.md; 'deltactl init' writes a first one)",
+        )
+    return document.check(JobFile)

@@ -228,6 +228,11 @@ def load_robot(path: Path, follow: bool = True) -> RobotFile:
 def robot_in(document: Document) -> RobotFile:
     """The robot of a file that was read. Raises ConfigError (a line for each mistake)."""
     kind = document.data.get("kind")
+    if kind is None and "robot" in document.data:
+        named = document.data["robot"]
+        raise document.fail(
+            ("robot",), f"this is a job, and a robot file is needed here, such as {named}"
+        )
     if kind != "delta":
         known = "cannot be run, only diagnosed" if kind in KINDS else "must be 'delta'"
         raise document.fail(("kind",), f"{known} (got {kind!r})")

@@ -106,7 +106,12 @@ def init(
 
 
 def _ask(question: Question) -> str:
-    return str(typer.prompt(question.text, default=question.default))
+    """Asked again until the answer may do: later it would take all the others with it."""
+    while True:
+        answer = str(typer.prompt(question.text, default=question.default))
+        if not (wrong := question.wrong(answer)):
+            return answer
+        say(wrong)
 
 
 def _measured(kind: str, path: Path, columns: list[str], known: Answers) -> Answers:

@@ -16,6 +16,19 @@ class Question:
     text: str
     default: str | None = None
     """What Enter means; None where there is no safe guess."""
+    choices: tuple[str, ...] = ()
+
+    def wrong(self, answer: str) -> str:
+        """Why an answer cannot be taken, to be asked again at once; empty where it may do."""
+        if self.choices and answer not in self.choices:
+            return f"{answer!r}: must be {' or '.join(self.choices)}"
+        if self.choices or self.key == "name" or answer.strip() == "none":
+            return ""
+        try:
+            [float(part) for part in answer.replace(",", " ").split()]
+        except ValueError:
+            return f"{answer!r}: must be numbers"
+        return ""
 
     @property
     def option(self) -> str:
@@ -28,7 +41,7 @@ MICROSTEPS = Question("microsteps_per_rev", "Microsteps for one turn of the moto
 GEAR = Question("gear_ratio", "Turns of the motor for one turn of the arm (1 without a gear)")
 ZERO = Question(
     "zero", "Is the zero of the readings that of the commands (absolute), or not (arbitrary)?",
-    "absolute",
+    "absolute", ("absolute", "arbitrary"),
 )  # fmt: skip
 QUESTIONS: dict[str, tuple[Question, ...]] = {
     "delta": (
@@ -43,7 +56,9 @@ QUESTIONS: dict[str, tuple[Question, ...]] = {
     "stepper_axis": (NAME, MICROSTEPS, GEAR, ZERO),
     "servo_axis": (
         NAME,
-        Question("motion", "Does it turn (rotary) or slide (linear)?", "rotary"),
+        Question(
+            "motion", "Does it turn (rotary) or slide (linear)?", "rotary", ("rotary", "linear")
+        ),
         Question("inertia", "Moving inertia, kg m2 (rotary) or kg (linear); 0 if unknown", "0"),
         Question("effort_gain", "N m (or N) for one unit of the effort column", "1"),
         ZERO,

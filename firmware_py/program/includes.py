@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from firmware_py.job_file import JobFile
+from firmware_py.job_file import JobFile, job_in
 from firmware_py.job_steps import IncludeStep, JobStep, PathStep, RepeatStep
 from firmware_py.manners import Manners, discreet
 from firmware_py.path_file import PathSpec
@@ -50,7 +50,7 @@ def read_whole(path: Path, how: Manners | None = None) -> WholeJob:
 def _read(path: Path, how: Manners) -> tuple[Document, JobFile]:
     with discreet(path, how):
         document = Document.read(path, how.follow, how.most_bytes)
-        return document, document.check(JobFile)
+        return document, job_in(document)
 
 
 def paths_of(job: JobFile) -> Iterator[PathSpec]:

@@ -136,6 +136,13 @@ def test_a_file_that_is_not_there_lists_those_that_are(tmp_path):
         find("mien.tflite", beside=tmp_path / "job.yaml")
 
 
+def test_a_robot_taken_for_a_job_and_a_job_for_a_robot(tmp_path):
+    says = refusal(tmp_path / "job.yaml", load_job, ZHAO)
+    assert "kind: describes a robot, and a job is needed here; one says 'robot: job.yaml'" in says
+    says = refusal(tmp_path / "robot.yaml", load_robot, HEART)
+    assert "this is a job, and a robot file is needed here, such as zhao-2023.yaml" in says
+
+
 def test_named_files_are_sought_beside_the_job_first(tmp_path):
     own = tmp_path / "zhao-2023.yaml"
     own.write_text(ZHAO, encoding="utf-8")

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from command_line.recordings.init import _ask as asked_by_hand
 from firmware_py.describing.first_job import write_first_job
 from firmware_py.describing.questions import QUESTIONS, WIRING, gather
 from firmware_py.describing.robot_text import robot_text
@@ -132,6 +133,19 @@ def test_questions_are_asked_where_somebody_sits() -> None:
     with pytest.raises(ConfigError) as error:
         gather(WIRING, {}, None)
     assert len(error.value.args) == len([one for one in WIRING if one.default is None])
+
+
+def test_an_answer_that_cannot_be_taken_is_asked_for_again(monkeypatch) -> None:
+    typed = iter(["rotary", "95.1"])
+    monkeypatch.setattr("command_line.recordings.init.typer.prompt", lambda *_, **__: next(typed))
+    (inertia,) = (one for one in QUESTIONS["servo_axis"] if one.key == "inertia")
+    assert asked_by_hand(inertia) == "95.1"
+    kinds = {one.key: one for one in (*QUESTIONS["servo_axis"], *WIRING)}
+    assert kinds["motion"].wrong("turning") == "'turning': must be rotary or linear"
+    assert not kinds["estop_pin"].wrong("none")
+    assert not kinds["step_pins"].wrong("17, 27, 22")
+    for one in (*QUESTIONS["delta"], *QUESTIONS["servo_axis"]):
+        assert one.default is None or not one.wrong(one.default)
 
 
 @given(
