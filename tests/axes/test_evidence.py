@@ -18,7 +18,7 @@ from diagnosis.plants.lone.commanded_axis import CommandedAxis
 from diagnosis.plants.regression import Columns, Regressor
 from diagnosis.plants.spline_terms import spline_basis, spline_terms
 from foundation.errors import RecordingError
-from models.robot import AxisGravity, RangeSensor, ServoAxis
+from models.robot import AxisGravity, RangeSensor, ServoAxis, StepperAxis
 from recording.tables.flat import FlatRecording, from_columns
 
 FOLLOWS = ServoAxis(kind="servo_axis", name="follows", motion="rotary")
@@ -263,3 +263,18 @@ def test_what_lies_behind_the_encoder_of_an_axis_with_effort_is_not_testable(
     untold = {one.effect for one in answer.not_testable}
     assert {"gear_backlash", "joint_compliance"} <= untold
     assert not untold & {one.effect for one in answer.findings}
+
+
+def test_an_axis_that_turns_at_one_speed_has_no_lag_and_no_play() -> None:
+    """A first reading that is off is not how a drive starts."""
+    rng = np.random.default_rng(2)
+    t_s = np.arange(300) / 2.0
+    command = 7.3e-5 * t_s
+    seen = command + 2e-6 * rng.standard_normal(len(t_s))
+    seen[0] += 3e-5
+    columns = {"t": t_s, "command_1": command, "theta_1": seen}
+    robot = StepperAxis(kind="stepper_axis", name="mount", zero="arbitrary")
+    answer = diagnose_axis(robot, [from_columns(columns, "mount")])
+    of_turns = {"following_lag", "gear_backlash", "joint_friction"}
+    assert of_turns <= {one.effect for one in answer.not_testable}
+    assert not of_turns & {one.effect for one in answer.findings}

@@ -18,6 +18,9 @@ COARSEST_STEPS = 4.0
 MOST_WAVES = 60.0
 FEWEST_WAVES = 2.0
 WIDEST_PLAY = 0.6
+OF_TURNS = ("lag", "ringing", "friction", "rubbing", "play")
+"""Regressors that show where the speed changes; of an axis at one speed they would fit how the
+recording begins."""
 
 
 def begins_of(axis: RecordedAxis) -> list[str]:
@@ -73,7 +76,7 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     places = (_gear(axis), _jump(axis), _ringing(axis))
     found += [one for one in places if one is not None]
     found.append(Regressor("drift", "unknown", -4.0, follows=("time",), alone=False))
-    return found
+    return [one for one in found if not (axis.steady and one.key in OF_TURNS)]
 
 
 def _grip(axis: RecordedAxis, width: Size) -> Size:

@@ -25,8 +25,6 @@ from models.robot import ServoAxis, StepperAxis
 from recording.tables.flat import FlatRecording
 
 AXIS_PIECES = 6
-SAME = 0.999
-"""Correlation of two covariates above which they are one: an axis that turns steadily."""
 FREE_SPREAD = 1e3
 
 
@@ -64,8 +62,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
         """What a mismatch may follow, name -> (n,)."""
         velocity = np.gradient(self.commanded, self.t_s)
         found = {"position": self.commanded, "time": self.t_s, "velocity": velocity}
-        chosen = self.commanded[self.rows], self.t_s[self.rows]
-        if abs(float(np.corrcoef(*chosen)[0, 1])) > SAME:
+        if self.steady:
             del found["time"]
         if np.ptp(self.pull[self.rows]) > 0.0:
             found["load"] = self.pull
@@ -134,6 +131,10 @@ class CommandedAxis(RecordedAxis, LeftOver):
         reasons = {
             "joint_compliance": "the load on the axis is not known (no gravity, no load column)",
             "home_offset": "the zero of the reading is arbitrary",
+            **dict.fromkeys(
+                ("following_lag", "gear_backlash", "joint_friction"),
+                "the axis turns at one speed and never back: there it is a constant",
+            ),
         }
         offered = {r.effect for r in self.regressors}
         return [

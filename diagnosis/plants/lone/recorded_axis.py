@@ -33,6 +33,8 @@ MOVING = 0.05
 """Share of the top speed above which a row counts as in motion."""
 LAG_SPREAD_S = 0.1
 """A drive's lag is tens of milliseconds; a hobby servo's a tenth of a second (SO-101, STS3250)."""
+STEADY = 0.999
+"""Correlation of command and time above which an axis turns steadily and they are one."""
 FULL_STEPS = 200.0
 """Of a turn of the usual stepper motor (1.8 degrees each)."""
 
@@ -135,6 +137,12 @@ class RecordedAxis:
         moving: IntArray = (late[:, 0] > MOVING * np.quantile(late, 0.98)).astype(np.intp)
         share = float(moving[self.rows].mean())
         return moving if 0.1 < share < 0.9 else np.zeros_like(moving)
+
+    @cached_property
+    def steady(self) -> bool:
+        """Whether the command is a straight line: position and time tell the same."""
+        chosen = self.commanded[self.rows], self.t_s[self.rows]
+        return abs(float(np.corrcoef(*chosen)[0, 1])) > STEADY
 
     @cached_property
     def span(self) -> float:
