@@ -17,7 +17,18 @@ CALLS = [one for one in COMMANDS if one.words[0] == "deltactl"]
 MAKES = [one for one in COMMANDS if one.words[0] == "make"]
 PYTHONS = [one for one in COMMANDS if one.words[0] in ("python", "python3")]
 PLAIN = {"deltactl", "make", "python", "python3", "pytest", "git", "cd", "source", "bash"}
-ON_A_PI = {"usermod", "reboot", "systemctl", "journalctl", "apt", "install", "cp", "nano", "pipx"}
+ON_A_PI = {
+    "usermod",
+    "reboot",
+    "systemctl",
+    "journalctl",
+    "apt",
+    "install",
+    "umask",
+    "cp",
+    "nano",
+    "pipx",
+}
 
 
 def test_there_are_commands_and_all_are_known() -> None:
