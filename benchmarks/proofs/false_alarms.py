@@ -64,7 +64,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     chosen = parser.parse_args()
     print(f"{chosen.motion} of {chosen.seconds:.0f} s: share of {chosen.draws} draws with p below")
-    print("rho   " + "".join(f"{level:>22}" for level in LEVELS))
+    print("rho   " + "".join(f"{level:>24}" for level in LEVELS))
     for rho in chosen.rho:
         p = np.array(chances(chosen.motion, chosen.seconds, rho, chosen.draws, chosen.seed))
         cells = []
@@ -72,7 +72,7 @@ def main() -> int:
             hits = int(np.sum(p < level))
             low, high = wilson(hits, len(p))
             cells.append(f"{hits / len(p):.3f} ({low:.3f} to {high:.3f})")
-        print(f"{rho:<6}" + "".join(f"{cell:>22}" for cell in cells), flush=True)
+        print(f"{rho:<6}" + "".join(f"{cell:>24}" for cell in cells), flush=True)
     return 0
 
 
