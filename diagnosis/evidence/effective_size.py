@@ -19,7 +19,7 @@ from diagnosis.evidence.memory_given_back import autocorrelation_times, given_ba
 from diagnosis.observations.readings import MAD_TO_SIGMA, FloatArray, IntArray
 
 HUBER_SATURATED = 4.0
-NEIGHBOURS = 7
+MEDIAN_OVER = 7
 FEWEST_EFFECTIVE = 6.0
 MOST_GIVEN_BACK = 2.5
 """Times the variance of a residual beyond which it says nothing of the noise."""
@@ -113,9 +113,9 @@ def spike_weights(left: FloatArray) -> FloatArray:
 
     What lasts for several readings is signal, however large.
     """
-    if len(left) < NEIGHBOURS:
+    if len(left) < MEDIAN_OVER:
         return np.ones(len(left))
-    off = np.abs(left - median_filter(left, NEIGHBOURS, mode="nearest"))
+    off = np.abs(left - median_filter(left, MEDIAN_OVER, mode="nearest"))
     usual = max(MAD_TO_SIGMA * float(np.median(off)), 0.2 * float(np.quantile(off, 0.9)), 1e-300)
     weight: FloatArray = np.minimum(1.0, HUBER_SATURATED * usual / np.maximum(off, 1e-300))
     return np.where(weight < 0.75, weight, 1.0)

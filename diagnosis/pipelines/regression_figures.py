@@ -13,7 +13,8 @@ from diagnosis.assessment.significance import chance
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import IntArray
 from diagnosis.plants.regression import RegressionPlant
-from diagnosis.selection.named_first import OPEN, Selected
+from diagnosis.selection.named_first import Selected
+from diagnosis.selection.options import SELECTION
 
 FOUND_AT_SIGMA = 4.2
 """Standard deviations of a size at which it is found in four recordings of five: 3.3 to overcome
@@ -27,7 +28,7 @@ def rest_of(selected: Selected) -> Rest:
     unknown = [
         r
         for r in selected.plant.regressors
-        if r.left_over and r.key not in best.keys and selected.probability[r.key] > OPEN
+        if r.left_over and r.key not in best.keys and selected.probability[r.key] > SELECTION.open
     ]
     if not unknown:
         return Rest(1.0)

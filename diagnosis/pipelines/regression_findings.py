@@ -15,7 +15,8 @@ from diagnosis.assessment.significance import chance
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import FloatArray, Readings
 from diagnosis.plants.regression import RegressionPlant, Regressor, Shown
-from diagnosis.selection.named_first import LIKELY, Selected
+from diagnosis.selection.named_first import Selected
+from diagnosis.selection.options import SELECTION
 
 POSTERIOR_DRAWS = 2000
 """Draws of the sizes: the ends of a 95 % interval are then known to a few per cent of its width."""
@@ -30,7 +31,7 @@ def findings(selected: Selected, readings: Readings, axes: list[str]) -> list[Fi
     found = [
         _finding(selected, by_key[key], readings, axes)
         for key in sorted(best.keys)
-        if probability_of(selected, by_key[key]) >= LIKELY
+        if probability_of(selected, by_key[key]) >= SELECTION.likely
     ]
     return sorted(found, key=lambda one: (one.effect == "unknown", -one.evidence.delta_chi2))
 

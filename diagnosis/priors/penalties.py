@@ -10,9 +10,6 @@ from diagnosis.estimation.splines import SplineTerm
 from diagnosis.plants.candidate import Candidate, Term
 from diagnosis.priors.options import PENALTIES
 
-COORDINATE_PENALTY, GROUP_PENALTY = PENALTIES.coordinate, PENALTIES.group
-EVENT_PENALTY = PENALTIES.event
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trial:

@@ -18,7 +18,7 @@ from scipy.integrate import trapezoid
 from diagnosis.estimation.estimate import COLLINEAR, Solution, scaled_covariance
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate, Coordinate
-from diagnosis.priors.penalties import COORDINATE_PENALTY, EVENT_PENALTY, GROUP_PENALTY
+from diagnosis.priors.options import PENALTIES
 
 WIDTH = math.log(3.0)
 """Standard deviation of the log of a size: a factor of three either way."""
@@ -90,8 +90,8 @@ def odds_cost(candidate: Candidate) -> float:
     Three arms that err alike by the same amount are rarer than one cause; what happens once had as
     many moments to happen at.
     """
-    together = GROUP_PENALTY if candidate.members else 0.0
-    moment = EVENT_PENALTY - COORDINATE_PENALTY if candidate.kind.event else 0.0
+    together = PENALTIES.group if candidate.members else 0.0
+    moment = PENALTIES.event - PENALTIES.coordinate if candidate.kind.event else 0.0
     return -2.0 * math.log(candidate.kind.odds) + candidate.kind.penalty + together + moment
 
 

@@ -22,7 +22,6 @@ from diagnosis.selection.model_posterior import Posterior, Search
 from diagnosis.selection.options import SELECTION
 
 Progress = Callable[[str], None]
-OPEN, LIKELY = SELECTION.open, SELECTION.likely
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from firmware_py.controller.belief import needs_restart
-from firmware_py.manners import Manners, discreet
+from firmware_py.file_access import FileAccess, without_quoting
 from firmware_py.robot_file import RobotFile, robot_in
 from foundation.errors import DeltactlError
 from foundation.strict_yaml import Document
@@ -15,10 +15,10 @@ from foundation.strict_yaml import Document
 class FileInForce:
     """Its text, kept; and whether the file on the disk says something else by now."""
 
-    def __init__(self, path: Path, manners: Manners | None = None):
-        """manners: with which it is opened, now and later. Raises MissingFile, ConfigError."""
+    def __init__(self, path: Path, access: FileAccess | None = None):
+        """access: with which it is opened, now and later. Raises MissingFile, ConfigError."""
         self.path = path
-        self._manners = manners or Manners()
+        self._access = access or FileAccess()
         self._stamp = self._stamp_now()
         self._document = self._read()
         self.text = self._document.text
@@ -27,15 +27,15 @@ class FileInForce:
     @classmethod
     def named(cls, path: Path) -> FileInForce:
         """One that a client named: no link leads to it, and no refusal says what stands in it."""
-        return cls(path, Manners(follow=False, quote=False))
+        return cls(path, FileAccess(follow=False, quote=False))
 
     def again(self) -> FileInForce:
         """The same file, as it is by now."""
-        return FileInForce(self.path, self._manners)
+        return FileInForce(self.path, self._access)
 
     def robot(self) -> RobotFile:
         """The robot of the text that was read. Raises ConfigError."""
-        with discreet(self.path, self._manners):
+        with without_quoting(self.path, self._access):
             return robot_in(self._document)
 
     def changed(self, believed: RobotFile) -> str:
@@ -72,8 +72,8 @@ class FileInForce:
         return not self._same
 
     def _read(self) -> Document:
-        with discreet(self.path, self._manners):
-            return Document.read(self.path, self._manners.follow)
+        with without_quoting(self.path, self._access):
+            return Document.read(self.path, self._access.follow)
 
     def _stamp_now(self) -> tuple[int, int, int]:
         try:

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from firmware_py.file_access import FileAccess
 from firmware_py.job_file import JobFile
-from firmware_py.manners import Manners
 from firmware_py.paths.path import Space
 from firmware_py.paths.reach import Reach
 from firmware_py.planner.curve import Curve
@@ -83,7 +83,7 @@ def pack(prepared: Prepared) -> bytes:
 
 
 def unpack(
-    block: bytes | mmap, robot: InForce, job_file: Path, manners: Manners | None = None
+    block: bytes | mmap, robot: InForce, job_file: Path, access: FileAccess | None = None
 ) -> Prepared:
     """The plan again; a network is opened anew.
 
@@ -105,7 +105,7 @@ def unpack(
         unlinked = [_unlinked_plan(one, views) for one in message["plans"]]
     except (ValueError, KeyError, TypeError, IndexError) as error:
         raise ServiceError(f"{job_file}: the planner's answer cannot be read ({error})") from error
-    how = manners or Manners()
+    how = access or FileAccess()
     plans = [
         Plan(
             one, robot.robot, kinematics_for(one, robot.robot, job_file, how), first, again, **rest

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from firmware_py.file_access import FileAccess, without_quoting
 from firmware_py.job_file import JobFile, NetworkIk
-from firmware_py.manners import Manners, discreet
 from firmware_py.planner.kinematics import kinematics_of, network_file
 from firmware_py.planner.plan import Plan
 from firmware_py.program.building import make_program
@@ -45,12 +45,12 @@ class InForce:
 Prepare = Callable[[Path, InForce], Prepared]
 
 
-def prepare_here(job_file: Path, robot: InForce, manners: Manners | None = None) -> Prepared:
+def prepare_here(job_file: Path, robot: InForce, access: FileAccess | None = None) -> Prepared:
     """Read and check a job in this process; takes as long as mapping the whole path does.
 
     Raises ConfigError (also when the job is for another robot), NetworkError, MotionError.
     """
-    how = manners or Manners()
+    how = access or FileAccess()
     whole = read_whole(job_file, how)
     job = whole.job
     wanted = _wanted(job.robot, job_file, robot.path, how)
@@ -67,22 +67,22 @@ def prepare_here(job_file: Path, robot: InForce, manners: Manners | None = None)
 
 
 def kinematics_for(
-    job: JobFile, robot: RobotFile, job_file: Path, how: Manners
+    job: JobFile, robot: RobotFile, job_file: Path, how: FileAccess
 ) -> InverseKinematics:
-    """As `kinematics_of`; its network is opened with these manners."""
+    """As `kinematics_of`; its network is opened with this access."""
     chosen = job.inverse_kinematics
     if not isinstance(chosen, NetworkIk):
         return kinematics_of(job, robot, job_file)
-    with discreet(network_file(chosen, robot, job_file, how.follow), how.named):
+    with without_quoting(network_file(chosen, robot, job_file, how.follow), how.named):
         return kinematics_of(job, robot, job_file, how.follow)
 
 
-def _is_machine(robot: RobotFile, wanted: Path, how: Manners) -> bool:
-    with discreet(wanted, how):
+def _is_machine(robot: RobotFile, wanted: Path, how: FileAccess) -> bool:
+    with without_quoting(wanted, how):
         return robot.is_machine_of(load_robot(wanted, how.follow))
 
 
-def _wanted(name: str, job_file: Path, robot_file: Path, how: Manners) -> Path:
+def _wanted(name: str, job_file: Path, robot_file: Path, how: FileAccess) -> Path:
     """The robot file a job means: a plain name that nothing beside it has may be the one that runs.
 
     So a job that was sent as text can be for a robot file that is not in the project.

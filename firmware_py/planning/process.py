@@ -12,7 +12,7 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from firmware_py.manners import Manners
+from firmware_py.file_access import FileAccess
 from firmware_py.planning.packed import unpack
 from firmware_py.planning.prepared import InForce, Prepared
 from foundation import errors
@@ -25,7 +25,7 @@ MOST_S = 300.0
 """Mapping a million targets takes a Pi a minute or two."""
 
 
-NOTHING_SHOWN = Manners(follow=False, quote=False)
+NOTHING_SHOWN = FileAccess(follow=False, quote=False)
 """For the network that is opened here, once more."""
 
 

@@ -21,7 +21,7 @@ NICE = 10
 def main(arguments: list[str]) -> int:
     """One job, then the end; nothing is asked when the daemon has gone."""
     os.nice(NICE)
-    from firmware_py.manners import Manners
+    from firmware_py.file_access import FileAccess
     from firmware_py.planning.packed import pack
     from firmware_py.planning.prepared import InForce, prepare_here
     from firmware_py.robot_file import RobotFile
@@ -38,8 +38,8 @@ def main(arguments: list[str]) -> int:
         path = Path(asked["robot_path"])
         document = Document(path, asked["robot_text"])
         robot = InForce(document.check(RobotFile), path, document.text)
-        manners = Manners(follow=False, quote=asked["quote"], most_bytes=asked["most_bytes"])
-        prepared = prepare_here(Path(asked["job"]), robot, manners)
+        access = FileAccess(follow=False, quote=asked["quote"], most_bytes=asked["most_bytes"])
+        prepared = prepare_here(Path(asked["job"]), robot, access)
         content = pack(prepared)
     except DeltactlError as error:
         return _say({"kind": type(error).__name__, "message": str(error)})

@@ -12,9 +12,9 @@ from typing import Any
 
 import yaml
 
+from firmware_py.file_access import FileAccess, without_quoting
 from firmware_py.job_file import JobFile, job_in
 from firmware_py.job_steps import IncludeStep, JobStep, PathStep, RepeatStep
-from firmware_py.manners import Manners, discreet
 from firmware_py.path_file import PathSpec
 from firmware_py.robot_file import find
 from foundation.errors import MissingFile
@@ -34,9 +34,9 @@ class WholeJob:
     text: str
 
 
-def read_whole(path: Path, how: Manners | None = None) -> WholeJob:
+def read_whole(path: Path, how: FileAccess | None = None) -> WholeJob:
     """Read a job file and all that it includes. Raises MissingFile, ConfigError (file and line)."""
-    how = how or Manners()
+    how = how or FileAccess()
     document, job = _read(path, how)
     if not any(isinstance(one, IncludeStep) for one in _flat(job.steps or ())):
         return WholeJob(job, document.text)
@@ -47,8 +47,8 @@ def read_whole(path: Path, how: Manners | None = None) -> WholeJob:
     return WholeJob(written_out.check(JobFile), text)
 
 
-def _read(path: Path, how: Manners) -> tuple[Document, JobFile]:
-    with discreet(path, how):
+def _read(path: Path, how: FileAccess) -> tuple[Document, JobFile]:
+    with without_quoting(path, how):
         document = Document.read(path, how.follow, how.most_bytes)
         return document, job_in(document)
 
@@ -75,7 +75,7 @@ def _flat(steps: Sequence[Any]) -> Iterator[Any]:
 class _Reader:
     """Writes out the includes of one job file."""
 
-    def __init__(self, how: Manners, robot: str, outermost: Path):
+    def __init__(self, how: FileAccess, robot: str, outermost: Path):
         self._how = how
         self._robot, self._outermost = robot, outermost
         self._included = 0

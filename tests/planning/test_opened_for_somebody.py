@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from firmware_py.controller.file_in_force import FileInForce
-from firmware_py.manners import Manners
+from firmware_py.file_access import FileAccess
 from firmware_py.planning.packed import pack, unpack
 from firmware_py.planning.prepared import InForce, prepare_here
 from firmware_py.planning.process import NOTHING_SHOWN, PlanningProcess
@@ -47,7 +47,7 @@ class Place:
         job = (self.sent if sent else self.own) / "job.yaml"
         job.write_text(text)
         with pytest.raises(DeltactlError) as refusal:
-            prepare_here(job, ROBOT, Manners(follow=False, quote=sent))
+            prepare_here(job, ROBOT, FileAccess(follow=False, quote=sent))
         return str(refusal.value)
 
 

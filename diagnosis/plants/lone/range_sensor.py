@@ -31,7 +31,7 @@ from recording.tables.flat import FlatRecording
 MOST_RANGED_ROWS = 6000
 FEWEST_RANGED = 20
 """A calibration table is short, and each of its rows may be the mean of many readings."""
-GROSS = 30.0
+GROSS_FROM_MEDIAN = 30.0
 """Times the usual distance from the median beyond which a reading says nothing of the sensor."""
 MOST_GROSS = 0.2
 SCALE_SPREAD = 0.02
@@ -238,7 +238,7 @@ def _gross(left: FloatArray, valid: BoolArray) -> BoolArray:
         return np.zeros_like(valid)
     off = np.abs(left - np.median(left[valid]))
     usual = max(MAD_TO_SIGMA * float(np.median(off[valid])), 1e-9)
-    gross: BoolArray = off > GROSS * usual
+    gross: BoolArray = off > GROSS_FROM_MEDIAN * usual
     return gross if float(gross[valid].mean()) < MOST_GROSS else np.zeros_like(valid)
 
 

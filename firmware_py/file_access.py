@@ -18,7 +18,7 @@ EVERYBODYS = (CONFIG_FOLDER, TRAINED_FOLDER)
 
 
 @dataclass(frozen=True, slots=True)
-class Manners:
+class FileAccess:
     """How a file is opened; as they are, for a person who runs the program himself."""
 
     follow: bool = True
@@ -28,14 +28,14 @@ class Manners:
     most_bytes: int = MAX_BYTES
 
     @property
-    def named(self) -> Manners:
+    def named(self) -> FileAccess:
         """For files that such a file names: whoever sent a text to the daemon wrote only that."""
         return replace(self, quote=self.quote and self.follow)
 
 
 @contextmanager
-def discreet(path: Path, how: Manners) -> Iterator[None]:
-    """Where Manners forbid quoting, refuse a file without a word of what stands in it."""
+def without_quoting(path: Path, how: FileAccess) -> Iterator[None]:
+    """Where quoting is forbidden, refuse a file without a word of what stands in it."""
     try:
         yield
     except MissingFile:
