@@ -167,7 +167,9 @@ def _of_shape(search: Search, solution: Solution, free: SplineTerm) -> float:
     cost = spline_penalty(free)
     weights = [_weight(bare.cost - solution.cost - cost)]
     for trial in search.tests.trials(bare)[:1]:
-        behind = bare.cost - trial.gain + trial.penalty + search.options.choice
+        # Fitted, for a score promises more than a bent effect can keep.
+        named = search.fitter.solve((*solution.terms, trial.start), others, solution.nuisances)
+        behind = named.cost + trial.penalty + search.options.choice
         weights.append(_weight(behind - solution.cost - cost))
     return (1.0 - LAPSE) / (1.0 + sum(weights))
 
