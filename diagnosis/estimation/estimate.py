@@ -40,7 +40,8 @@ class Solution:
 
     def __getstate__(self) -> dict[str, Any]:
         """What is sent between processes: not what follows from the tangent."""
-        return {name: value for name, value in self.__dict__.items() if name != "basis"}
+        follows = ("basis", "covariance")
+        return {name: value for name, value in self.__dict__.items() if name not in follows}
 
     def without_tangent(self) -> Solution:
         """The same, to be kept: the tangent is large, and is worked out again when it is needed."""
@@ -50,6 +51,13 @@ class Solution:
     def basis(self) -> FloatArray:
         """Orthonormal basis of the tangent, (m, rank)."""
         return orthonormal(self.tangent)
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Of all fitted numbers, (p, p), by the noise alone."""
+        scaled, scale = scaled_covariance(self.tangent)
+        found: FloatArray = scaled / np.outer(scale, scale)
+        return found
 
     @property
     def named_tangent(self) -> FloatArray:

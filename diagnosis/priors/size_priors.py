@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import trapezoid
 
-from diagnosis.estimation.estimate import COLLINEAR, Solution, scaled_covariance
+from diagnosis.estimation.estimate import COLLINEAR, Solution
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate, Coordinate
 from diagnosis.priors.options import PENALTIES
@@ -95,18 +95,17 @@ def odds_cost(candidate: Candidate) -> float:
     return -2.0 * math.log(candidate.kind.odds) + candidate.kind.penalty + together + moment
 
 
-def size_cost(solution: Solution, number: int, covariance: FloatArray, factor: float = 1) -> float:
+def size_cost(solution: Solution, number: int, factor: float = 1) -> float:
     """-2 log of what the prior of a fitted term's sizes leaves of its likelihood (Laplace).
 
-    covariance: of all that was fitted, (p, p), as `covariance_of` has it. factor: by which all
-    priors are wider.
+    factor: by which all priors are wider.
     """
     term = solution.terms[number]
     candidate, prior = term.candidate, prior_of(term.candidate, factor)
     if not len(prior.spread):
         return 0.0
     part = solution.columns_of(number)
-    beside = covariance[part, part]
+    beside = solution.covariance[part, part]
     cost = 0.0
     if prior.sizes:
         away = term.at[candidate.moved] - _nothing(candidate)
@@ -132,13 +131,6 @@ def _nothing(candidate: Candidate) -> FloatArray:
 def _log_det(matrix: FloatArray) -> float:
     values = np.linalg.eigvalsh(matrix)
     return float(np.sum(np.log(np.maximum(values, 1e-300))))
-
-
-def covariance_of(solution: Solution) -> FloatArray:
-    """Of all numbers of a solution, (p, p), by the noise alone."""
-    bread, scale = scaled_covariance(solution.tangent)
-    found: FloatArray = bread / np.outer(scale, scale)
-    return found
 
 
 def score_log_odds(

@@ -19,7 +19,7 @@ from diagnosis.evidence.detection import Detection
 from diagnosis.observations.readings import FloatArray
 from diagnosis.priors.options import PRIORS_KNOWN_TO
 from diagnosis.priors.penalties import spline_penalty
-from diagnosis.priors.size_priors import covariance_of, odds_cost, score_log_odds, size_cost
+from diagnosis.priors.size_priors import odds_cost, score_log_odds, size_cost
 from diagnosis.score_tests.library import Entry
 from diagnosis.search.search import Search
 from diagnosis.selection.ambiguity import Standing
@@ -56,7 +56,7 @@ class Credible:
 
 def preferred(search: Search, solution: Solution, stands: Sequence[Standing]) -> Solution | None:
     """The rival that is far more probable than the finding in whose place it stands, if any."""
-    weights = _weigh(solution, stands, {})
+    weights = _weigh(solution, stands)
     pairs = [
         pair
         for stand, each in zip(stands, weights.rivals, strict=True)
@@ -68,10 +68,9 @@ def preferred(search: Search, solution: Solution, stands: Sequence[Standing]) ->
 
 def credible(search: Search, solution: Solution, stands: Sequence[Standing]) -> Credible:
     """Weigh what the search compared around its solution."""
-    known: dict[int, FloatArray] = {}
-    weights = _weigh(solution, stands, known)
-    narrower = _weigh(solution, stands, known, 1.0 / PRIORS_KNOWN_TO)
-    wider = _weigh(solution, stands, known, PRIORS_KNOWN_TO)
+    weights = _weigh(solution, stands)
+    narrower = _weigh(solution, stands, 1.0 / PRIORS_KNOWN_TO)
+    wider = _weigh(solution, stands, PRIORS_KNOWN_TO)
     rivals = []
     real = (1.0 - IMITATED) ** len(solution.terms) if solution.frees else 1.0
     for stand, each, total in zip(stands, weights.rivals, weights.totals, strict=True):
@@ -115,16 +114,11 @@ class _Weights:
         return [none / total for none, total in zip(self.none, self.totals, strict=True)]
 
 
-def _weigh(
-    solution: Solution, stands: Sequence[Standing], known: dict[int, FloatArray], factor: float = 1
-) -> _Weights:
-    """factor: by which all priors are wider. known: covariances by id of their solution."""
+def _weigh(solution: Solution, stands: Sequence[Standing], factor: float = 1) -> _Weights:
+    """factor: by which all priors are wider."""
 
     def cost(fit: Solution, number: int) -> float:
-        if id(fit) not in known:
-            known[id(fit)] = covariance_of(fit)
-        own = size_cost(fit, number, known[id(fit)], factor)
-        return own + odds_cost(fit.terms[number].candidate)
+        return size_cost(fit, number, factor) + odds_cost(fit.terms[number].candidate)
 
     costs = [cost(solution, number) for number in range(len(solution.terms))]
     own = [term.candidate.key for term in solution.terms]
