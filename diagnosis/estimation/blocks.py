@@ -5,15 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.options import ESTIMATION
 from diagnosis.observations.readings import IntArray
-
-BLOCK_S = 1.5
-"""Far longer than noise remembers, far shorter than a recording."""
-LEAST_READINGS = 30
 
 
 def blocks_of(fitter: Fitter) -> IntArray:
     """Number of the block of time each whitened reading lies in, (m,)."""
     t_s = fitter.model.readings.t_s[fitter.whiten.rows]
-    length = max(BLOCK_S, LEAST_READINGS * fitter.model.readings.period_s)
+    length = max(ESTIMATION.block_s, ESTIMATION.fewest_in_block * fitter.model.readings.period_s)
     return np.asarray((t_s - t_s.min()) / length, dtype=np.intp)

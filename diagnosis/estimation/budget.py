@@ -14,18 +14,8 @@ from functools import partial
 from math import inf
 from typing import TypeVar
 
+from diagnosis.estimation.options import ESTIMATION
 from diagnosis.estimation.side_by_side import side_by_side
-
-PREDICTIONS = 1000.0
-"""So many, of a recording of ROWS, and what else they need take a core about nine seconds
-(benchmarks/costs/diagnosis_cost.py).
-"""
-ROWS = 12_000
-"""240 s at 50 Hz. A shorter recording allows more predictions in the same time."""
-NOISE = 200.0
-"""The noise, when it is taken once more, takes as long as so many predictions."""
-PRODUCTS = 1000.0
-"""Products of two columns of derivatives that take as long as one prediction."""
 
 Made = TypeVar("Made")
 
@@ -65,7 +55,7 @@ class Budget:
     @classmethod
     def for_rows(cls, rows: int) -> Budget:
         """That of a recording of so many rows; one that is longer takes longer."""
-        return cls(PREDICTIONS * max(1.0, ROWS / rows))
+        return cls(ESTIMATION.predictions * max(1.0, ESTIMATION.rows_of_unit / rows))
 
     def spend(self, predictions: float = 1.0) -> None:
         """Count work."""

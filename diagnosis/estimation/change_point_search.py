@@ -8,11 +8,9 @@ import numpy as np
 
 from diagnosis.estimation.change_point_timing import aligned, seen_s, shown_later
 from diagnosis.estimation.iterate import Point
+from diagnosis.estimation.options import ESTIMATION
 from diagnosis.observations.readings import FloatArray, Readings
 from diagnosis.plants.candidate import Term
-
-MOMENTS = (1, 2, 4, 8, 16, 32, 64, 128, 256)
-"""Readings by which the moment of an event is moved either way, to see whether that fits better."""
 
 
 def better_moment(
@@ -36,9 +34,9 @@ def better_moment(
         return None
     best, t_s = None, readings.t_s
     for way in (-1, 1):
-        farthest = _moved(at.terms, number, way * MOMENTS[-1] * period_s)
+        farthest = _moved(at.terms, number, way * ESTIMATION.moments[-1] * period_s)
         change = predict([*at.nuisances, *farthest]) - at.predicted
-        for moment in (way * count for count in MOMENTS):
+        for moment in (way * count for count in ESTIMATION.moments):
             first_s, last_s = sorted((shown_s, shown_s + moment * period_s))
             between = (t_s >= first_s) & (t_s < last_s)
             some = whitened(np.where(between[:, None], change, 0.0))

@@ -9,13 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from diagnosis.estimation.options import ESTIMATION
 from diagnosis.estimation.orthonormal import orthonormal
 from diagnosis.estimation.splines import SplineTerm
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Term
-
-COLLINEAR = 1e-10
-"""Share of the largest eigenvalue below which columns count as one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,4 +96,4 @@ def scaled_covariance(tangent: FloatArray) -> tuple[FloatArray, FloatArray]:
     """
     scale = np.maximum(np.linalg.norm(tangent, axis=0), 1e-30)
     scaled = tangent / scale
-    return np.linalg.pinv(scaled.T @ scaled, rcond=COLLINEAR, hermitian=True), scale
+    return np.linalg.pinv(scaled.T @ scaled, rcond=ESTIMATION.collinear, hermitian=True), scale

@@ -9,13 +9,14 @@ from typing import TypeVar
 import numpy as np
 from scipy.sparse import csr_array
 
-from diagnosis.estimation.budget import PRODUCTS, Budget
+from diagnosis.estimation.budget import Budget
 from diagnosis.estimation.change_point_search import better_moment
 from diagnosis.estimation.change_point_timing import aligned
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.iterate import Point
 from diagnosis.estimation.levenberg_marquardt import Slopes, moved_by
 from diagnosis.estimation.noise import Whitener
+from diagnosis.estimation.options import ESTIMATION
 from diagnosis.estimation.orthonormal import orthonormal
 from diagnosis.estimation.splines import SplineTerm
 from diagnosis.observations.readings import FloatArray
@@ -23,18 +24,6 @@ from diagnosis.plants.candidate import Term
 from diagnosis.plants.contract import Model
 from diagnosis.plants.nuisance import Nuisance, given_back
 from models.effects import VOCABULARY
-
-FIT_STEPS = 6
-CLOSE_ENOUGH = 0.02
-"""A step that lowers the cost by less than this ends the fit."""
-LITTLE_GAIN = 2.0
-"""After one that lowers it by less than this the tangent may stay as it is."""
-STRAIGHT = 0.1
-"""Or after one that lowers it by what the tangent promised but for this share."""
-MANY_COLUMNS = 12
-"""From so many on derivatives are worked out side by side: a fork costs as much as four."""
-RETIMED = 3
-"""Fits of so many steps also move the moments of events."""
 
 Made = TypeVar("Made")
 
@@ -103,7 +92,7 @@ class Fitter:
         small = range(len(self.model.nuisances), len(nuisances))
         fresh = [place for place in places[len(columns) :] if place not in self._kept]
         tasks = [partial(self._column, everything, number, i, predicted) for number, i in fresh]
-        many = len(tasks) >= MANY_COLUMNS
+        many = len(tasks) >= ESTIMATION.many_columns
         with self.budget.not_counted():
             worked = self.side_by_side(tasks) if many else [task() for task in tasks]
         self.budget.spend(sum(number not in small for number, _ in places[len(columns) :]))
@@ -163,7 +152,7 @@ class Fitter:
         terms: Sequence[Term],
         frees: Sequence[SplineTerm] = (),
         nuisances: Sequence[Term] | None = None,
-        steps: int = FIT_STEPS,
+        steps: int = ESTIMATION.fit_steps,
         known: FloatArray | None = None,
     ) -> Solution:
         """Levenberg-Marquardt from the terms as they stand; spline terms are linear.
@@ -176,7 +165,7 @@ class Fitter:
         linear, basis = self._linear(tuple(frees))
         start = self._point(nuisances, aligned(terms), basis)
         found = self._descended(start, basis, steps, known)
-        if steps >= RETIMED:
+        if steps >= ESTIMATION.retimed:
             found = self._with_better_moments(found, basis, steps)
         return self._finish(found, tuple(frees), linear)
 
@@ -197,9 +186,9 @@ class Fitter:
             if slopes is None:
                 tangent = self.tangent(at.terms, at.nuisances, at.predicted, known)
                 columns = tangent.shape[1]
-                self.budget.spend(columns * (columns + basis.shape[1]) / PRODUCTS)
+                self.budget.spend(columns * (columns + basis.shape[1]) / ESTIMATION.products)
                 slopes, fresh = Slopes(tangent, basis), known is None
-                known = known if steps < RETIMED else None
+                known = known if steps < ESTIMATION.retimed else None
             step, promised = slopes.bounded_step(at.everything, at.residual, at.taken, damping)
             moved = moved_by(at.everything, step)
             count = len(at.nuisances)
@@ -208,10 +197,10 @@ class Fitter:
             if gain > 0.0:
                 at = trial
                 damping, fresh = max(damping / 10, 1e-9), False
-                if gain < CLOSE_ENOUGH:
+                if gain < ESTIMATION.close_enough:
                     break
-                straight = abs(gain - promised) < STRAIGHT * promised
-                slopes = slopes if straight or gain < LITTLE_GAIN else None
+                straight = abs(gain - promised) < ESTIMATION.straight * promised
+                slopes = slopes if straight or gain < ESTIMATION.little_gain else None
             elif not fresh:
                 slopes = None
             else:
@@ -223,14 +212,14 @@ class Fitter:
     def _with_better_moments(self, at: Point, basis: FloatArray, steps: int) -> Point:
         """Events where they fit better, and all else fitted anew where that is much better."""
         while (better := self._retimed(at, basis)) is not None:
-            if at.cost - better.cost < LITTLE_GAIN:
+            if at.cost - better.cost < ESTIMATION.little_gain:
                 return better
             at = self._descended(better, basis, steps, None)
         return at
 
     def _retimed(self, at: Point, basis: FloatArray) -> Point | None:
         """The same with one event a few readings earlier or later, where that fits better."""
-        best, least = None, at.cost - CLOSE_ENOUGH
+        best, least = None, at.cost - ESTIMATION.close_enough
         for number in range(len(at.terms)):
             moved = better_moment(
                 self.model.readings, self.predict, self.vector, at, number, basis, least

@@ -11,15 +11,10 @@ import numpy as np
 from scipy.linalg import solve_banded
 from scipy.sparse import csr_array, diags_array, vstack
 
+from diagnosis.estimation.options import ESTIMATION
 from diagnosis.observations.readings import MAD_TO_SIGMA, FloatArray, IntArray, Readings
 
 AR_ORDER = 2
-HUBER = 2.5
-LONGEST_HOLE = 5
-"""Samples missing in a row over which the autoregression is still carried."""
-
-WARM_UP = 200
-"""Samples after which a draw has forgotten how it began."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +119,7 @@ class Whitener:
     def weighed(self, residual: FloatArray) -> Whitener:
         """The same with Huber weights from a residual (n, channels)."""
         plain = Whitener(self.channels, np.ones_like(self.weight))(residual)
-        weight = np.sqrt(np.minimum(1.0, HUBER / np.maximum(np.abs(plain), 1e-12)))
+        weight = np.sqrt(np.minimum(1.0, ESTIMATION.huber / np.maximum(np.abs(plain), 1e-12)))
         return Whitener(self.channels, weight)
 
     def drawn(self, rng: np.random.Generator, rows: int) -> FloatArray:
@@ -132,9 +127,9 @@ class Whitener:
         drawn = np.zeros((rows, len(self.channels)))
         for column, noise in enumerate(self.channels):
             seen = np.unique(noise.rows)
-            fresh = noise.sigma * rng.standard_normal(len(seen) + WARM_UP)
+            fresh = noise.sigma * rng.standard_normal(len(seen) + ESTIMATION.warm_up)
             memory = np.tile(np.array([1.0, *-noise.phi])[:, None], len(fresh))
-            drawn[seen, column] = solve_banded((AR_ORDER, 0), memory, fresh)[WARM_UP:]
+            drawn[seen, column] = solve_banded((AR_ORDER, 0), memory, fresh)[ESTIMATION.warm_up :]
         return drawn
 
 
@@ -149,7 +144,7 @@ def history(readings: Readings, valid: Any) -> list[IntArray]:
         )
         if len(table):
             usual = np.median(np.diff(rows))
-            near = table[:, 0] - table[:, -1] <= AR_ORDER * usual + LONGEST_HOLE
+            near = table[:, 0] - table[:, -1] <= AR_ORDER * usual + ESTIMATION.longest_hole
             table = table[near & (stretch[table[:, 0]] == stretch[table[:, -1]])]
         result.append(table.reshape(-1, AR_ORDER + 1))
     return result

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from diagnosis.estimation.options import ESTIMATION
 from diagnosis.observations.readings import FloatArray
-
-ALONE = 1e-6
-"""Share of a column that must stand out of the others for it to count."""
 
 
 def orthonormal(tangent: FloatArray) -> FloatArray:
@@ -16,7 +14,7 @@ def orthonormal(tangent: FloatArray) -> FloatArray:
     From their Gram matrix, twice: the second time mends what rounding left of the first.
     """
     basis: FloatArray = tangent / np.maximum(np.linalg.norm(tangent, axis=0), 1e-30)
-    for least in (ALONE**2, 0.0):
+    for least in (ESTIMATION.standing_out**2, 0.0):
         if not basis.shape[1]:
             break
         values, vectors = np.linalg.eigh(basis.T @ basis)

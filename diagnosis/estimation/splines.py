@@ -9,16 +9,11 @@ import numpy as np
 from scipy.interpolate import BSpline
 from scipy.sparse import csr_array, diags_array
 
+from diagnosis.estimation.options import ESTIMATION
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.contract import Model
 from diagnosis.plants.spline_terms import DEGREE
 from diagnosis.plants.traits import traits_of
-
-PIECES = 4
-FINE_PIECES = 28
-LEAST_TRAVEL = 0.005
-LEAST_MOVE = 0.02
-"""Share of the covariate's range that it must move before it counts as having come another way."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,7 +59,7 @@ Score = tuple[SplineTerm, float, float]
 """A shape, the chi-square it would gain beside a solution, and log p of that."""
 
 
-def knots_for(covariate: FloatArray, pieces: int = PIECES) -> FloatArray:
+def knots_for(covariate: FloatArray, pieces: int = ESTIMATION.pieces) -> FloatArray:
     """Knots half-way between quantiles and equal steps, so that none spans an empty range."""
     share = np.linspace(0.0, 1.0, pieces + 1)
     inner = 0.5 * (np.quantile(covariate, share) + covariate.min() + np.ptp(covariate) * share)
@@ -92,7 +87,7 @@ def two_way(covariate: FloatArray, basis: csr_array) -> csr_array:
 
 def way(covariate: FloatArray) -> FloatArray:
     """+1 or -1: which way the covariate last moved by more than a little; 0 before it did."""
-    reach = LEAST_MOVE * float(np.ptp(covariate))
+    reach = ESTIMATION.least_move * float(np.ptp(covariate))
     ways = np.zeros(len(covariate))
     anchor, last = float(covariate[0]), 0.0
     for k, value in enumerate(covariate.tolist()):
@@ -105,10 +100,10 @@ def way(covariate: FloatArray) -> FloatArray:
 
 def _varies(covariate: FloatArray) -> bool:
     """Whether a covariate takes different values, not one with a ripple on it."""
-    return bool(np.ptp(covariate) > LEAST_TRAVEL * np.abs(covariate).max())
+    return bool(np.ptp(covariate) > ESTIMATION.least_travel * np.abs(covariate).max())
 
 
-def spline_terms(model: Model, pieces: int = PIECES) -> list[SplineTerm]:
+def spline_terms(model: Model, pieces: int = ESTIMATION.pieces) -> list[SplineTerm]:
     """Every input location with every covariate that makes sense there (`Traits.sensible`)."""
     shapes = []
     covariates, sensible = model.covariates(), traits_of(model).sensible
@@ -116,7 +111,7 @@ def spline_terms(model: Model, pieces: int = PIECES) -> list[SplineTerm]:
     bases = {name: spline_basis(covariates[name], k) for name, k in knots.items()}
     for location in model.inputs():
         for name, basis in bases.items():
-            if sensible(location, name, pieces == PIECES):
+            if sensible(location, name, pieces == ESTIMATION.pieces):
                 shapes.append(SplineTerm(location, name, basis, knots[name]))
     return shapes
 

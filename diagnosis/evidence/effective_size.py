@@ -16,16 +16,8 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from diagnosis.evidence.memory_given_back import autocorrelation_times, given_back
+from diagnosis.evidence.options import EVIDENCE
 from diagnosis.observations.readings import MAD_TO_SIGMA, FloatArray, IntArray
-
-HUBER_SATURATED = 4.0
-MEDIAN_OVER = 7
-FEWEST_EFFECTIVE = 6.0
-MOST_GIVEN_BACK = 2.5
-"""Times the variance of a residual beyond which it says nothing of the noise."""
-LEAST_OF_LARGEST = 0.05
-"""Noise of one kind of row as a share of the largest: what a model gets wrong in motion leaves
-traces where the motion ends."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,7 +72,7 @@ def tempered(
         own = kinds[rows] == kind
         power = np.sum((weight[own] * left[own]) ** 2) / max(float(np.sum(weight[own] ** 2)), 1.0)
         sigma[own] = max(float(np.sqrt(power)), least)
-    sigma = np.maximum(sigma, LEAST_OF_LARGEST * float(sigma.max()))
+    sigma = np.maximum(sigma, EVIDENCE.least_of_largest * float(sigma.max()))
     standard = left / sigma
     count = float(once[-1]) + 1.0
     new = np.concatenate([[True], np.diff(once) > 0])
@@ -88,8 +80,9 @@ def tempered(
     tau = float(autocorrelation_times(np.clip(standard[new], -4.0, 4.0)[:, None], apart)[0])
     if took is not None and took.shape[1]:
         back = given_back(took[new] / single[new, None], apart, tau)
-        sigma, tau = sigma * np.sqrt(min(back.variance, MOST_GIVEN_BACK)), tau * back.memory
-    tau = min(tau, max(count / FEWEST_EFFECTIVE, 1.0))
+        sigma = sigma * np.sqrt(min(back.variance, EVIDENCE.most_given_back))
+        tau = tau * back.memory
+    tau = min(tau, max(count / EVIDENCE.fewest_effective, 1.0))
     if took is None:
         effective = count / tau
         taken = effective / max(effective - min(fitted, 0.6 * effective), 1.0)
@@ -113,9 +106,9 @@ def spike_weights(left: FloatArray) -> FloatArray:
 
     What lasts for several readings is signal, however large.
     """
-    if len(left) < MEDIAN_OVER:
+    if len(left) < EVIDENCE.median_over:
         return np.ones(len(left))
-    off = np.abs(left - median_filter(left, MEDIAN_OVER, mode="nearest"))
+    off = np.abs(left - median_filter(left, EVIDENCE.median_over, mode="nearest"))
     usual = max(MAD_TO_SIGMA * float(np.median(off)), 0.2 * float(np.quantile(off, 0.9)), 1e-300)
-    weight: FloatArray = np.minimum(1.0, HUBER_SATURATED * usual / np.maximum(off, 1e-300))
+    weight: FloatArray = np.minimum(1.0, EVIDENCE.spike_limit * usual / np.maximum(off, 1e-300))
     return np.where(weight < 0.75, weight, 1.0)

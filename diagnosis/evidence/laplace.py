@@ -15,14 +15,12 @@ import numpy as np
 from scipy.special import ndtr
 
 from diagnosis.evidence.effective_size import TemperedNoise
+from diagnosis.evidence.options import EVIDENCE
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size
 
 Point = dict[str, float]
 Named = tuple[str, float]
-MOST_STEPS = 14
-ENOUGH = 0.02
-"""A step that gains less in chi-square ends a fit: far below what decides anything."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,7 +121,7 @@ class Laplace:
         """Damped Gauss-Newton in the nonlinear sizes, within their bounds."""
         cost, left = self._solve(keys, point)
         damping = 1e-2
-        for _ in range(MOST_STEPS):
+        for _ in range(EVIDENCE.most_fit_steps):
             slopes = np.stack([self._slope(keys, point, left, m) for m in moved], axis=1)
             gradient, gram = slopes.T @ left, slopes.T @ slopes
             scale = np.diag(gram) + 1e-12
@@ -138,7 +136,7 @@ class Laplace:
                 return cost, point
             gained, cost, point, left = cost - new_cost, new_cost, new, new_left
             damping = max(damping / 10.0, 1e-6)
-            if gained < ENOUGH:
+            if gained < EVIDENCE.fit_gain:
                 break
         return cost, point
 

@@ -15,13 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
+from diagnosis.evidence.options import EVIDENCE
 from diagnosis.observations.readings import FloatArray, IntArray
-
-CORRELATIONS = (0.0, 0.3, 0.5, 0.7, 0.8, 0.87, 0.92, 0.95, 0.97)
-"""Of neighbours, for which the fit is tried; beyond the last the last is taken."""
-SIMULATED_NOISES = 12
-UNCORRELATED = 0.05
-"""The autocorrelation is summed to where it first falls below this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,12 +36,12 @@ def given_back(shapes: FloatArray, groups: IntArray, memory: float) -> GivenBack
     count, fitted = shapes.shape
     if count < 8 or not fitted:
         return GivenBack(1.0, 1.0)
-    white = np.random.default_rng(0).standard_normal((count, SIMULATED_NOISES))
+    white = np.random.default_rng(0).standard_normal((count, EVIDENCE.simulated_noises))
     gram = np.linalg.inv(np.eye(fitted) + shapes.T @ shapes)
     seen: list[float] = []
     variance: list[float] = []
     longer: list[float] = []
-    for rho in CORRELATIONS:
+    for rho in EVIDENCE.correlations:
         noise = _correlated(white, rho, groups)
         left = noise - shapes @ (gram @ (shapes.T @ noise))
         own = float(np.mean(autocorrelation_times(left, groups)))
@@ -87,6 +82,6 @@ def autocorrelation_times(values: FloatArray, groups: IntArray) -> FloatArray:
         if not pairs or not going.any():
             break
         paired = np.einsum("ij,ij,i->j", x[lag:], x[:-lag], near.astype(float)) / power
-        going &= paired * count / pairs >= UNCORRELATED
+        going &= paired * count / pairs >= EVIDENCE.uncorrelated
         total = total + np.where(going, 2.0 * paired, 0.0)
     return np.maximum(total, 1.0)

@@ -12,19 +12,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.estimation.blocks import blocks_of
-from diagnosis.estimation.budget import NOISE, Budget
+from diagnosis.estimation.budget import Budget
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import estimate
-from diagnosis.estimation.splines import FINE_PIECES, SplineTerm, spline_terms, way_shapes
+from diagnosis.estimation.options import ESTIMATION
+from diagnosis.estimation.splines import SplineTerm, spline_terms, way_shapes
+from diagnosis.evidence.options import EVIDENCE
 from diagnosis.evidence.saturated_model import Saturated, given_back
 from diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
 from diagnosis.plants.contract import Model
 from diagnosis.priors.file_tolerances import tolerance_columns
 from diagnosis.score_tests.library import Library, build
 from diagnosis.score_tests.score_test import Scorer, tolerance_factor
-
-NOISE_ROUNDS = 2
-"""The first is whitened by a noise that still has the whole mismatch in it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,15 +53,15 @@ def prepare(model: Model, valid: BoolArray, budget: Budget | None = None) -> Pre
 
     budget: how much the search that follows may be; without it, as much as there is to do.
     """
-    fine = [*spline_terms(model, FINE_PIECES), *way_shapes(model)]
+    fine = [*spline_terms(model, ESTIMATION.fine_pieces), *way_shapes(model)]
     predicted = model.predict([n.term for n in model.nuisances])
-    return _prepared(model, valid, build(model), fine, predicted, NOISE_ROUNDS, budget)
+    return _prepared(model, valid, build(model), fine, predicted, EVIDENCE.noise_rounds, budget)
 
 
 def once_more(before: Prepared, predicted: FloatArray) -> Prepared:
     """The same with noise and outliers by a better prediction, from a first round of naming."""
     budget = before.fitter.budget
-    budget.spend(NOISE)
+    budget.spend(ESTIMATION.noise_work)
     return _prepared(before.model, before.valid, before.library, before.fine, predicted, 1, budget)
 
 

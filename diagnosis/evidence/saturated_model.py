@@ -17,29 +17,16 @@ from scipy.linalg import eigh, lu_factor, lu_solve
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import AR_ORDER, ChannelNoise, Whitener, estimate, stationary
 from diagnosis.estimation.side_by_side import side_by_side
+from diagnosis.evidence.options import EVIDENCE
 from diagnosis.observations.readings import BoolArray, FloatArray
 from diagnosis.score_tests.library import Library
-
-RIDGE = 1e-5
-NOISE_DRAWS = 8
-ROUNDS = 6
-SETTLED = 0.01
-"""Change of the memory's coefficients below which a further round is not needed."""
-ALTERNATES = 3.0
-"""Standard errors by which a negative memory has to stand out."""
-READINGS_A_COLUMN = 4
-LONGEST = 0.9
-"""Sum of the coefficients up to which memory is given back: what remembers more than ten readings
-is rather a mismatch that no column follows.
-"""
-NOISE_SEED = 20261121
 
 
 class Saturated:
     """Least squares of all columns of a whitened library together.
 
     Of a short recording only those directions in which the columns differ most, so many that a
-    column has `READINGS_A_COLUMN` readings at least: what is wrong with a machine is mostly there,
+    column has `readings_a_column` readings at least: what is wrong with a machine is mostly there,
     and enough is left to see the noise by.
     """
 
@@ -48,8 +35,8 @@ class Saturated:
         self.library = library
         self.fitter = fitter
         self.scale = np.sqrt(np.maximum(np.diag(gram), 1e-30))
-        matrix = gram / np.outer(self.scale, self.scale) + RIDGE * np.eye(len(gram))
-        directions = library.white.shape[0] // READINGS_A_COLUMN
+        matrix = gram / np.outer(self.scale, self.scale) + EVIDENCE.ridge * np.eye(len(gram))
+        directions = library.white.shape[0] // EVIDENCE.readings_a_column
         self.is_cut = directions < len(matrix)
         """Whether too little was read for all directions."""
         if self.is_cut:
@@ -87,10 +74,10 @@ def given_back(fit: Saturated, left: Whitener, valid: BoolArray) -> tuple[Whiten
     (indirect inference: Gourieroux, Monfort and Renault 1993, J. Appl. Econometrics 8, S85-S118).
     """
     found = _before_the_fit(fit, left, left, valid)
-    for _ in range(ROUNDS - 1):
+    for _ in range(EVIDENCE.given_back_rounds - 1):
         earlier = found.noise
         found = _before_the_fit(fit, left, earlier, valid)
-        if _change(earlier, found.noise) < SETTLED:
+        if _change(earlier, found.noise) < EVIDENCE.settled:
             break
     pairs = zip(found.noise.channels, found.errors, strict=True)
     channels = tuple(_cautious(one, error, fit.is_cut) for one, error in pairs)
@@ -125,10 +112,10 @@ def _cautious(noise: ChannelNoise, errors: _Errors, little_read: bool) -> Channe
     """
     total = float(noise.phi.sum())
     if little_read:
-        larger = min(max(total, 0.0) + errors.memory, max(total, LONGEST))
+        larger = min(max(total, 0.0) + errors.memory, max(total, EVIDENCE.longest_memory))
         sigma = noise.sigma * (1.0 + errors.sigma)
         return replace(noise, sigma=sigma, phi=noise.phi + (larger - total) / AR_ORDER)
-    if total >= 0.0 or total < -ALTERNATES * errors.memory:
+    if total >= 0.0 or total < -EVIDENCE.alternates * errors.memory:
         return noise
     return replace(noise, phi=noise.phi - total / AR_ORDER)
 
@@ -136,8 +123,9 @@ def _cautious(noise: ChannelNoise, errors: _Errors, little_read: bool) -> Channe
 def _before_the_fit(fit: Saturated, left: Whitener, noise: Whitener, valid: BoolArray) -> _Before:
     """What is left, with what the fit takes from draws of a noise given back to it."""
     readings = fit.fitter.model.readings
-    rng = np.random.default_rng(NOISE_SEED)
-    drawn = np.stack([noise.drawn(rng, len(readings.t_s)) for _ in range(NOISE_DRAWS)], axis=2)
+    rng = np.random.default_rng(EVIDENCE.noise_seed)
+    draws = EVIDENCE.noise_draws
+    drawn = np.stack([noise.drawn(rng, len(readings.t_s)) for _ in range(draws)], axis=2)
     remains = drawn - fit(drawn)
 
     def sized(residual: FloatArray) -> list[ChannelNoise]:
@@ -147,7 +135,7 @@ def _before_the_fit(fit: Saturated, left: Whitener, noise: Whitener, valid: Bool
 
     each = [*np.moveaxis(drawn, 2, 0), *np.moveaxis(remains, 2, 0)]
     sizes = side_by_side([partial(sized, residual) for residual in each])
-    before, after = sizes[:NOISE_DRAWS], sizes[NOISE_DRAWS:]
+    before, after = sizes[:draws], sizes[draws:]
     channels, larger, errors = [], [], []
     for number, own in enumerate(left.channels):
         pairs = [(b[number], a[number]) for b, a in zip(before, after, strict=True)]
@@ -187,6 +175,6 @@ def _ratio(pairs: list[tuple[float, float]]) -> float:
 
 
 def _share(phi: FloatArray, taken: FloatArray) -> float:
-    """How much of the memory that was taken may be given back, by `LONGEST`."""
-    room, more = LONGEST - float(phi.sum()), float(taken.sum())
+    """How much of the memory that was taken may be given back, by `longest_memory`."""
+    room, more = EVIDENCE.longest_memory - float(phi.sum()), float(taken.sum())
     return float(np.clip(room / more, 0.0, 1.0)) if more > 0.0 else 1.0

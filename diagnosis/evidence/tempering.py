@@ -10,19 +10,16 @@ import numpy as np
 
 from diagnosis.evidence.effective_size import TemperedNoise, runs_of_one_value, tempered
 from diagnosis.evidence.laplace import Explanation, Laplace
+from diagnosis.evidence.options import EVIDENCE
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.regression import RegressionPlant
-
-TEMPERING_ROUNDS = 3
-LEAST_NOISE_SHARE = 1e-6
-"""No likelihood is believed to this share of the mismatch or less."""
 
 
 def saturated_noise(plant: RegressionPlant) -> TemperedNoise:
     """From the saturated set, beginning with the whole mismatch as noise."""
     keys = frozenset(r.key for r in plant.regressors if r.saturated and not r.left_over)
     noise = _of_residual(plant, plant.observed - plant.base(frozenset(), {}))
-    for _ in range(TEMPERING_ROUNDS):
+    for _ in range(EVIDENCE.tempering_rounds):
         fit = Laplace(plant, noise.untempered)(keys)
         noise = _of(plant, fit)
     return noise
@@ -52,7 +49,7 @@ def _of_residual(
     plant: RegressionPlant, residual: FloatArray, fitted: int = 0, took: FloatArray | None = None
 ) -> TemperedNoise:
     mismatch = (plant.observed - plant.base(frozenset(), {}))[plant.rows]
-    least = max(LEAST_NOISE_SHARE * float(np.std(mismatch)), plant.rounding, 1e-15)
+    least = max(EVIDENCE.least_noise_share * float(np.std(mismatch)), plant.rounding, 1e-15)
     rounded = plant.rounding > 0.0
     once = runs_of_one_value(plant.observed, plant.groups, plant.rows) if rounded else None
     rows, groups, kinds = plant.rows, plant.groups, plant.kinds

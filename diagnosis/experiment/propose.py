@@ -14,20 +14,11 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.noise import Whitener
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.experiment.design import Run, both_ways
+from diagnosis.experiment.options import EXPERIMENT
 from diagnosis.experiment.ties import Tie
 from diagnosis.observations.readings import BoolArray, FloatArray, Readings
 from diagnosis.plants.next_run import NextRuns
 from diagnosis.selection.ambiguity import Standing
-
-SETTLES = 40.0
-"""Expected chi-square that a run must give: it then leaves less than the limit of a tie (11)
-once in a hundred times, as chi-square scatters by twice its root."""
-LONGEST_MIN = 8.0
-SHORTEST_MIN = 1.0
-MOST_TIES = 4
-REFINED = 2
-HOLDS_BACK = 1.5
-"""Evidence aimed at over SETTLES: the machine is never quite what the model says."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +39,12 @@ class _Rated:
     @property
     def most_repeats(self) -> int:
         """How often it fits into the time there is."""
-        return max(1, int(LONGEST_MIN / max(self.run.minutes, 1e-6)))
+        return max(1, int(EXPERIMENT.longest_min / max(self.run.minutes, 1e-6)))
 
     @property
     def enough(self) -> BoolArray:
         """(n, 2): where the longest run gives enough evidence."""
-        enough: BoolArray = self.evidence * self.most_repeats >= SETTLES
+        enough: BoolArray = self.evidence * self.most_repeats >= EXPERIMENT.settles
         return enough
 
     def rank(self) -> tuple[int, int, float]:
@@ -93,7 +84,7 @@ def next_experiment(
     recorded, noise: of the recording that left them tied. At most a few ties are looked at, the
     closest first.
     """
-    ties = sorted(ties, key=lambda tie: tie.delta_chi2)[:MOST_TIES]
+    ties = sorted(ties, key=lambda tie: tie.delta_chi2)[: EXPERIMENT.most_ties]
     if not ties:
         return Proposal(None)
     candidates = next_runs(set().union(*(tie.components for tie in ties)))
@@ -101,20 +92,21 @@ def next_experiment(
         return Proposal(None, [_open(tie, needs_drive=True) for tie in ties])
     rated = _rate([Run(one, recorded, noise) for one in candidates], ties, 1.0, 1)
     rated.sort(key=_Rated.rank, reverse=True)
-    better = _rate([one.run for one in rated[:REFINED]], ties, 1.0, 3)
+    better = _rate([one.run for one in rated[: EXPERIMENT.refined]], ties, 1.0, 3)
     best = max(better, key=_Rated.rank, default=None)
     if best is None or not best.enough.any():
-        return Proposal(None, [_open(tie, minutes=LONGEST_MIN) for tie in ties])
+        return Proposal(None, [_open(tie, minutes=EXPERIMENT.longest_min) for tie in ties])
     return _proposal(best, ties)
 
 
 def _proposal(best: _Rated, ties: Sequence[Tie]) -> Proposal:
     """The job with as many repeats as the worst of the ties it settles needs."""
     run = best.run
-    needed = max(HOLDS_BACK * SETTLES / best.least, SHORTEST_MIN / run.minutes)
+    aim = EXPERIMENT.holds_back * EXPERIMENT.settles
+    needed = max(aim / best.least, EXPERIMENT.shortest_min / run.minutes)
     repeats = min(math.ceil(needed), best.most_repeats)
     (final,) = _rate([run], ties, float(repeats), 3)
-    good = final.evidence >= SETTLES
+    good = final.evidence >= EXPERIMENT.settles
     left = [_left(tie, *sides) for tie, sides in zip(ties, good.tolist(), strict=True)]
     still = [tie for tie in left if tie is not None]
     if not good.any():
@@ -135,7 +127,7 @@ def _left(tie: Tie, first: bool, second: bool) -> OpenTie | None:
     if first and second:
         return None
     if not (first or second):
-        return _open(tie, minutes=LONGEST_MIN)
+        return _open(tie, minutes=EXPERIMENT.longest_min)
     return _open(tie, turned=second)
 
 

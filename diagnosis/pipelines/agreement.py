@@ -18,13 +18,13 @@ from diagnosis.assessment.covariance import NORMAL_95
 from diagnosis.assessment.regression_holdout import LASTING
 from diagnosis.evidence.laplace import Explanation, Laplace
 from diagnosis.evidence.tempering import saturated_noise
+from diagnosis.pipelines.options import REGRESSION
 from diagnosis.pipelines.regression_findings import drawn, own, parameter
 from diagnosis.plants.regression import RegressionPlant
 from diagnosis.selection.named_first import Selected
 
 NOT_COMPARED = frozenset({"phase", "time_constant"})
 """Parameters that only say where or how fast something else is."""
-COUNT = 2000
 
 
 def agreement(selected: Selected, singles: Sequence[RegressionPlant]) -> list[Agreement]:
@@ -56,7 +56,7 @@ def _alone(selected: Selected, plant: RegressionPlant, keys: frozenset[str]) -> 
 
 
 def _sizes(plant: RegressionPlant, fit: Explanation, key: str) -> dict[str, ParameterResult]:
-    draws = drawn(fit, key, plant, COUNT, np.random.default_rng(0))
+    draws = drawn(fit, key, plant, REGRESSION.posterior_draws, np.random.default_rng(0))
     pairs = [(one.name, parameter(one, own(fit, key), draws)) for one in plant.shown(key)]
     return {name: result for name, result in pairs if result is not None}
 

@@ -12,13 +12,10 @@ from diagnosis.assessment.regression_holdout import Blocks, on_other_runs, scale
 from diagnosis.assessment.significance import chance
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import IntArray
+from diagnosis.pipelines.options import REGRESSION
 from diagnosis.plants.regression import RegressionPlant
 from diagnosis.selection.named_first import Selected
 from diagnosis.selection.options import SELECTION
-
-FOUND_AT_SIGMA = 4.2
-"""Standard deviations of a size at which it is found in four recordings of five: 3.3 to overcome
-its Occam factor and its odds, 0.84 for the power."""
 
 
 def rest_of(selected: Selected) -> Rest:
@@ -77,7 +74,7 @@ def detection_limits(selected: Selected) -> list[SmallestDetectable]:
         at = [i for i, name in enumerate(more.names) if name.startswith(f"{regressor.key}.")]
         if len(at) != 1:
             continue
-        spread = FOUND_AT_SIGMA * float(np.sqrt(scaled_covariance(more)[at[0], at[0]]))
+        spread = REGRESSION.found_at_sigma * float(np.sqrt(scaled_covariance(more)[at[0], at[0]]))
         name = more.names[at[0]][len(regressor.key) + 1 :]
         size = abs(float(shown[0].of({name: np.asarray(spread)})) - shown[0].nothing)
         found.append(

@@ -14,14 +14,10 @@ from diagnosis.assessment.regression_holdout import scaled_covariance
 from diagnosis.assessment.significance import chance
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import FloatArray, Readings
+from diagnosis.pipelines.options import REGRESSION
 from diagnosis.plants.regression import RegressionPlant, Regressor, Shown
 from diagnosis.selection.named_first import Selected
 from diagnosis.selection.options import SELECTION
-
-POSTERIOR_DRAWS = 2000
-"""Draws of the sizes: the ends of a 95 % interval are then known to a few per cent of its width."""
-LEAST_PROBABILITY = 0.02
-"""Alternatives less probable than this get no line."""
 
 
 def findings(selected: Selected, readings: Readings, axes: list[str]) -> list[Finding]:
@@ -104,7 +100,7 @@ def _others(selected: Selected, regressor: Regressor) -> list[Alternative]:
             delta_chi2=max(worse[key], 0.0), probability=weight,
         )
         for key, weight in sorted(weights.items(), key=lambda pair: -pair[1])
-        if weight > LEAST_PROBABILITY and by_key[key].effect not in named
+        if weight > REGRESSION.least_probability and by_key[key].effect not in named
     ]  # fmt: skip
 
 
@@ -175,7 +171,7 @@ def _mixture(selected: Selected, key: str) -> dict[str, FloatArray]:
     rng = np.random.default_rng(0)
     parts: list[dict[str, FloatArray]] = []
     for explanation, weight in chosen:
-        count = round(POSTERIOR_DRAWS * weight / total)
+        count = round(REGRESSION.posterior_draws * weight / total)
         if count:
             parts.append(drawn(explanation, key, selected.plant, count, rng, selected.shift))
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

@@ -17,6 +17,7 @@ from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.observations.servo_preprocessing import JOINTS, reads_disturbance
 from diagnosis.pipelines.lone_machine import diagnose_servo
 from diagnosis.pipelines.nonlinear import diagnose_model
+from diagnosis.pipelines.options import REGRESSION
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.plants.delta.next_runs import next_runs
 from diagnosis.plants.delta.safe_poses import MotionLimits
@@ -31,7 +32,6 @@ Progress = Callable[[str], None]
 OUTSIDE = [f"{stem}_{axis}" for stem in ("range", "pos") for axis in "xyz"]
 INSIDE = ("theta_", "steps_", "command_", "current_", "disturbance_")
 STATUS = ("status_",)
-LEAST_ROWS = 50
 
 
 def is_servo_run(robot: DeltaRobot, recordings: Sequence[FlatRecording]) -> bool:
@@ -80,7 +80,7 @@ def sensor_rounds(recording: FlatRecording) -> FlatRecording | None:
     """
     columns = recording.columns
     seen = {name: np.flatnonzero(np.isfinite(columns[name])) for name in OUTSIDE if name in columns}
-    seen = {name: rows for name, rows in seen.items() if len(rows) >= LEAST_ROWS}
+    seen = {name: rows for name, rows in seen.items() if len(rows) >= REGRESSION.fewest_rows}
     if not seen:
         return None
     base = max(seen.values(), key=len)

@@ -2,9 +2,9 @@
 looked at.
 
 What belongs to one effect stands with the effect (`EffectKind`). Every other room whose numbers
-decide has such a table: `answer.options` (verdict and alarm), `admission.options`,
-`score_tests.options`, `selection.options`, `assessment.options`. How long the search may go on
-stands in `estimation.budget`.
+decide has such a table (`options.py` in `answer`, `admission`, `estimation`, `evidence`,
+`score_tests`, `selection`, `assessment`, `experiment` and `pipelines`). How long the search may go
+on stands in `estimation.options`.
 """
 
 from __future__ import annotations

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import trapezoid
 
-from diagnosis.estimation.estimate import COLLINEAR, Solution
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.options import ESTIMATION
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate, Coordinate
 from diagnosis.priors.options import PENALTIES
@@ -115,7 +116,7 @@ def size_cost(solution: Solution, number: int, factor: float = 1) -> float:
         cost -= 2.0 * prior.log_density(length) + len(prior.sizes) * math.log(2.0 * math.pi)
         cost -= _log_det(own)
     if prior.others:
-        precision = np.linalg.pinv(beside, rcond=COLLINEAR, hermitian=True)
+        precision = np.linalg.pinv(beside, rcond=ESTIMATION.collinear, hermitian=True)
         left = precision[np.ix_(prior.others, prior.others)]
         spread_of = prior.spread[prior.others]
         cost += _log_det(np.eye(len(spread_of)) + left * np.outer(spread_of, spread_of))

@@ -16,8 +16,9 @@ from scipy.sparse import csr_array
 
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
+from diagnosis.estimation.options import ESTIMATION
 from diagnosis.estimation.side_by_side import side_by_side
-from diagnosis.estimation.splines import PIECES, SplineTerm, knots_for, spline_basis, two_way
+from diagnosis.estimation.splines import SplineTerm, knots_for, spline_basis, two_way
 from diagnosis.observations.readings import FloatArray
 from diagnosis.priors.options import OPTIONS
 from diagnosis.score_tests.chi2_tail import log_sf
@@ -74,7 +75,7 @@ def tied_drivers(
 
 
 def _shape(covariate: FloatArray) -> csr_array:
-    return spline_basis(covariate, knots_for(covariate, PIECES))
+    return spline_basis(covariate, knots_for(covariate, ESTIMATION.pieces))
 
 
 def _explained(fitter: Fitter, solution: Solution, shape: SplineTerm) -> tuple[float, float]:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from command_line.main import main
-from diagnosis.estimation import budget as budget
+from diagnosis.estimation import budget
+from diagnosis.estimation.options import ESTIMATION
 from models.chain import Chain, Commands
 from models.robot import EffectEntry, load_delta
 from recording.tables.flat import FlatRecording
@@ -46,7 +48,7 @@ def test_a_search_that_ends_early_says_so_and_thorough_goes_on(
     capsys: pytest.CaptureFixture[str],
     thorough: bool,
 ) -> None:
-    monkeypatch.setattr(budget, "PREDICTIONS", 5.0)
+    monkeypatch.setattr(budget, "ESTIMATION", replace(ESTIMATION, predictions=5.0))
     options = ["--robot", str(ROBOT), "--json", "-", *(["--thorough"] if thorough else [])]
     monkeypatch.setattr("sys.argv", ["deltactl", "diagnose", str(wrong), *options])
     with pytest.raises(SystemExit) as caught:

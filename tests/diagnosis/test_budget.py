@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diagnosis.estimation import budget as patience_module
 from diagnosis.estimation.budget import Budget, Until
+from diagnosis.estimation.options import ESTIMATION
 from diagnosis.estimation.side_by_side import alone
 from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.delta.model import DeltaModel
@@ -36,9 +36,9 @@ def test_it_lasts_until_its_share_is_spent(spent: list[float], until: Until) -> 
 
 
 def test_a_short_recording_allows_more_predictions_and_a_long_one_no_fewer() -> None:
-    usual = Budget.for_rows(patience_module.ROWS)
-    assert Budget.for_rows(patience_module.ROWS // 2).most == 2.0 * usual.most
-    assert Budget.for_rows(10 * patience_module.ROWS).most == usual.most
+    usual = Budget.for_rows(ESTIMATION.rows_of_unit)
+    assert Budget.for_rows(ESTIMATION.rows_of_unit // 2).most == 2.0 * usual.most
+    assert Budget.for_rows(10 * ESTIMATION.rows_of_unit).most == usual.most
 
 
 @pytest.mark.parametrize("here", [alone, nullcontext])

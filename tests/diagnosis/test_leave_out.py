@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diagnosis.estimation.change_point_search import MOMENTS
 from diagnosis.estimation.change_point_timing import shown_later
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.levenberg_marquardt import Slopes
+from diagnosis.estimation.options import ESTIMATION
 from diagnosis.estimation.orthonormal import orthonormal
 from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.candidate import Candidate, Term
@@ -102,7 +102,7 @@ def test_the_rest_is_remembered_without_what_makes_it_large(
 def test_a_moment_that_fits_better_is_found_from_far_off(search: Search, found: Solution) -> None:
     number = next(k for k, term in enumerate(found.terms) if term.candidate.kind.event)
     far = shown_later(
-        found.terms[number], MOMENTS[-1] * 0.9 * search.fitter.model.readings.period_s
+        found.terms[number], ESTIMATION.moments[-1] * 0.9 * search.fitter.model.readings.period_s
     )
     assert far is not None
     terms = (*found.terms[:number], far, *found.terms[number + 1 :])

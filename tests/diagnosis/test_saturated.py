@@ -14,7 +14,8 @@ from diagnosis.estimation.noise import Whitener, estimate
 from diagnosis.estimation.orthonormal import orthonormal
 from diagnosis.evidence.detection import Detection
 from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.evidence.saturated_model import LONGEST, Saturated, given_back
+from diagnosis.evidence.options import EVIDENCE
+from diagnosis.evidence.saturated_model import Saturated, given_back
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.score_tests.fine_scores import scores_of
 from diagnosis.score_tests.score_test import explained_by
@@ -52,7 +53,7 @@ def test_a_memory_that_is_a_mismatch_is_not_made_longer(delta: DeltaRobot, recor
     fit = Saturated(prepared.library, prepared.fitter)
     swaying = np.cumsum(np.random.default_rng(3).standard_normal((len(fit.fitter.observed), 3)), 0)
     long = estimate(model.readings, prepared.valid, 1e-4 * swaying)
-    assert all(n.phi.sum() > LONGEST for n in long.channels)
+    assert all(n.phi.sum() > EVIDENCE.longest_memory for n in long.channels)
     given, _ = given_back(fit, long, prepared.valid)
     for before, after in zip(long.channels, given.channels, strict=True):
         assert np.array_equal(before.phi, after.phi)

@@ -12,7 +12,7 @@ import pytest
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.experiment import Proposal, Tie, next_experiment
 from diagnosis.experiment.design import contains
-from diagnosis.experiment.propose import LONGEST_MIN, SETTLES
+from diagnosis.experiment.options import EXPERIMENT
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.plants.delta.motions import Motion
 from diagnosis.plants.delta.next_runs import next_runs
@@ -87,14 +87,14 @@ def test_the_proposed_run_settles_the_tie(
     proposal = proposed(model, fitter, [tie])
     plan = proposal.experiment
     assert plan is not None
-    assert plan.expected_delta_chi2 >= SETTLES
-    assert plan.minutes <= LONGEST_MIN
+    assert plan.expected_delta_chi2 >= EXPERIMENT.settles
+    assert plan.minutes <= EXPERIMENT.longest_min
     assert set(plan.tells_apart) == {" ".join(name) for name in (*case.truth, *case.rival)}
 
     second = bench.record(driven(plan.job), *case.concealed, seed=2)
     _, _, both = bench.tie([poor, second], case.truth, case.rival)
     assert both.delta_chi2 > TIED
-    assert both.delta_chi2 - tie.delta_chi2 > SETTLES
+    assert both.delta_chi2 - tie.delta_chi2 > EXPERIMENT.settles
 
 
 ONE_SIDED = {
@@ -117,7 +117,7 @@ def test_what_only_one_truth_would_show_is_said_with_the_measurement_that_helps(
     model, fitter, tie = bench.tie([poor], case.truth, case.rival)
     proposal = proposed(model, fitter, [tie])
     assert proposal.experiment is not None
-    assert proposal.experiment.expected_delta_chi2 >= SETTLES
+    assert proposal.experiment.expected_delta_chi2 >= EXPERIMENT.settles
     line = tie_line(*proposal.open)
     assert "both will still fit: then record the" in line
 

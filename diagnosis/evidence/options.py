@@ -1,0 +1,70 @@
+"""The numbers by which the noise is estimated and evidence is counted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class EvidenceOptions:
+    """Of the saturated fit, of what it takes from the noise, and of the effective sample size."""
+
+    # The noise of a machine whose effects are fitted together.
+    noise_rounds: int = 2
+    """The first is whitened by a noise that still has the whole mismatch in it."""
+    ridge: float = 1e-5
+    """Of the library's scaled normal equations, whose columns are nearly collinear: small beside
+    the part of a column that is its own."""
+    readings_a_column: int = 4
+    """Fewest readings for each direction that is fitted, so that three in four are left to see the
+    noise by."""
+    noise_draws: int = 8
+    """Draws by which it is seen what a fit takes: their mean is known to a third of one draw's
+    scatter."""
+    noise_seed: int = 20261121
+    """The same draws each time, so that the same recording has the same answer."""
+    given_back_rounds: int = 6
+    """Most rounds; long recordings need one or two."""
+    settled: float = 0.01
+    """Change of the memory's coefficients below which a further round is not needed."""
+    alternates: float = 3.0
+    """Standard errors by which a negative memory has to stand out."""
+    longest_memory: float = 0.9
+    """Sum of the coefficients up to which memory is given back: what remembers more than ten
+    readings is rather a mismatch that no column follows."""
+
+    # The noise of a machine whose mismatch is a sum of known columns.
+    tempering_rounds: int = 3
+    """The first fit takes the whole mismatch for noise, each further one what the last fit left."""
+    least_noise_share: float = 1e-6
+    """No likelihood is believed to this share of the mismatch or less."""
+    spike_limit: float = 4.0
+    """Robust standard deviations off its neighbours from which on a reading counts less. Higher
+    than usual for Huber's weights: what a saturated model leaves is not quite noise."""
+    median_over: int = 7
+    """Readings of which the median is a reading's neighbourhood: up to three in a row stand out."""
+    fewest_effective: float = 6.0
+    """Independent readings that any recording is taken for, however long its memory."""
+    most_given_back: float = 2.5
+    """Times the variance of a residual beyond which it says nothing of the noise."""
+    least_of_largest: float = 0.05
+    """Noise of one kind of row as a share of the largest: what a model gets wrong in motion leaves
+    traces where the motion ends."""
+
+    # What spline terms take out of noise with a memory.
+    correlations: tuple[float, ...] = (0.0, 0.3, 0.5, 0.7, 0.8, 0.87, 0.92, 0.95, 0.97)
+    """Of neighbours, for which the fit is tried; beyond the last the last is taken."""
+    simulated_noises: int = 12
+    """Draws for each of them."""
+    uncorrelated: float = 0.05
+    """The autocorrelation is summed to where it first falls below this."""
+
+    # The fit of one set of regressors.
+    most_fit_steps: int = 14
+    """Gauss-Newton steps at which a fit is given up; it ends earlier by `fit_gain`."""
+    fit_gain: float = 0.02
+    """A step that gains less in chi-square ends a fit: far below what decides anything."""
+
+
+EVIDENCE = EvidenceOptions()
+"""As the engine is used."""
