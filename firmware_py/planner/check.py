@@ -66,9 +66,7 @@ def _with_memory(
         again = _timed(job, robot, limits, built, 2)
         for _ in range(TIMED_AGAIN):
             again = _timed(job, robot, limits, (memory.again(again, first), None), 2)
-    return Plan(
-        job, robot, kinematics, first, again, float(path.dwell_s[0]), memory.preload_rad(first)
-    )
+    return Plan(job, robot, kinematics, first, again, float(path.dwell_s[0]), memory.preload_rad())
 
 
 TIMED_AGAIN = 2

@@ -49,9 +49,15 @@ class LapMemory:
         commanded[0] = commanded[-1] = first.lap.angles_rad[-1]
         return self._commanded(timed.lap, commanded)
 
-    def preload_rad(self, first: TimedLap) -> FloatArray | None:
-        """How far before the start of the path the way to it begins, (3,) [rad]."""
-        preload = self._remembering.preload_rad(first.lap.angles_rad)
+    def preload_rad(self) -> FloatArray | None:
+        """How far before the start of the path the way to it begins, (3,) [rad].
+
+        As the arms are meant to set out, which is what the first lap was worked out for: where an
+        arm turns round within a step of the start, what is commanded may set out the other way.
+        """
+        if self._first_rad is None:
+            return None
+        preload = self._remembering.preload_rad(self._first_rad)
         return preload if preload.any() else None
 
     def _commanded(self, lap: Lap, angles_rad: FloatArray) -> Lap:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firmware_py.compensation.remembering import Course, Remembering
-from firmware_py.job_file import JobFile
+from firmware_py.job_file import JobFile, load_job
 from firmware_py.planner.check import home_counts, make_plan
 from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.planner.plan import Plan
@@ -87,6 +87,16 @@ def test_what_remembers_is_compensated(
     # An arm that falls through its play falls no faster than its drag lets it.
     left = 0.45 if effect[2].get("drag", 1e4) < 1e3 else 0.35
     assert rms[1] < max(left * rms[0], 1.2e-4), rms
+
+
+def test_an_arm_that_turns_round_at_once_is_pushed_the_way_it_goes_on() -> None:
+    width_rad = 0.008
+    robot = with_effects(("joint_friction", "motor1", {"width": width_rad}))
+    path = CONFIG_FOLDER / "demo-heart.yaml"  # arm 1 rises by a third of a step, then falls
+    job = load_job(path)
+    _, _, error_m = run(robot, make_plan(job, robot, kinematics_of(job, robot, path)))
+    elbow_m = width_rad * float(robot.geometry.upper_arm_m)
+    assert error_m[:20].max() < 0.5 * elbow_m
 
 
 def test_limits_of_speed_are_kept_while_play_is_taken_up() -> None:
