@@ -9,12 +9,13 @@ from typing import Any
 from firmware_py.compensation.ways import AHEAD, AT_REVERSALS, WARMING
 from firmware_py.job_file import JobFile, NetworkIk
 from firmware_py.planner.kinematics import network_file
-from firmware_py.program.includes import paths_of, read_whole
+from firmware_py.program.includes import kinematics_in, paths_of, read_whole
 from firmware_py.robot_file import RobotFile, find, load_robot
 from models.calibrated_inverse import INVERTIBLE, corrections_of
 from models.effects import effect_kind
 from models.robot import EffectEntry
 
+IN_KINEMATICS = "in the inverse kinematics"
 READINGS = frozenset(
     {
         *("sensor_offset", "sensor_scale", "sensor_crosstalk", "sensor_drift"),
@@ -84,23 +85,32 @@ def coverage(
     if all(path.shape in ("joints", "survey") for path in paths_of(job)):
         why = "the path is given in arm angles, which are commanded as they are"
         return Coverage(tuple(_left(entry, why) for entry in robot.effects))
-    inside, warning = "in the inverse kinematics", ""
-    known = corrections_of(robot)
-    chosen = job.inverse_kinematics
-    if isinstance(chosen, NetworkIk):
-        from models.network.file import NetworkFile
-
-        file = network_file(chosen, robot, job_path)
-        learned = NetworkFile.load(file).metadata.robot.effects
-        inside, warning = "in the network", _network_warning(file.name, known, learned, robot_path)
-        known = tuple(entry for entry in known if entry in learned)
+    known, insides, warnings = corrections_of(robot), [], []
+    for chosen in kinematics_in(job):
+        inside, warning = IN_KINEMATICS, ""
+        if isinstance(chosen, NetworkIk):
+            file = network_file(chosen, robot, job_path)
+            learned = _learned(file)
+            inside = "in the network"
+            warning = _network_warning(file.name, corrections_of(robot), learned, robot_path)
+            known = tuple(entry for entry in known if entry in learned)
+        insides.append(inside)
+        warnings.append(warning)
+    inside = " and ".join(dict.fromkeys(insides))
+    warning = "; ".join(text for text in dict.fromkeys(warnings) if text)
     return Coverage(tuple(_covered(robot.effects, known, inside)), warning)
 
 
 def robot_coverage(robot: RobotFile) -> Coverage:
     """What any job in space does about each effect, with an inverse that knows them all."""
-    inside = "in the inverse kinematics"
-    return Coverage(tuple(_covered(robot.effects, corrections_of(robot), inside)))
+    return Coverage(tuple(_covered(robot.effects, corrections_of(robot), IN_KINEMATICS)))
+
+
+def _learned(file: Path) -> tuple[EffectEntry, ...]:
+    """Effects that a network knows."""
+    from models.network.file import NetworkFile
+
+    return NetworkFile.load(file).metadata.robot.effects
 
 
 def _covered(

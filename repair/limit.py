@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from drivers.steps.contract import Counts
 from firmware_py.paths.path import Space
 from firmware_py.planner.plan import Plan
 from models.chain import Chain, Commands
@@ -46,14 +47,17 @@ class Limit:
         return asdict(self)
 
 
-def limit_of(plan: Plan, covered: Coverage) -> Limit | None:
+def limit_of(
+    plan: Plan, covered: Coverage, from_counts: Counts | None = None, most_s: float = MOST_S
+) -> Limit | None:
     """Of a plan and what it does about each effect; None for a path in arm angles.
 
+    from_counts: where the arms are before it; None for home. most_s: so much of it is looked at.
     Raises MotionError where the plan does not hold any more.
     """
     if plan.first.lap.space is Space.JOINT:
         return None
-    path, robot = played(plan, MOST_S), plan.robot
+    path, robot = played(plan, most_s, from_counts), plan.robot
     believed = tuple(one for one in robot.effects if one.effect not in READINGS)
     left = {(one.effect, one.component) for one in covered.left}
     met = tuple(one for one in believed if (one.effect, one.component) not in left)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from drivers.steps.contract import Counts
 from firmware_py.planner.check import home_counts
 from firmware_py.planner.plan import Plan
 from firmware_py.planner.stream import MotionStream
@@ -76,12 +77,12 @@ class Played:
         return turned
 
 
-def played(plan: Plan, most_s: float = math.inf) -> Played:
-    """A plan from home on, its first `most_s` at least.
+def played(plan: Plan, most_s: float = math.inf, from_counts: Counts | None = None) -> Played:
+    """A plan from home, or from other counts, on; its first `most_s` at least.
 
     Raises MotionError where the plan does not hold any more.
     """
-    start = home_counts(plan.robot)
+    start = from_counts or home_counts(plan.robot)
     due, steps, target_s, target_m = [], [], [], []
     for chunk in MotionStream(plan, start):
         due.append(chunk.ticks.due_ns)

@@ -61,28 +61,26 @@ def correct(
         found = run(recordings, find(robot), out, all_of_them, train, Tables(tables), show)
     limit = None if job is None else _limit_of(find(job), found)
     if json_out:
-        possible = None if limit is None else limit.as_json()
+        possible = None if limit is None or isinstance(limit, str) else limit.as_json()
         print_json(_as_json(found) | {"limit": possible})
         return
     _say(found)
-    if job is not None:
+    if limit is not None:
         from command_line.robot.check import limit_rows
 
         console.print(facts(f"{job} may run with it", limit_rows(limit)))
 
 
-def _limit_of(job: Path, found: Corrected) -> Limit | None:
+def _limit_of(job: Path, found: Corrected) -> Limit | str:
     """Check a job with the corrected robot. Raises ConfigError, MotionError, NetworkError."""
-    from firmware_py.job_file import load_job
-    from firmware_py.planner.check import plan_of
-    from firmware_py.program.dry_run import check_job
-    from repair.coverage import coverage_of
-    from repair.limit import limit_of
+    from firmware_py.planner.check import home_counts
+    from firmware_py.program.dry_run import program_of
+    from firmware_py.program.totals import summarise_program
+    from repair.program_limit import limit_of_program
 
-    check_job(job, robot_file=found.robot_file)
-    if load_job(job).path is None:
-        return None
-    return limit_of(plan_of(job, found.robot), coverage_of(job, found.robot_file))
+    program = program_of(job, found.robot)
+    summarise_program(program, home_counts(program.robot))
+    return limit_of_program(program, job)
 
 
 def _say(found: Corrected) -> None:

@@ -6,34 +6,33 @@ from pathlib import Path
 
 from command_line.output import console, duration, facts, millimetres, print_json, say, warn
 from firmware_py.feedback.reach import farthest_m as farthest_m_of
-from firmware_py.job_file import load_job
-from firmware_py.planner.check import plan_of
+from firmware_py.planner.check import home_counts
 from firmware_py.planner.summary import CheckSummary
-from firmware_py.program.dry_run import check_job as dry_run
+from firmware_py.program.dry_run import program_of
+from firmware_py.program.instructions import Program
+from firmware_py.program.totals import summarise_program
 from firmware_py.robot_file import find, load_robot
 from repair.coverage import Coverage, coverage_of
-from repair.limit import Limit, limit_of
+from repair.limit import Limit
+from repair.program_limit import limit_of_program
 
 
 def check_job(job: Path, robot: str | None, json_out: bool) -> None:
     """Print the dry run. Raises any DeltactlError when the job must not run."""
     path = find(str(job))
     robot_file = None if robot is None else find(robot)
-    summary = dry_run(path, robot_file=robot_file)
+    program = program_of(path, None if robot_file is None else load_robot(robot_file))
+    summary = summarise_program(program, home_counts(program.robot))
     covered = coverage_of(path, robot_file)
-    limit, farthest_m = None, None
-    if load_job(path).path is not None:
-        plan = plan_of(path, None if robot_file is None else load_robot(robot_file))
-        limit = limit_of(plan, covered)
-        if plan.job.feedback is not None:
-            farthest_m = farthest_m_of(plan.robot, plan.job.feedback, plan.first.lap.angles_rad)
+    limit, farthest_m = limit_of_program(program, path), _farthest_m(program)
     if json_out:
         print_json(
             summary.as_json()
             | {
                 "effects": [one.as_json() for one in covered.effects],
                 "warning": covered.warning or None,
-                "limit": None if limit is None else limit.as_json(),
+                "limit": limit.as_json() if isinstance(limit, Limit) else None,
+                "no_limit": limit if isinstance(limit, str) else None,
                 "feedback_moves_at_most_m": farthest_m,
             }
         )
@@ -45,15 +44,26 @@ def check_job(job: Path, robot: str | None, json_out: bool) -> None:
     say_covered(covered)
 
 
-def limit_rows(limit: Limit | None) -> list[tuple[str, str]]:
-    """What tracking is possible, and of what it is made."""
-    if limit is None:
-        return []
+def limit_rows(limit: Limit | str) -> list[tuple[str, str]]:
+    """What tracking is possible, and of what it is made; or why that is not said."""
+    if isinstance(limit, str):
+        return [("possible, RMS", limit)]
     parts = (
         f"whole microsteps {millimetres(limit.steps_m)}, uncertain sizes"
         f" {millimetres(limit.sizes_m)}, not compensated {millimetres(limit.left_m)}"
     )
     return [("possible, RMS", f"{millimetres(limit.rms_m)} ({parts})")]
+
+
+def _farthest_m(program: Program) -> float | None:
+    """How far feedback may move the platform in any of the moves; None where it is off."""
+    feedback = program.job.feedback
+    if feedback is None:
+        return None
+    laps = [plan.first.lap for plan in program.plans()]
+    return max(
+        (farthest_m_of(program.robot, feedback, lap.angles_rad) for lap in laps), default=0.0
+    )
 
 
 def say_covered(covered: Coverage) -> None:

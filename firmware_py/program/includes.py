@@ -14,7 +14,14 @@ import yaml
 
 from firmware_py.file_access import FileAccess, without_quoting
 from firmware_py.job_file import JobFile, job_in
-from firmware_py.job_steps import IncludeStep, JobStep, PathStep, RepeatStep
+from firmware_py.job_steps import (
+    IncludeStep,
+    InnerJob,
+    JobStep,
+    KinematicsSpec,
+    PathStep,
+    RepeatStep,
+)
 from firmware_py.path_file import PathSpec
 from firmware_py.robot_file import find
 from foundation.errors import MissingFile
@@ -64,12 +71,27 @@ def paths_of(job: JobFile) -> Iterator[PathSpec]:
             yield one.job.path
 
 
-def _flat(steps: Sequence[Any]) -> Iterator[Any]:
+def kinematics_in(job: JobFile | InnerJob) -> list[KinematicsSpec]:
+    """What its paths are mapped with, each once: an included job brings its own."""
+    found: list[KinematicsSpec] = []
+    if job.path is not None:
+        found.append(job.inverse_kinematics)
+    for one in _flat(job.steps or (), inner=False):
+        if isinstance(one, PathStep):
+            found.append(job.inverse_kinematics)
+        elif isinstance(one, JobStep):
+            found.extend(kinematics_in(one.job))
+    return [one for place, one in enumerate(found) if one not in found[:place]]
+
+
+def _flat(steps: Sequence[Any], inner: bool = True) -> Iterator[Any]:
+    """Steps and those in them; inner: those of other jobs as well."""
     for one in steps:
         yield one
-        inner = one.job.steps if isinstance(one, JobStep) else getattr(one, "steps", None)
-        if isinstance(one, JobStep | RepeatStep):
-            yield from _flat(inner or ())
+        if isinstance(one, RepeatStep):
+            yield from _flat(one.steps, inner)
+        elif inner and isinstance(one, JobStep):
+            yield from _flat(one.job.steps or ())
 
 
 class _Reader:

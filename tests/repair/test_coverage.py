@@ -51,6 +51,18 @@ def test_a_network_that_does_not_know_is_a_warning_and_geometry_knows(
     assert coverage_of(heart).effects == ()
 
 
+def test_an_included_job_brings_its_own_network(corrected: Path, tmp_path: Path) -> None:
+    job = tmp_path / "both.yaml"
+    job.write_text(
+        "name: both\nrobot: zhao-2023.yaml\ntiming: {mode: together, t_pwm_s: 0.006}\n"
+        "inverse_kinematics: {kind: geometry}\nsteps:\n- include: demo-heart.yaml\n"
+        "- include: heart.yaml\n"
+    )
+    both = coverage_of(job, corrected)
+    assert "home_offset on motor1" in both.warning
+    assert {one.effect for one in both.left} == {"home_offset", "resonance"}
+
+
 def test_a_path_in_arm_angles_is_commanded_as_it_is(corrected: Path) -> None:
     assert coverage_of(CONFIG_FOLDER / "survey.yaml", corrected).compensated == ()
 

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from firmware_py.job_file import load_job
 from firmware_py.planner.check import make_plan
 from firmware_py.planner.kinematics import kinematics_of
+from firmware_py.program.dry_run import program_of
+from firmware_py.program.includes import read_whole
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from models.robot import EffectEntry, FoundBy
 from repair.coverage import coverage
 from repair.limit import Limit, limit_of
+from repair.program_limit import limit_of_program
 
 JOB = CONFIG_FOLDER / "demo-heart.yaml"
 STEP_RAD = np.deg2rad(0.0225)
@@ -72,3 +77,30 @@ def test_a_network_that_does_not_know_leaves_the_effect() -> None:
 
 def test_a_path_in_arm_angles_has_no_targets_to_be_off() -> None:
     assert limit(job="survey.yaml") is None
+
+
+def of_job(path: Path, *effects: EffectEntry) -> Limit | str:
+    job = read_whole(path).job
+    robot = load_robot(CONFIG_FOLDER / job.robot).model_copy(update={"effects": effects})
+    return limit_of_program(program_of(path, robot), path)
+
+
+def test_steps_are_limited_as_their_paths_are_each_by_its_targets(tmp_path: Path) -> None:
+    path = tmp_path / "both.yaml"
+    path.write_text(
+        "name: both\nrobot: zhao-2023.yaml\ntiming: {mode: together, t_pwm_s: 0.006}\n"
+        "inverse_kinematics: {kind: geometry}\nsteps:\n- include: circle.yaml\n"
+        "- repeat: 2\n  steps:\n  - include: demo-heart.yaml\n- include: survey.yaml\n"
+    )
+    parts = [
+        of_job(CONFIG_FOLDER / name, home(2e-4)) for name in ("circle.yaml", "demo-heart.yaml")
+    ]
+    both = of_job(path, home(2e-4))
+    assert isinstance(both, Limit)
+    squares = [one.sizes_m**2 for one in parts if isinstance(one, Limit)]
+    assert min(squares) < both.sizes_m**2 < max(squares)
+
+
+def test_where_no_limit_is_stated_the_reason_is() -> None:
+    assert "arm angles" in str(of_job(CONFIG_FOLDER / "survey.yaml"))
+    assert "servo drives" in str(of_job(CONFIG_FOLDER / "micro-circle.yaml"))
