@@ -19,6 +19,7 @@ from drivers.settings import (
 )
 from drivers.steps.lines import MOST_SWITCHES
 from drivers.steps.switches import Switches
+from firmware_py.clashes import clashes, valid_sections
 from firmware_py.pins_named import named_twice, pins_named
 from firmware_py.servo.as_built import AsBuiltServo
 from foundation.errors import ConfigError, MissingFile
@@ -124,7 +125,8 @@ class SensorNoise(StrictModel):
         float, Field(ge=0.0, le=0.1, description="metres; a VL53L1X has 1 to 5 mm")
     ] = 0.0015
     correlation: Annotated[float, Field(ge=0.0, lt=1.0, description="1 is no noise")] = 0.0
-    seed: Annotated[int, Field(ge=0, description="any whole number")] = 1
+    seed: Annotated[int, Field(ge=0, description="any whole number")] | None = None
+    """The same seed is the same noise in every run; null takes one of the robot's name."""
 
 
 class AsBuilt(StrictModel):
@@ -182,17 +184,7 @@ class RobotFile(DeltaRobot):
 
     def clashes(self) -> Iterator[tuple[Location, str]]:
         """Where sections contradict each other: the key at fault, and what is wrong with it."""
-        low, high = self.limits.arm_deg
-        for angle in self.homing.angle_deg:
-            if not low <= angle <= high:
-                yield (
-                    ("homing", "angle_deg"),
-                    f"{angle:g} is outside limits.arm_deg [{low:g}, {high:g}]",
-                )
-        for name in self.as_built.inputs:
-            if name not in self.inputs.named:
-                yield ("as_built", "inputs", name), "is no input of inputs.named"
-        yield from self._servo_clashes()
+        yield from clashes(dict(self))
         yield from named_twice(pins_named(self.model_dump()), _i2c_pins(self.ranging.bus))
 
     def left_open(self) -> list[str]:
@@ -206,15 +198,6 @@ class RobotFile(DeltaRobot):
             for key in keys
             if key not in getattr(self, section).model_fields_set
         ]
-
-    def _servo_clashes(self) -> Iterator[tuple[tuple[str, ...], str]]:
-        servo = self.drive.kind == "servo"
-        if servo and self.masses is None:
-            yield ("drive",), "kind servo needs a 'masses' section: the currents have to carry them"
-        if servo and self.outputs:
-            yield ("outputs",), "robots with drive.kind servo have none"
-        if self.as_built.servo is not None and not servo:
-            yield ("as_built", "servo"), "only robots with drive.kind servo have this section"
 
 
 def load_robot(path: Path, follow: bool = True) -> RobotFile:
@@ -256,6 +239,7 @@ def _also_wrong(data: dict[str, Any]) -> Iterator[tuple[Location, str]]:
     ranging = data.get("ranging")
     bus = ranging.get("bus", 1) if isinstance(ranging, dict) else 1
     yield from named_twice(pins_named(data), _i2c_pins(bus))
+    yield from clashes(valid_sections(RobotFile, data))
     effects = data.get("effects")
     for index, one in enumerate(effects if isinstance(effects, list) else ()):
         try:

@@ -6,7 +6,6 @@ import gc
 from functools import partial
 from pathlib import Path
 
-from drivers.fakes.range_noise import RangeNoise
 from drivers.fakes.ranging_rig import build_rig
 from drivers.fakes.steps import simulated_step_output
 from drivers.inputs import home_switches, named_inputs
@@ -17,6 +16,7 @@ from firmware_py.controller.servo_machine import servo_machine
 from firmware_py.machine import Machine
 from firmware_py.planning.prepared import Prepare, prepare_here
 from firmware_py.robot_file import RobotFile, check_said, load_robot
+from firmware_py.simulation.noise import range_noise
 from firmware_py.simulation.world import SimulatedRobot
 from foundation.clock import Clock, RealClock, VirtualClock
 from foundation.errors import ConfigError
@@ -67,12 +67,11 @@ def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:
         robot.steps, robot.inputs, clock, realtime=realtime, switches=robot.switches
     )
     world = SimulatedRobot(robot, steps.bench.counts_at, clock.now_ns)
-    noise = robot.as_built.noise
     rig = build_rig(
         robot.ranging,
         clock,
         world.distance_m,
-        RangeNoise(sigma_m=noise.sigma_m, correlation=noise.correlation, seed=noise.seed),
+        range_noise(robot),
     )
     return Machine(
         clock=clock,

@@ -8,12 +8,12 @@ from functools import partial
 from drivers.current.contract import JOINTS, Plant
 from drivers.current.fake import FakeCurrentDrives
 from drivers.fakes.bench import fake_bench
-from drivers.fakes.range_noise import RangeNoise
 from drivers.fakes.ranging_rig import build_rig
 from firmware_py.machine import Machine
 from firmware_py.robot_file import RobotFile
 from firmware_py.servo.as_built import AsBuiltServo
 from firmware_py.servo.output import ServoOutput
+from firmware_py.simulation.noise import range_noise
 from firmware_py.simulation.servo_world import ServoWorld, plant_of
 from foundation.clock import Clock, ns
 from foundation.errors import ConfigError
@@ -48,12 +48,11 @@ def servo_machine(robot: RobotFile, clock: Clock, make_plant: PlantMaker = plant
         estop_pressed=lambda: bench.memory.estop_pressed,
         on_block=world.passed,
     )
-    noise = robot.as_built.noise
     rig = build_rig(
         robot.ranging,
         clock,
         world.distance_m,
-        RangeNoise(sigma_m=noise.sigma_m, correlation=noise.correlation, seed=noise.seed),
+        range_noise(robot),
     )
     return Machine(
         clock=clock,

@@ -189,6 +189,32 @@ def test_pins_named_twice_and_unknown_effects_are_listed_with_other_mistakes(tmp
     assert len(error.value.args) == 6
 
 
+CONTRADICTIONS = [
+    ("[30, 30, 30]", "[30, 30, 130]", "homing.angle_deg: 130 is outside limits.arm_deg"),
+    ("masses:", "as_built: {inputs: {door: on}}\nmasses:", "as_built.inputs.door: is no input of"),
+    ("masses:", "as_built: {servo: {}}\nmasses:", "as_built.servo: only robots with drive.kind"),
+]
+
+
+@pytest.mark.parametrize(("right", "wrong", "says"), CONTRADICTIONS)
+def test_contradictions_are_listed_with_mistakes_elsewhere(tmp_path, right, wrong, says):
+    text = ZHAO.replace(right, wrong, 1).replace("forearm_m: 0.5", "forarm_m: 0.5")
+    (tmp_path / "robot.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError) as error:
+        load_robot(tmp_path / "robot.yaml")
+    forearm, other = error.value.args
+    assert "forarm_m" in forearm
+    assert says in other
+
+
+def test_a_section_with_a_mistake_contradicts_nothing(tmp_path):
+    text = ZHAO.replace("[30, 30, 30]", "[30, 30, 130]").replace("[-20, 110]", "[-20, 1100]")
+    (tmp_path / "robot.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError) as error:
+        load_robot(tmp_path / "robot.yaml")
+    assert len(error.value.args) == 1
+
+
 @pytest.mark.parametrize("section", ["steps", "inputs", "ranging", "limits", "homing"])
 def test_hardware_wants_its_pins_limits_and_homing_said(tmp_path, section):
     text = re.sub(rf"^{section}:.*\n(?:  .*\n)+", "", ZHAO, flags=re.MULTILINE)

@@ -25,7 +25,7 @@ def said(kind: EffectKind, component: str) -> list[str]:
     return [
         words.effect(kind.name, component),
         kind.sentence(component, values),
-        remedy.format(part=words.part(component), size="0.1", true="0.1"),
+        remedy.format(part=words.part_of(kind.name, component), size="0.1", true="0.1"),
     ]
 
 
@@ -43,6 +43,14 @@ def test_a_range_sensor_has_no_robot() -> None:
     for kind in sensor_effects().values():
         for component in kind.components:
             assert not any(OF_A_DELTA.search(text) for text in said(kind, component))
+            assert "axis" not in words.effect(kind.name, component)
+
+
+def test_all_joints_are_not_named_again_one_by_one() -> None:
+    every = words.effect("joint_compliance", "joints", "motor1", "motor2", "motor3")
+    assert every == "shafts of all joints that yield under load"
+    some = words.effect("joint_compliance", "joints", "motor1")
+    assert some == "shafts of all joints and motor 1 that yield under load"
 
 
 def test_the_same_effects_of_a_delta_keep_its_words() -> None:

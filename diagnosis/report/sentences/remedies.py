@@ -55,6 +55,11 @@ REMEDIES: dict[str, str] = {
 }
 """By effect; what has no line here cannot be mended by name."""
 
+OF_A_SENSOR_ALONE: dict[str, str] = {
+    "sensor_offset": "set {part} to zero: it reads {size} off",
+}
+"""What is done otherwise where no robot carries the sensor."""
+
 WRITABLE = frozenset({
     "home_offset", "transmission_error", "upper_arm_length", "forearm_length", "motor_azimuth",
     "base_radius", "frame_tilt", "inertia",
@@ -84,7 +89,8 @@ def remedies(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]
 
 def remedy(finding: Finding, robot: RobotModel | None) -> Remedy | None:
     """What to do about one finding; None where nobody can say."""
-    text = REMEDIES.get(finding.effect)
+    alone = OF_A_SENSOR_ALONE if finding.component == "axis" else {}
+    text = alone.get(finding.effect, REMEDIES.get(finding.effect))
     main = next(iter(finding.parameters.items()), None)
     if text is None or main is None:
         return None
@@ -94,7 +100,7 @@ def remedy(finding: Finding, robot: RobotModel | None) -> Remedy | None:
     if finding.effect not in SIGNED:
         shown = shown.lstrip("+\u2212")
     true = _true(finding, robot, largest) or f"{shown} otherwise"
-    says = text.format(part=words.part(finding.component), size=shown, true=true)
+    says = text.format(part=words.part_of(finding.effect, finding.component), size=shown, true=true)
     if finding.effect in WRITABLE:
         says += NOTE
     others = [words.rival(finding.effect, o.effect, o.component) for o in finding.alternatives]

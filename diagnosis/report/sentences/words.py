@@ -56,6 +56,9 @@ PARTS: dict[str, str] = {
 }
 """Components that carry no number; the others are made by `part`."""
 
+_MOTORS = ("motor1", "motor2", "motor3")
+_OF_A_SENSOR = ("sensor_offset", "sensor_scale", "sensor_crosstalk", "sensor_drift")
+
 _NAMED_EFFECT = re.compile(
     rf"\b({'|'.join(EFFECTS)})\b\s*(?:@|:|/|\bat\b|\bof\b|\()?\s*"
     rf"\b((?:motor|arm)[123]|range_[xyz]|{'|'.join(PARTS)})\b\)?"
@@ -95,8 +98,16 @@ def part(component: str) -> str:
     return component.replace("_", " ") or "an unknown place"
 
 
+def part_of(effect: str, component: str) -> str:
+    """A component as the place of an effect: a range sensor alone is no axis."""
+    alone = component == "axis" and effect in _OF_A_SENSOR
+    return "the sensor" if alone else part(component)
+
+
 def parts(components: Sequence[str]) -> str:
-    """Several components: 'motors 1, 2 and 3', 'the x and y sensors'."""
+    """Several components: 'motors 1, 2 and 3', 'the x and y sensors'; all joints are all motors."""
+    if {"joints", *_MOTORS} <= set(components):
+        components = [name for name in components if name not in _MOTORS]
     if len(components) == 1:
         return part(components[0])
     stems = {re.sub(r"[123xyz]$", "", name) for name in components}
@@ -108,7 +119,7 @@ def parts(components: Sequence[str]) -> str:
 
 def effect(name: str, *components: str) -> str:
     """What is wrong and where, as a noun phrase: 'free play in the gearbox of motor 2'."""
-    where = parts(components)
+    where = part_of(name, components[0]) if len(components) == 1 else parts(components)
     phrases = EFFECTS | OF_AN_AXIS if components == ("axis",) else EFFECTS
     if name in phrases:
         return phrases[name].format(part=where)
@@ -150,6 +161,8 @@ def channel(name: str) -> str:
     known = {"range": "distance", "pos": "position", "theta": "measured angle"}
     if stem in known and which:
         return f"{known[stem]} {which}"
+    if name == "range":
+        return "reported distance"
     return name.replace("_", " ")
 
 

@@ -8,16 +8,17 @@ as long as on one, but the models share one interpreter and may hold a call up f
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from drivers.fakes.bench import FakeBench, fake_bench
 from drivers.fakes.gpio_chip import GpioChip
 from drivers.fakes.i2c_bus import FakeI2cBus
 from drivers.fakes.i2c_device import I2cAdapter
-from drivers.fakes.range_noise import RangeNoise
 from drivers.fakes.syscall_trap import SyscallTrap
 from drivers.fakes.vl53l1x_chip import DistanceOver, Vl53l1xChip
 from firmware_py.robot_file import RobotFile
+from firmware_py.simulation.noise import range_noise
 from firmware_py.simulation.world import SimulatedRobot
 from foundation.clock import RealClock
 from models.robot import AXES
@@ -41,12 +42,12 @@ class ModelledPi:
         self.gpio = GpioChip()
         self.bench: FakeBench = fake_bench(robot.steps, robot.inputs, clock, pins=self.gpio)
         self.world = SimulatedRobot(robot, self.bench.counts_at, clock.now_ns)
-        noise = robot.as_built.noise
+        noise = range_noise(robot)
         self.chips = {
             axis: Vl53l1xChip(
                 clock,
                 self._distance(axis),
-                RangeNoise(noise.sigma_m, noise.correlation, seed=noise.seed + index),
+                replace(noise, seed=noise.seed + index),
             )
             for index, axis in enumerate(AXES)
         }

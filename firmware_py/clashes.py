@@ -1,0 +1,86 @@
+"""Where sections of a robot file contradict each other: the key at fault, and what is wrong.
+
+In come sections each of which is valid by itself, not always all of them: a file's other
+mistakes must not keep a contradiction for the next round.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BaseModel, TypeAdapter, ValidationError
+
+from foundation.yaml_tree import Location
+
+if TYPE_CHECKING:
+    from drivers.settings import InputSettings
+    from firmware_py.robot_file import AsBuilt, Homing, Limits
+    from models.robot import AnyDrive, Masses
+
+Clash = tuple[Location, str]
+Sections = Mapping[str, Any]
+
+
+def valid_sections(model: type[BaseModel], data: Mapping[str, Any]) -> dict[str, Any]:
+    """Those sections of `data` that are right, and the defaults of those that are not given."""
+    found: dict[str, Any] = {}
+    for name, field in model.model_fields.items():
+        if name not in data:
+            if not field.is_required():
+                found[name] = field.get_default(call_default_factory=True)
+            continue
+        declared: Any = Annotated[field.annotation, field]
+        section: TypeAdapter[Any] = TypeAdapter(declared)
+        try:
+            found[name] = section.validate_json(json.dumps(data[name]), strict=True)
+        except ValidationError:
+            continue  # said already
+    return found
+
+
+def clashes(sections: Sections) -> Iterator[Clash]:
+    """What can be told of these sections; a rule that needs one that is not there says nothing."""
+    for needed, rule in RULES:
+        if all(name in sections for name in needed):
+            yield from rule(*(sections[name] for name in needed))
+
+
+def _home_within_limits(limits: Limits, homing: Homing) -> Iterator[Clash]:
+    low, high = limits.arm_deg
+    for angle in homing.angle_deg:
+        if not low <= angle <= high:
+            says = f"{angle:g} is outside limits.arm_deg [{low:g}, {high:g}]"
+            yield ("homing", "angle_deg"), says
+
+
+def _inputs_named(built: AsBuilt, inputs: InputSettings) -> Iterator[Clash]:
+    for name in built.inputs:
+        if name not in inputs.named:
+            yield ("as_built", "inputs", name), "is no input of inputs.named"
+
+
+def _servo_masses(drive: AnyDrive, masses: Masses | None) -> Iterator[Clash]:
+    if drive.kind == "servo" and masses is None:
+        yield ("drive",), "kind servo needs a 'masses' section: the currents have to carry them"
+
+
+def _servo_outputs(drive: AnyDrive, outputs: Mapping[str, object]) -> Iterator[Clash]:
+    if drive.kind == "servo" and outputs:
+        yield ("outputs",), "robots with drive.kind servo have none"
+
+
+def _servo_as_built(drive: AnyDrive, built: AsBuilt) -> Iterator[Clash]:
+    if drive.kind != "servo" and built.servo is not None:
+        yield ("as_built", "servo"), "only robots with drive.kind servo have this section"
+
+
+RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[Clash]]], ...] = (
+    (("limits", "homing"), _home_within_limits),
+    (("as_built", "inputs"), _inputs_named),
+    (("drive", "masses"), _servo_masses),
+    (("drive", "outputs"), _servo_outputs),
+    (("drive", "as_built"), _servo_as_built),
+)
+"""The sections that a rule needs, and the rule."""

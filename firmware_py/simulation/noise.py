@@ -1,0 +1,15 @@
+"""The noise of a simulated robot's range sensors: its own, and the same in every run."""
+
+from __future__ import annotations
+
+from zlib import crc32
+
+from drivers.fakes.range_noise import RangeNoise
+from firmware_py.robot_file import RobotFile
+
+
+def range_noise(robot: RobotFile) -> RangeNoise:
+    """Where the file gives no seed the name does: other robots scatter otherwise, runs repeat."""
+    noise = robot.as_built.noise
+    seed = crc32(robot.name.encode()) if noise.seed is None else noise.seed
+    return RangeNoise(sigma_m=noise.sigma_m, correlation=noise.correlation, seed=seed)

@@ -1,0 +1,30 @@
+"""Noise of simulated sensors: a robot repeats its own, and no two robots have the same."""
+
+from __future__ import annotations
+
+from firmware_py.robot_file import CONFIG_FOLDER, AsBuilt, RobotFile, SensorNoise, load_robot
+from firmware_py.simulation.noise import range_noise
+
+ZHAO = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
+
+
+def errors_m(robot: RobotFile) -> list[float]:
+    source = range_noise(robot).source()
+    return [source.next_m() for _ in range(50)]
+
+
+def named(name: str, noise: SensorNoise) -> RobotFile:
+    return ZHAO.model_copy(update={"name": name, "as_built": AsBuilt(noise=noise)})
+
+
+def test_robots_of_other_names_scatter_otherwise_and_each_repeats_itself() -> None:
+    drawn = SensorNoise()
+    mine, yours = named("my-delta", drawn), named("your-delta", drawn)
+    assert errors_m(mine) == errors_m(named("my-delta", drawn))
+    assert errors_m(mine) != errors_m(yours)
+
+
+def test_a_seed_that_is_given_holds_for_whatever_name() -> None:
+    given = SensorNoise(seed=7)
+    assert errors_m(named("my-delta", given)) == errors_m(named("your-delta", given))
+    assert errors_m(named("my-delta", given)) != errors_m(named("my-delta", SensorNoise(seed=8)))
