@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from bokeh.models import (
+    BasicTickFormatter,
     BoxZoomTool,
     ColumnDataSource,
     CrosshairTool,
@@ -45,6 +47,9 @@ ROOM = 0.05
 FINE = 1e-5
 """Single precision does where it resolves this part of an axis."""
 
+WRITTEN_OUT = -5
+"""Numbers above this power of ten are written out: 0.002, not 2.000e-3."""
+
 Shared = dict[str, tuple[Range1d, Span]]
 """Axis and pointer of each group of charts."""
 
@@ -78,7 +83,10 @@ def frame(spec: dict[str, Any], height_px: int, shared: Shared) -> Plot:
         plot.x_range = DataRange1d(only_visible=True, range_padding=ROOM)
         plot.y_range = DataRange1d(only_visible=True, range_padding=ROOM)
     plot.toolbar.stylesheets = [InlineStyleSheet(css=NOT_ON_PAPER)]
-    across, up = LinearAxis(axis_label=spec["xLabel"]), LinearAxis(axis_label=spec["yLabel"])
+    across, up = (
+        LinearAxis(axis_label=label, formatter=BasicTickFormatter(power_limit_low=WRITTEN_OUT))
+        for label in (spec["xLabel"], spec["yLabel"])
+    )
     plot.add_layout(across, "below")
     plot.add_layout(Grid(dimension=0, ticker=across.ticker))
     plot.add_layout(up, "left")
@@ -199,12 +207,12 @@ def _hover(
     renderers: Sequence[list[Any]],
 ) -> None:
     """What stands under the pointer: all curves over the same x at once, or the nearest point."""
-    for place, (_, _, members) in enumerate(sources):
+    for place, (x, source, members) in enumerate(sources):
         together = not spec.get("equal") and place == 0
         names = [spec["series"][number]["name"] for number in members]
-        rows = [(_braced(spec["xLabel"]), "@x{0.[0000]}")]
+        rows = [(_braced(spec["xLabel"]), f"@x{{{_decimals(x)}}}")]
         rows += [
-            (_braced(name), f"@y{number}{{0.[0000]}}")
+            (_braced(name), f"@y{number}{{{_decimals(source.data[f'y{number}'])}}}")
             for name, number in zip(names, members, strict=True)
         ]
         plot.add_tools(
@@ -216,6 +224,14 @@ def _hover(
                 visible=False,
             )
         )
+
+
+def _decimals(values: Any) -> str:
+    """How Bokeh shows such numbers: to a ten-thousandth, the largest to three digits."""
+    finite = np.abs(np.asarray(values, dtype=np.float64))
+    largest = np.max(finite, initial=0.0, where=np.isfinite(finite))
+    digits = 2 - math.floor(math.log10(largest)) if largest > 0.0 else 0
+    return f"0.[{'0' * int(np.clip(digits, 4, 9))}]"
 
 
 def _braced(text: str) -> str:

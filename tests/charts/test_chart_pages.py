@@ -153,6 +153,16 @@ def test_charts_of_a_group_share_one_axis_that_shows_all_of_both() -> None:
     assert second["x_range"] == {"id": axis["id"]}
 
 
+@pytest.mark.parametrize(("size", "decimals"), [(20.0, 4), (2e-3, 5), (3e-5, 7), (0.0, 4)])
+def test_small_numbers_are_written_out(size: float, decimals: int) -> None:
+    [plot] = roots(chart(series=[Series("a", [0.0, 1.0], [-size, size / 2])]))
+    for side in ("left", "below"):
+        [axis] = plot[side]
+        assert 10.0 ** axis["attributes"]["formatter"]["attributes"]["power_limit_low"] < 3e-5
+    text = json.dumps(plot)
+    assert f"@y0{{0.[{'0' * decimals}]}}" in text
+
+
 def test_what_is_not_seen_can_be_read_and_pressed() -> None:
     text = chart(title="Error", series=[Series("a", [0.0, 1.0], [2.0, 4.0]), Series("b", [], [])])
     reader = read(text.html())
