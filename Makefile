@@ -12,7 +12,9 @@ ON_A_PI := $(shell grep -qs 'Raspberry Pi' /proc/device-tree/model && echo yes)
 COMMA   := ,
 WITH    ?= $(if $(ON_A_PI),,diagnosis$(COMMA)web)
 EXTRAS   = $(if $(WITH),[$(WITH)])
-INSTALL  = $(PYTHON) -m pip --python $(BIN)/python install --quiet --disable-pip-version-check -c constraints.txt
+# On a terminal pip shows what it is at and how far; a log is spared that.
+QUIET   := $(shell test -t 2 || echo --quiet)
+INSTALL  = $(PYTHON) -m pip --python $(BIN)/python install $(QUIET) --disable-pip-version-check -c constraints.txt
 
 .PHONY: run demo extras test check newcomer reference hil-aarch64 benchmarks clean
 
