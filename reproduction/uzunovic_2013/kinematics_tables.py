@@ -38,7 +38,7 @@ NETWORK = (
 
 OURS = (
     "Judged by all samples, as in the paper, or where said by a quarter held out. The gears' "
-    "errors are looked for in what the calibrated geometry leaves: a period and four harmonics an "
+    "errors are fitted to what the calibrated geometry leaves: a period and four harmonics an "
     "arm. What is left then is half the gears' play, which no function of the position can know. "
     "Whether the real robot's errors were of that kind, only its data could tell."
 )

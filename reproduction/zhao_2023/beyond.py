@@ -98,7 +98,7 @@ def diagnosed(study: Study) -> Sheet:
 
 
 def above_the_limit(study: Study) -> Sheet:
-    """Issue 5, item 4 (b)."""
+    """Each model's true error, and by how much it exceeds that of the limit."""
     main = study.scale.main
     zhao = f"zhao-{main}"
     rows = []
@@ -125,14 +125,14 @@ def above_the_limit(study: Study) -> Sheet:
          "Zhao's above limit", "ours above limit", "at most half"],
         rows,
         1,
-        "Limit: the exact inverse of what the sensors say on average, which unlimited data would "
-        "give to a model that takes them at their word. Ours lies below it: who knows how a delta "
-        "is linked can tell most of a sensor's offset from an arm's.",
+        "Limit: the exact inverse of what the sensors read on average, which a model that takes "
+        "them at their word would reach with unlimited data. Ours lies below it: knowing the "
+        "linkage, a calibration separates most of a sensor's offset from an arm's.",
     )  # fmt: skip
 
 
 def apart_from_the_limit(study: Study) -> Sheet:
-    """Issue 5, item 4 (b) and (c), with the sensors' bias left aside altogether."""
+    """Distances from the limit's own run, which leave the sensors' bias aside altogether."""
     main, few = study.scale.main, study.scale.few
     rows = []
     for cell in cells(study):
@@ -163,7 +163,7 @@ def apart_from_the_limit(study: Study) -> Sheet:
 
 
 def few_samples(study: Study) -> Sheet:
-    """Issue 5, item 4 (c)."""
+    """Ours trained on few samples against Zhao's network trained on many."""
     main, few = study.scale.main, study.scale.few
     rows = []
     for cell in cells(study):
@@ -207,7 +207,7 @@ def apart_by_samples(study: Study) -> dict[str, FloatArray]:
 
 
 def samples_tables(study: Study) -> list[Sheet]:
-    """Issue 5, item 4 (d), as numbers."""
+    """Error and distance from the limit's run by number of samples."""
     head = ["model", *(str(count) for count in study.scale.samples)]
     where = "by number of samples, mean of the three curves at T_PWM 0.006 s [mm]"
     return [

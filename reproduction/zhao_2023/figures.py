@@ -113,7 +113,7 @@ def error_charts(study: Study, figure: int, curve: str, model: str) -> list[Line
 
 
 def samples_charts(study: Study) -> list[LineChart]:
-    """Issue 5, item 4 (d): logarithms of error and of samples."""
+    """Error against number of samples, both on logarithmic axes."""
     return [
         _by_samples(study, "Error against the truth", by_samples(study)),
         _by_samples(study, "Distance from the limit's own run", apart_by_samples(study)),

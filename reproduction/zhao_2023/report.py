@@ -18,10 +18,10 @@ LEAD = (
 RECIPES: tuple[tuple[str, Recipe], ...] = (("Zhao's", "zhao"), ("Uzunovic's", "uzunovic"))
 DIFFERS = (
     "Zhao's robot was never measured; home angles, lengths and sensor errors of ours were chosen "
-    "so that geometry errs by about as much as in Table 3. Agreement of the geometry rows is "
-    "therefore made, not found. What is found is what networks do on such a robot.",
+    "so that geometry errs by about as much as in Table 3. The geometry rows therefore agree by "
+    "construction; what the study finds is how networks do on such a robot.",
     "By its own sensors the network's error here is little more than the sensors' noise: it has "
-    "learned their bias along with the robot, and what judges it has the same bias. The paper's "
+    "learned their bias along with the robot, and is judged with the same bias. The paper's "
     "figures (z 11 mm at all speeds, by sensors) cannot be a constant bias of the same sensors; "
     "against the truth, which the paper could not see, ours are of that size.",
     "Speed hardly matters: a stepper in closed loop follows its pulses. The paper's spiral is "
