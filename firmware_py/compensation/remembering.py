@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from firmware_py.compensation.hanging import Hanging
 from firmware_py.compensation.ways import AT_REVERSALS, WARMING
 from firmware_py.robot_file import RobotFile
 from models.calibrated_inverse import INVERTIBLE, CalibratedInverse
@@ -50,7 +51,11 @@ class Remembering:
         self._plain = robot.model_copy(update={"effects": ()})
         self._static = CalibratedInverse(robot)
         joint = INVERTIBLE | AT_REVERSALS
-        self._at_joints = [one for one in robot.effects if one.effect in joint]
+        at_joints = [one for one in robot.effects if one.effect in joint]
+        hangs = [Hanging.is_one(active) for active in of_entries(at_joints)]
+        hanging = (one for one, it_is in zip(at_joints, hangs, strict=True) if it_is)
+        self._hanging = [Hanging(active) for active in of_entries(hanging)]
+        self._at_joints = [one for one, it_is in zip(at_joints, hangs, strict=True) if not it_is]
         self._growth = [one for one in robot.effects if one.effect in WARMING]
         self._widths_rad = _widths_rad(robot.effects)
 
@@ -65,13 +70,14 @@ class Remembering:
         before: what was commanded until then, for what the arms remember.
         """
         wanted = self._meant_rad(mapped)
+        if self._hanging:
+            wanted = wanted + self._ahead_rad(mapped.t_s, wanted)
         commanded = mapped.angles_rad.copy()
         if not self._widths_rad.any():
             return commanded + wanted - self._static.achieved_rad(commanded)
         start = _nothing() if before is None else before
         count = len(start.t_s)
-        t_s = np.concatenate([start.t_s, mapped.t_s])
-        t_s = np.maximum.accumulate(t_s) + APART_S * np.arange(len(t_s))
+        t_s = _increasing(np.concatenate([start.t_s, mapped.t_s]))
         for _ in range(ROUNDS):
             achieved = self._achieved_rad(t_s, np.vstack([start.angles_rad, commanded]))
             commanded = commanded + wanted - achieved[count:]
@@ -102,6 +108,17 @@ class Remembering:
         position_m = forward(linkage, true_rad).position_m
         found = inverse(self._grown(linkage, mapped), position_m).angles_rad
         return np.where(np.isfinite(found), found, true_rad)
+
+    def _ahead_rad(self, t_s: FloatArray, true_rad: FloatArray) -> FloatArray:
+        """What gears with play must be ahead of hanging arms by, (n, 3)."""
+        increasing_s = _increasing(t_s)
+        load, ahead = self._flow(increasing_s, true_rad).load, np.zeros_like(true_rad)
+        for one in self._hanging:
+            motor = one.motor
+            ahead[:, motor] += one.ahead_rad(
+                increasing_s, true_rad[:, motor], load.torque_nm[:, motor]
+            )
+        return ahead
 
     def _grown(self, linkage: Linkage, mapped: Course) -> Linkage:
         flow = self._flow(mapped.t_s, mapped.angles_rad)
@@ -136,6 +153,12 @@ def _widths_rad(effects: tuple[EffectEntry, ...]) -> FloatArray:
     for active in of_entries(one for one in effects if one.effect in AT_REVERSALS):
         widths[active.kind.index(active.component)] += float(active.values["width"])
     return widths
+
+
+def _increasing(t_s: FloatArray) -> FloatArray:
+    """The same times, none before or at the one before it."""
+    apart: FloatArray = np.maximum.accumulate(t_s) + APART_S * np.arange(len(t_s))
+    return apart
 
 
 def _nothing() -> Course:

@@ -99,6 +99,19 @@ def test_an_arm_that_turns_round_at_once_is_pushed_the_way_it_goes_on() -> None:
     assert error_m[:20].max() < 0.5 * elbow_m
 
 
+def test_an_arm_that_falls_about_as_fast_as_it_is_to_move_does_not_rattle() -> None:
+    play = {"width": 0.0076, "drag": 12.4}
+    robot = with_effects(("gear_backlash", "motor1", play))
+    path = CONFIG_FOLDER / "demo-heart.yaml"
+    job = load_job(path)
+    untreated, plan = (make_plan(job, one, kinematics_of(job, one, path)) for one in (ZHAO, robot))
+    ahead = plan.first.lap.angles_rad[:, 0] - untreated.first.lap.angles_rad[:, 0]
+    flank = np.sign(ahead[np.abs(ahead) > 0.4 * play["width"]])
+    assert 1 <= np.count_nonzero(np.diff(flank)) <= 4
+    _, _, error_m = run(robot, plan)
+    assert float(np.sqrt(np.mean(error_m**2))) < 1.5e-4
+
+
 def test_limits_of_speed_are_kept_while_play_is_taken_up() -> None:
     robot = with_effects(("joint_friction", "motor1", {"width": 0.01}))
     plan = plan_for(robot, ACCELERATED)
