@@ -2,8 +2,10 @@
 
 A drive with a dead time d and a lag T does x at t when it is told u(t) = x(t + d) + T x'(t + d).
 The counts of the plan are smoothed over a part of T to have a speed at all (a triangle, so that
-single steps do not show). The path is known before it is driven: nothing has to be guessed, all
-drives only start a little later. No drive is told more than `MOST_LEAD_S` early.
+single steps do not show), and where the speed of the plan jumps by v so much that the motor can
+follow: T v of way within an acceleration a need sqrt(T v / a) to either side. The path is known
+before it is driven: nothing has to be guessed, all drives only start a little later. No drive is
+told more than `MOST_LEAD_S` early.
 """
 
 from __future__ import annotations
@@ -45,6 +47,19 @@ def lags_s(robot: RobotFile) -> tuple[FloatArray, FloatArray]:
     return dead * share, lag * share
 
 
+def smoothed_s(lag_s: float, acceleration_hzps: float = math.inf, jump_hz: float = 0.0) -> float:
+    """To either side, at most the lag where that is long; nothing for a drive without lag."""
+    if not lag_s:
+        return 0.0
+    followed_s = min(math.sqrt(lag_s * jump_hz / acceleration_hzps), lag_s)
+    return max(SMOOTHED * lag_s, LEAST_SMOOTHED_S, followed_s)
+
+
+def ahead_s(dead_s: float, smoothed_s: float) -> float:
+    """How far ahead of time the plan must be known."""
+    return dead_s + (smoothed_s + 2.0 * GRID_S if smoothed_s else 0.0)
+
+
 class Lead:
     """One motor: planned steps go in, with their times, and come out with times to make them at.
 
@@ -58,12 +73,13 @@ class Lead:
         after_ns: int,
         fastest_hz: float,
         acceleration_hzps: float = math.inf,
+        jump_hz: float = 0.0,
     ):
         """No more than `fastest_hz` steps a second, whose rate changes by no more than
-        `acceleration_hzps` a second.
+        `acceleration_hzps` a second; that of the plan changes by up to `jump_hz` at once.
         """
         self._lag_s = lag_s
-        self._half = round(max(SMOOTHED * lag_s, LEAST_SMOOTHED_S) / GRID_S) if lag_s else 0
+        self._half = round(smoothed_s(lag_s, acceleration_hzps, jump_hz) / GRID_S)
         self._shift_ns = after_ns - round(dead_s * NS_PER_S)
         self._most = fastest_hz * GRID_S
         self._most_change = acceleration_hzps * GRID_S**2
@@ -79,12 +95,6 @@ class Lead:
         self._told = 0.0
         self._made = 0
         self._way = 1
-
-    @staticmethod
-    def ahead_s(dead_s: float, lag_s: float) -> float:
-        """How far ahead of time the plan must be known."""
-        smoothed = max(SMOOTHED * lag_s, LEAST_SMOOTHED_S) + 2.0 * GRID_S if lag_s else 0.0
-        return dead_s + smoothed
 
     def steps(
         self, due_ns: Int64Array, signs: Int64Array, until_ns: int

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from firmware_py.compensation.lead import Lead, lags_s
+from firmware_py.compensation.lead import Lead, ahead_s, lags_s, smoothed_s
 from firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached
 from firmware_py.planner.step_gate import StepGate
 from firmware_py.robot_file import RobotFile
@@ -20,19 +20,24 @@ MERGE_S = 20e-6
 class LeadStream:
     """Turns the chunks of a motion into chunks `after_ns` later, late drives less so."""
 
-    def __init__(self, robot: RobotFile):
+    def __init__(self, robot: RobotFile, jump_hz: float = 0.0):
+        """jump_hz: by so much the step rates of the motion may change at once."""
         dead_s, lag_s = lags_s(robot)
         pairs = list(zip(dead_s.tolist(), lag_s.tolist(), strict=True))
         together = robot.steps.backend == "gpiozero"
         self.active = any(dead + lag > 0.0 for dead, lag in pairs) and not together
         """The gpiozero backend cannot step motors one shortly after the other."""
-        self.after_ns = ns(max(Lead.ahead_s(*pair) for pair in pairs)) if self.active else 0
         step_s = 1.0 / robot.limits.step_rate_hz
         fastest = min(
             robot.limits.step_rate_hz, robot.limits.joint_speed_radps / robot.drive.rad_per_step
         )
         acceleration = robot.limits.joint_acceleration_radps2 / robot.drive.rad_per_step
-        self._leads = [Lead(dead, lag, self.after_ns, fastest, acceleration) for dead, lag in pairs]
+        smoothed = [smoothed_s(lag, acceleration, jump_hz) for _, lag in pairs]
+        ahead = [ahead_s(dead, one) for (dead, _), one in zip(pairs, smoothed, strict=True)]
+        self.after_ns = ns(max(ahead)) if self.active else 0
+        self._leads = [
+            Lead(dead, lag, self.after_ns, fastest, acceleration, jump_hz) for dead, lag in pairs
+        ]
         self._gate = StepGate()
         self._gate.rules(min(ns(MERGE_S), ns(step_s / 6.0)), ns(step_s))
 

@@ -81,6 +81,12 @@ class Plan:
         return _counts((self.again or self.first).lap, -1)
 
     @property
+    def jump_hz(self) -> float:
+        """By so much step rates may change at once: stepping together has full speed or none."""
+        timing = self.job.timing
+        return 2.0 / timing.t_pwm_s if isinstance(timing, Together) else 0.0
+
+    @property
     def ramp_s(self) -> float:
         """Shortest time in which pausing may bring the motion from full speed to rest.
 

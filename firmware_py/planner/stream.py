@@ -35,7 +35,7 @@ class MotionStream:
         """Find the way to the path's start. Raises UnreachablePoint."""
         self.plan = plan
         self.approach = plan.approach(from_counts)
-        self._lead = LeadStream(plan.robot)
+        self._lead = LeadStream(plan.robot, plan.jump_hz)
         self.path_start_ns = self.approach.duration_ns + self._lead.after_ns
         """When the first target is reached; before that comes the approach."""
         self.end_ns = _end_ns(plan, self.approach.duration_ns) + 4 * self._lead.after_ns

@@ -14,7 +14,12 @@ FASTEST_HZ, ACCELERATION_HZPS = 20_000.0, 50_000.0
 AFTER_S = 0.2
 
 
-def led(planned: FloatArray, lag_s: float, acceleration: float = ACCELERATION_HZPS) -> FloatArray:
+def led(
+    planned: FloatArray,
+    lag_s: float,
+    acceleration: float = ACCELERATION_HZPS,
+    jump_hz: float = 0.0,
+) -> FloatArray:
     """Counts told at every millisecond, when the plan (n,) asks for these."""
     grid = np.arange(len(planned)) * MS_NS
     counts = np.rint(planned).astype(np.int64)
@@ -24,7 +29,7 @@ def led(planned: FloatArray, lag_s: float, acceleration: float = ACCELERATION_HZ
          for t, m in zip(grid.tolist(), moves.tolist(), strict=True) if m]
     )  # fmt: skip
     signs = np.concatenate([np.full(abs(m), np.sign(m)) for m in moves.tolist() if m])
-    lead = Lead(0.0, lag_s, round(AFTER_S * NS_PER_S), FASTEST_HZ, acceleration)
+    lead = Lead(0.0, lag_s, round(AFTER_S * NS_PER_S), FASTEST_HZ, acceleration, jump_hz)
     made = lead.steps(due.astype(np.int64), signs.astype(np.int64), int(grid[-1]))
     row = np.searchsorted(made[0], grid, side="right")
     told: FloatArray = np.concatenate([[0], np.cumsum(made[1])])[row].astype(np.float64)
@@ -51,6 +56,17 @@ def test_a_drive_that_is_late_is_there_in_time(lag_s: float) -> None:
     assert np.abs(off).max() < 4.0
     untreated = followed(planned, lag_s)[inside] - planned[inside]
     assert np.abs(untreated).max() > 5.0 * np.abs(off).max()
+
+
+def test_a_corner_at_full_speed_is_rounded_so_much_that_the_motor_can_follow() -> None:
+    t_s, rate_hz, lag_s = np.arange(4000) * 1e-3, 500.0, 0.065
+    planned = rate_hz * (1.5 - np.abs(t_s - 2.0)).clip(0.0)
+    late = round(AFTER_S * 1e3)
+    worst = {}
+    for jump_hz in (0.0, 2.0 * rate_hz):
+        there = followed(led(planned, lag_s, jump_hz=jump_hz), lag_s)
+        worst[jump_hz] = np.abs(there[late:] - planned[:-late])[1500:3000].max()
+    assert worst[2.0 * rate_hz] < 0.5 * worst[0.0]
 
 
 def test_a_sudden_start_is_led_no_harder_than_the_motor_may() -> None:
