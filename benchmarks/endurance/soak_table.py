@@ -62,7 +62,7 @@ class Tally:
             "open files": np.array([float(s.vitals.files) for s in of]),
             "threads": np.array([float(s.vitals.threads) for s in of]),
             "counter against drive, steps": np.array([float(s.drift) for s in of]),
-            "edges not yet told": np.array([float(s.edges_missed) for s in of]),
+            "edges not yet reported": np.array([float(s.edges_missed) for s in of]),
             "recordings": np.array([float(s.recordings) for s in of]),
             "recordings, MB": np.array([s.recorded_mb for s in of]),
             "oldest recording, s (wall)": np.array([s.oldest_s for s in of]),
