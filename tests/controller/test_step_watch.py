@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -30,16 +32,19 @@ def swing(
     at_s: float = 6.0,
     seed: int = 0,
     held: bool = False,
+    late_s: float = 0.0,
+    laps: int = 1,
 ):
     """What is found, and after how long: arms that swing, sensors with their usual noise."""
     watch = StepWatch(ROBOT)
     linkage, per_step = Linkage.of(ROBOT.geometry), ROBOT.drive.rad_per_step
     noise = [RangeNoise(seed=3 * seed + axis).source() for axis in range(3)]
     counts = np.full(3, 1800)
+    past = deque([counts], maxlen=1 + round(late_s * 1e9 / PERIOD_NS))
     watch.reset(tuple(counts.tolist()), 0)
     for tick in range(1, round(seconds * 1e9 / PERIOD_NS)):
         now_ns = tick * PERIOD_NS
-        phase = 2.0 * np.pi * (tick / LAP + np.arange(3) / 3.0)
+        phase = 2.0 * np.pi * (laps * tick / LAP + np.arange(3) / 3.0)
         wanted = np.rint(1800 + SWING_STEPS * np.sin(phase) * min(1.0, tick / LAP)).astype(int)
         moves = wanted - counts
         made = int(np.abs(moves).max())
@@ -47,7 +52,8 @@ def swing(
         due_ns = now_ns - PERIOD_NS // 2 + 10_000 * np.arange(made)
         watch.sent(Ticks(due_ns.astype(np.int64), steps.astype(np.int8)))
         counts = wanted
-        true = counts - lost_steps * (np.arange(3) == motor) * (now_ns >= at_s * 1e9)
+        past.append(counts)
+        true = past[0] - lost_steps * (np.arange(3) == motor) * (now_ns >= at_s * 1e9)
         if now_ns < at_s * 1e9:
             stuck = int(counts[motor])
         elif held:
@@ -80,6 +86,7 @@ def test_a_jump_is_seen_within_a_second(size: int, sign: int, motor: int, seed: 
     assert loss.motor == motor + 1
     assert 0.0 < after_s < 1.0
     assert loss.steps == pytest.approx(sign * size, abs=60)
+    assert loss.late_s == 0.0
 
 
 def test_small_losses_are_below_its_limit() -> None:
@@ -102,6 +109,14 @@ def test_a_motor_that_stands_still_is_seen_within_a_second() -> None:
     assert loss is not None
     assert loss.motor == 2
     assert 0.0 < after_s < 1.0
+
+
+def test_late_readings_are_named_as_what_it_may_be() -> None:
+    late_s = 0.2
+    loss, _ = swing(12.0, at_s=12.0, late_s=late_s, laps=6)
+    assert loss is not None
+    assert loss.late_s == pytest.approx(late_s, abs=0.03)
+    assert f"{loss.late_s:.2f} s late" in loss.says()
 
 
 def test_it_says_which_motor_and_how_far() -> None:

@@ -19,12 +19,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from drivers.ranging.contract import Gate, Reading
 from drivers.steps.contract import Counts, Ticks
+from firmware_py.controller.sensing.lateness import late_s
 from firmware_py.feedback.residuals import Expectation, Residuals
 from firmware_py.robot_file import RobotFile
 from foundation.clock import ns
@@ -55,9 +56,19 @@ class StepLoss:
     elbow_m: float
     all_three: bool = False
     """All arms are away from their counts at once, which motors seldom do."""
+    late_s: float = 0.0
+    """Readings so late would look the same; 0 where they would not."""
 
     def says(self) -> str:
         """One line."""
+        if not self.late_s:
+            return self._lost()
+        return (
+            f"{self._lost().removesuffix('?')}, or are the readings {self.late_s:.2f} s late, which"
+            " the robot file does not know? 'deltactl diagnose' on this recording tells"
+        )
+
+    def _lost(self) -> str:
         if self.all_three:
             return (
                 "lost steps: the sensors see all three arms away from their counts,"
@@ -150,7 +161,9 @@ class StepWatch:
         self._expected.forget(now_ns)
         loss = self._compare(now_ns)
         self._suspected = self._suspected + 1 if loss else 0
-        return loss if self._suspected >= LOOKS_IN_A_ROW else None
+        if loss is None or self._suspected < LOOKS_IN_A_ROW:
+            return None
+        return replace(loss, late_s=late_s(self._rows, now_ns))
 
     def _compare(self, now_ns: int) -> StepLoss | None:
         moved_rad = self._moved_rad(now_ns)
