@@ -4,17 +4,9 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import NamedTuple
 
-
-class Named(NamedTuple):
-    """A mistake by hand: what stands in the file, and what is put there."""
-
-    what: str
-    path: str
-    was: str
-    now: str
-
+from benchmarks.mutation.mended import MENDED
+from benchmarks.mutation.named_mistake import Named
 
 NAMED: tuple[Named, ...] = (
     Named(
@@ -168,6 +160,7 @@ NAMED: tuple[Named, ...] = (
         "single * tests(selected)",
         "single",
     ),
+    *MENDED,
 )
 
 EQUIVALENT: dict[str, str] = json.loads(

@@ -110,6 +110,8 @@ ASSESSMENT = Row(
     (
         "tests/axes/test_axis_held_out.py",
         "tests/diagnosis/test_held_out.py",
+        "tests/diagnosis/test_counted_tests.py",
+        "tests/diagnosis/test_impossible.py",
     ),
 )
 DETECTION = Row(
@@ -122,7 +124,13 @@ ADMISSION = Row(
     {"excerpt.py": 10, "step_counts.py": 6},
     ("tests/diagnosis/test_bounded.py",),
 )
+MENDED = (
+    Row("diagnosis/evidence", {}, ("tests/diagnosis/test_counted_tests.py",)),
+    Row("diagnosis/report", {}, ("tests/diagnosis_report",)),
+    Row("models/robot.py", {}, ("tests/axes/test_axis_without_drive.py",)),
+)
+"""Only for known mistakes: no file of them is mutated by rule."""
 TABLE: tuple[Row, ...] = (
     *(STEPS, RANGING, PLANNER, CONTROLLER, DAEMON, RECORDING),
-    *(ASSESSMENT, DETECTION, ADMISSION),
+    *(ASSESSMENT, DETECTION, ADMISSION, *MENDED),
 )

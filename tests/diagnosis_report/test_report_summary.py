@@ -10,6 +10,7 @@ import pytest
 from rich.console import Console
 
 from diagnosis.answer.records import (
+    Alternative,
     Evidence,
     Fit,
     NotTestable,
@@ -133,7 +134,7 @@ def test_figures_that_are_not_known_are_never_printed_as_nan(
     text = "\n".join(lines)
     assert "nan" not in text.lower().replace("resonance", "")
     assert "not known" in text
-    assert "could not be worked out" in text
+    assert "could not be computed" in text
     assert "not proved" in text
 
 
@@ -183,7 +184,8 @@ def test_a_linear_axis_has_millimetres_and_newtons(make: Any, parts: Any) -> Non
         holdout_rms_before_m=0.021, holdout_rms_after_m=0.0006, unit="m",
     )  # fmt: skip
     text = "\n".join(plain_lines(make("explained", findings=[friction], fit=fit)))
-    assert "Torque: 20.40 N (95 % sure between 19.90 and 20.90)" in text
+    assert "Force: 20.40 N (95 % sure between 19.90 and 20.90)" in text
+    assert "orque" not in text
     assert "Asymmetry: 5.0 % (95 % sure between 2.0 and 8.0)" in text
     assert "bearing friction in the axis" in text
     assert "before 20.0 mm, after 0.500 mm" in text
@@ -265,10 +267,22 @@ def test_smallest_of_the_findings_come_first(make: Any) -> None:
     assert line.index("free play") < line.index("mass")
 
 
+@pytest.mark.parametrize(("probability", "is_open"), [(None, True), (0.82, True), (0.97, False)])
+def test_a_probable_finding_is_not_called_open(
+    make: Any, parts: Any, probability: float | None, is_open: bool
+) -> None:
+    rival = Alternative(effect="home_offset", component="motor2", delta_chi2=3.0)
+    found = parts["backlash"](alternatives=[rival], probability=probability)
+    text = "\n".join(plain_lines(make("explained", findings=[found])))
+    assert ("remains open" in text) is is_open
+
+
 def test_many_untested_effects_are_counted(make: Any) -> None:
     hidden = [NotTestable(effect=name, component="motor1", why="") for name in list(EFFECTS)[:9]]
     text = "\n".join(plain_lines(make("explained", not_testable=hidden)))
     assert "5 more kinds of effect" in text
+    text = "\n".join(plain_lines(make("explained", not_testable=hidden[:5])))
+    assert "1 more kind of effect" in text
 
 
 def test_it_says_where_the_search_ended_early(make: Any) -> None:

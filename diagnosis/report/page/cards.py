@@ -12,7 +12,7 @@ from diagnosis.report.drawing.scene import hue
 from diagnosis.report.page.bars import interval_bar
 from diagnosis.report.sentences import sureness, words
 from diagnosis.report.sentences.sizes import Size, number, scale_of, sizes, told
-from diagnosis.report.sentences.summary import finding_title, where_line
+from diagnosis.report.sentences.summary import finding_title, share_line, where_line
 
 NOT_FROM_ZERO = frozenset(
     {"time", "time_constant", "period", "height", "frequency", "stiffness", "times_s", "speed"}
@@ -81,7 +81,7 @@ def _smallest(
 def _share(finding: Finding) -> str:
     if not math.isfinite(finding.share_of_mismatch):
         return ""
-    return _text(f"It makes up {100.0 * finding.share_of_mismatch:.0f} % of the mismatch.")
+    return _text(share_line(finding))
 
 
 def _depends(finding: Finding) -> str:

@@ -34,7 +34,7 @@ def faintest_line(diagnosis: Diagnosis) -> str:
 
 
 def smallest_text(value: float, unit: str, parameter: str) -> str:
-    """A smallest size; of a scale the departure from 1, however it is given."""
+    """A smallest size; for a scale the departure from 1, whichever of both is given."""
     if parameter == "scale" and abs(value) < 0.5:
         value += 1.0
     size = quantity(value, unit, parameter).lstrip("+\u2212")
@@ -44,5 +44,7 @@ def smallest_text(value: float, unit: str, parameter: str) -> str:
 def _some(names: Sequence[str]) -> str:
     shown = list(names[:MOST_NAMED])
     if len(names) > len(shown):
-        shown.append(f"{len(names) - len(shown)} more kinds of effect (see the report)")
+        more = len(names) - len(shown)
+        kinds = "kind" if more == 1 else "kinds"
+        shown.append(f"{more} more {kinds} of effect (see the report)")
     return words.listed(shown, "or")

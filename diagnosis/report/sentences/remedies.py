@@ -1,4 +1,4 @@
-"""What to do about a finding, for whoever has the spanner: one sentence for each effect.
+"""What to do about a finding, for the person with the spanner: one sentence for each effect.
 
 A table by effect. `{part}` is the component in words, `{size}` the main size as people use it,
 `{true}` what the robot file's own value becomes with it (where it has one).
@@ -14,8 +14,8 @@ from diagnosis.report.sentences import words
 from diagnosis.report.sentences.sizes import quantity
 from models.robot import DeltaRobot, RobotModel, per_arm
 
-NOTE = " (deltactl diagnose ... --save-robot NEW.yaml writes it down)"
-"""For what is as well described as mended."""
+NOTE = " (deltactl diagnose ... --save-robot NEW.yaml records it)"
+"""For what can be described in the robot file instead of being repaired."""
 
 REMEDIES: dict[str, str] = {
     "gear_backlash": "take up the play of {part} ({size} at its output): tighten coupling and set"
@@ -24,41 +24,41 @@ REMEDIES: dict[str, str] = {
     "viscous_friction": "look at the grease and seals of {part}, or describe its friction",
     "stribeck_friction": "grease {part}: it sticks at low speed",
     "joint_compliance": "look for loose clamps and thin shafts at {part}: it yields under load",
-    "home_offset": "set the home stop or jig of {part} right, it stands {size} off; or write that"
-    " down",
+    "home_offset": "correct the home stop or jig of {part}, which is {size} off; or record the"
+    " offset",
     "gear_ratio": "compare gear and microstep switches of {part} with the robot file: the"
     " ratio is {size} off",
-    "transmission_error": "replace the gear of {part} if {size} is too much; or write it down, and"
-    " jobs make up for it",
-    "encoder_error": "centre the encoder of {part}: it errs by {size} once and again",
+    "transmission_error": "replace the gear of {part} if {size} is too much; or record the error,"
+    " and jobs compensate it",
+    "encoder_error": "centre the encoder of {part}: it errs by {size} periodically",
     "lost_steps": "home again; then run slower or softer, and look for what held {part} up:"
     " {size} were lost",
     "following_lag": "tighten the control of {part}, or allow for its being late by {size}",
     "upper_arm_length": "set the upper arm of {part} to {true} in the robot file, or replace it",
     "forearm_length": "set the forearm of {part} to {true} in the robot file, or replace it",
     "base_radius": "measure base and platform: the difference of their radii is {true}",
-    "motor_azimuth": "turn {part} on the base, it stands {size} off; or write that down",
-    "frame_tilt": "square the sensors up with the robot, or write down how they stand ({size})",
+    "motor_azimuth": "turn {part} on the base, it is {size} off; or record the angle",
+    "frame_tilt": "align the sensors with the robot, or record their rotation ({size})",
     "thermal_expansion": "let the arms warm up before exact work: they grow by {size}",
-    "payload": "weigh what hangs at the platform: it is {size} against the robot file",
+    "payload": "weigh what the platform carries: it is {size} against the robot file",
     "contact": "clear away what stops the platform at {size}",
-    "resonance": "gain speed more gently, or stiffen the frame: it rings at {size}",
+    "resonance": "accelerate more gently, or stiffen the frame: it rings at {size}",
     "sensor_offset": "set {part} to zero ('deltactl sensors --calibrate'): it reads {size} off",
     "sensor_scale": "have {part} calibrated: its scale is {size} off",
     "sensor_crosstalk": "clean the window of {part}, or move it: its error grows with distance",
     "sensor_latency": "allow for readings that come {size} late, or read them faster",
     "sensor_drift": "let {part} warm up before use: it drifts by {size}",
     "stale_reading": "look at the cable and supply of {part}: it repeats old values",
-    "inertia": "write the true inertia of {part} down: {size}",
-    "effort_offset": "balance {part}, or set its effort to zero at rest: {size} act always",
+    "inertia": "record the true inertia of {part}: {size}",
+    "effort_offset": "balance {part}, or set its effort to zero at rest: {size} always acts",
     "effort_gain": "set the scale between effort and force of {part}: it is {size} off",
 }
-"""By effect; what has no line here cannot be mended by name."""
+"""By effect; for one without a line nobody can say what to do."""
 
 OF_A_SENSOR_ALONE: dict[str, str] = {
     "sensor_offset": "set {part} to zero: it reads {size} off",
 }
-"""What is done otherwise where no robot carries the sensor."""
+"""Where the sensor is not part of a robot."""
 
 WRITABLE = frozenset({
     "home_offset", "transmission_error", "upper_arm_length", "forearm_length", "motor_azimuth",
@@ -82,7 +82,7 @@ class Remedy:
 
 
 def remedies(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]:
-    """One sentence for each finding that can be mended, the surest and largest first."""
+    """One sentence for each finding that can be remedied, the surest and largest first."""
     found = (remedy(finding, robot) for finding in diagnosis.findings)
     return [one.line for one in found if one is not None]
 

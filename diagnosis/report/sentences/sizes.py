@@ -15,10 +15,10 @@ SMALL_S = 1.0
 """Times under a second are given in ms."""
 
 UNTOLD = frozenset({"phase", "start", "drag", "friction", "stiffness"})
-"""Second parameters that tell a mechanic nothing; they stand in the table of all numbers."""
+"""Second parameters that mean nothing to a mechanic; the table of all numbers has them."""
 
 FINEST_S = 2
-"""Decimals of a moment or of a long time; a sample is hardly ever shorter than 10 ms."""
+"""Decimals of a time in s: sampling periods are hardly ever shorter than 10 ms."""
 
 VECTOR_PARTS = ("x", "y", "z")
 
@@ -101,8 +101,10 @@ _OWN_NAMES: dict[tuple[str, str], str] = {
     ("payload", "mass"): "mass beyond the robot file's",
     ("inertia", "inertia"): "true inertia",
 }
+_SLIDING: dict[tuple[str, str], str] = {("angle", "m"): "offset", ("torque", "N"): "force"}
+"""By parameter and unit, on an axis that slides."""
 _MOMENTS = {("lost_steps", "time"), ("stale_reading", "time"), ("stale_reading", "times_s")}
-"""Times that are moments of the recording, not durations."""
+"""Points in time, not durations."""
 _SIGNED = frozenset({"angle", "offset", "length_error", "rotation", "steps", "curvature", "strain"})
 
 
@@ -134,8 +136,7 @@ def sizes(effect: str, parameter: str, result: ParameterResult) -> list[Size]:
     """A parameter as shown; a vector gives one size a component."""
     values = result.components
     name = shown_name(effect, parameter)
-    if (parameter, result.unit) == ("angle", "m"):  # of an axis that slides
-        name = "offset"
+    name = _SLIDING.get((parameter, result.unit), name)
     names = [name]
     if len(values) > 1:
         names = [f"{name} {_component(k, len(values))}" for k in range(len(values))]

@@ -18,10 +18,10 @@ from diagnosis.report.sentences.sizes import sizes, told
 from models.robot import RobotModel
 
 ENDED_EARLY = (
-    "The search ended at its limit of work, with the best it had: not everything was compared "
-    "(--thorough compares the rest, which takes longer)."
+    "The search stopped at its limit of work, with the best explanation so far: not everything was "
+    "compared (--thorough compares the rest, which takes longer)."
 )
-LOOSE = "Besides, the machine is a little off everywhere, as build tolerances are."
+LOOSE = "In addition, lengths and angles deviate slightly everywhere, within build tolerances."
 MOST_NAMED = 4
 """Things of one kind that a sentence names; the rest are counted."""
 
@@ -43,7 +43,7 @@ def summary_lines(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list
 
 
 def plain_lines(diagnosis: Diagnosis) -> list[str]:
-    """The same without markup."""
+    """The same lines without markup."""
     return [line for _, line in _summary(diagnosis, None)]
 
 
@@ -134,7 +134,7 @@ def span_s(diagnosis: Diagnosis) -> tuple[float, float]:
 
 
 def remarks(diagnosis: Diagnosis) -> list[str]:
-    """What is to be said of the machine and of the search as a whole, beside the findings."""
+    """Remarks on the machine and the search as a whole, in addition to the findings."""
     lines = [LOOSE] if diagnosis.loosely_built else []
     lines += [ENDED_EARLY] if diagnosis.ended_early else []
     lines += [thinned_line(one) for one in diagnosis.thinned]
@@ -148,7 +148,7 @@ def thinned_line(thinned: Thinned) -> str:
     return (
         f"Recording {thinned.recording} is long: {thinned.rows_used} of its {thinned.rows} rows "
         f"were used, in {thinned.stretches} stretches spread over {thinned.span_s / 3600:.2g} h. "
-        "What happened between them is known only by what it changed; diagnose a part of it to "
+        "Events between them show only in what they changed; diagnose a part of the recording to "
         "look closer."
     )
 
@@ -162,7 +162,7 @@ def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.
     ]
     lines.append(sureness.evidence(finding))
     if math.isfinite(finding.share_of_mismatch):
-        lines.append(f"It makes up {100.0 * finding.share_of_mismatch:.0f} % of the mismatch.")
+        lines.append(share_line(finding))
     if shows := where_line(finding, span):
         lines.append(shows)
     if finding.effect == "unknown":
@@ -171,8 +171,15 @@ def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.
     return lines
 
 
+def share_line(finding: Finding) -> str:
+    """What the other findings cannot take over: each is left out and the others fitted again."""
+    share = 100.0 * finding.share_of_mismatch
+    shown = f"{share:.0f} %" if share >= 1.0 else "Under 1 %"
+    return f"{shown} of the mismatch is explained by this alone."
+
+
 def where_line(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> str:
-    """In which readings, when (unless all the time), and in which regime it shows."""
+    """In which channels, when (unless all the time), and in which regime it shows."""
     where = finding.where
     parts = []
     if where.axes:
@@ -205,7 +212,7 @@ def _stretches(where: Where, start_s: float, end_s: float) -> str:
 
 
 def alternatives_line(finding: Finding) -> str:
-    """What this recording cannot tell from the finding."""
+    """What this recording cannot distinguish from the finding."""
     others = [_rival(finding, other) for other in finding.alternatives]
     if not others:
         if finding.effect == "unknown":

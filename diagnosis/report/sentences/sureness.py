@@ -11,6 +11,8 @@ BEYOND_DOUBT_P = 1e-6
 VERY_SURE_P = 1e-3
 SURE_P = 0.01
 LIKELY_P = 0.05
+SETTLED = 0.95
+"""A finding more probable than this is not called open, whatever its alternatives."""
 CERTAIN = 0.995
 """A probability that would be rounded to all or nothing is said to lie above or below one percent
 of it: no engine knows its own mistakes better."""
@@ -19,7 +21,7 @@ of it: no engine knows its own mistakes better."""
 def word(p: float) -> str:
     """One phrase for a calibrated p."""
     if not math.isfinite(p):
-        return "How sure this is could not be worked out"
+        return "How sure this is could not be computed"
     if p < BEYOND_DOUBT_P:
         return "Beyond doubt"
     if p < VERY_SURE_P:
@@ -48,11 +50,11 @@ def percent(probability: float) -> str:
 
 
 def by_priors(one: PriorSensitivity) -> str:
-    """How a probability hangs on the priors of sizes."""
+    """How a probability depends on the priors of sizes."""
     now, narrower, wider = (percent(x) for x in (one.probability, one.narrower, one.wider))
     return (
         f"The probability of {words.effect(one.effect, one.component)}, {now}, depends on how large"
-        f" such an effect is expected to be: {narrower} where three times smaller, {wider} where"
+        f" such an effect is expected to be: {narrower} if three times smaller, {wider} if"
         " three times larger."
     )
 
@@ -62,22 +64,28 @@ def evidence(finding: Finding) -> str:
     p, gain = finding.evidence.p, finding.evidence.delta_chi2
     said = word(p)
     if math.isfinite(p):
-        said += f": chance alone would make it look like this in {odds(p)} recordings"
+        said += f": chance alone would look like this in {odds(p)} recordings"
     if math.isfinite(gain):
         said += f" (the fit worsens by {gain:,.0f} in chi-square without it)".replace(",", "\u00a0")
-    if finding.alternatives and p < LIKELY_P:
-        said += ". Something like it is there; which of the causes below it is, is open"
+    if _is_open(finding):
+        said += ". There is an effect of this kind; which of the causes below it is remains open"
     if finding.probability is not None:
         cause = "no known effect" if finding.effect == "unknown" else "this"
         said += f". Probability that {cause} is the cause: {percent(finding.probability)}"
     return f"{said}."
 
 
+def _is_open(finding: Finding) -> bool:
+    """Whether something acts, and the finding is not settled against its alternatives."""
+    settled = finding.probability is not None and finding.probability > SETTLED
+    return bool(finding.alternatives) and finding.evidence.p < LIKELY_P and not settled
+
+
 def false_alarm(diagnosis: Diagnosis) -> str:
     """What the p of 'nothing is missing' means."""
     p = diagnosis.false_alarm_p
     if not math.isfinite(p):
-        return "How often a machine without fault looks like this could not be worked out."
+        return "How often a machine without a fault would look like this could not be computed."
     said = f"If nothing were missing, noise alone would look like this in {odds(p)} recordings."
     nothing = diagnosis.probability_nothing_missing
     if nothing is not None:

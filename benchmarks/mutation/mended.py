@@ -1,0 +1,116 @@
+"""Defects that the diagnosis once had, put back one at a time: each has a test that fails then.
+
+    python -m benchmarks.mutation.mutants --named --folder diagnosis
+    python -m benchmarks.mutation.mutants --named --folder models/robot.py
+
+docs/decisions/defects.md says what each of them changed in answers.
+"""
+
+from __future__ import annotations
+
+from benchmarks.mutation.named_mistake import Named
+
+MENDED: tuple[Named, ...] = (
+    Named(
+        "nothing missing at another level than the alarm's",
+        "diagnosis/answer/verdict.py",
+        "sound = not seen(p) and is_noise(fit, rest)",
+        "sound = not p <= 1e-4 and is_noise(fit, rest)",
+    ),
+    Named(
+        "nothing missing above the noise floor",
+        "diagnosis/answer/verdict.py",
+        "return not seen(rest.p) and at_floor(fit)",
+        "return not seen(rest.p)",
+    ),
+    Named(
+        "explained without a held-out gain",
+        "diagnosis/answer/verdict.py",
+        "and at_floor(fit) and faint and gained(findings, fit)",
+        "and at_floor(fit) and faint",
+    ),
+    Named(
+        "a residual below the noise floor",
+        "diagnosis/answer/assembly.py",
+        "min(fit.noise_floor_m, most)",
+        "fit.noise_floor_m",
+    ),
+    Named(
+        "shares that add up to more than one",
+        "diagnosis/answer/assembly.py",
+        "    if total <= most:\n",
+        "    if total >= 0.0:\n",
+    ),
+    Named(
+        "a stiffness of 1e+300",
+        "diagnosis/answer/records.py",
+        "HUGE = 1e100",
+        "HUGE = 1e301",
+    ),
+    Named(
+        "an interval of no width",
+        "diagnosis/answer/consistency.py",
+        "            if not low < high:\n",
+        "            if low > high:\n",
+    ),
+    Named(
+        "a scan that did not run, counted",
+        "diagnosis/evidence/detection.py",
+        "joints = len(self._jumps(self.empty))",
+        "joints = 3",
+    ),
+    Named(
+        "detection limits without variance inflation",
+        "diagnosis/assessment/detection_limits.py",
+        "scatter = float(scorer.variance_inflation[number])",
+        "scatter = 1.0",
+    ),
+    Named(
+        "detection limits at the threshold, without power",
+        "diagnosis/assessment/detection_limits.py",
+        "return scatter * float(chndtrinc(threshold / scatter, df, 1.0 - ASSESSMENT.power))",
+        "return threshold",
+    ),
+    Named(
+        "a latency's detection limit without the delay that is always fitted",
+        "diagnosis/assessment/detection_limits.py",
+        "if size is not None and number in held:",
+        "if size is None and number in held:",
+    ),
+    Named(
+        "the held-out figure before with the findings in it",
+        "diagnosis/assessment/regression_holdout.py",
+        "(frozenset[str](), before)",
+        "(best.keys, before)",
+    ),
+    Named(
+        "less than one lost step",
+        "diagnosis/assessment/impossible.py",
+        "< VERDICT.least_steps)",
+        "< 0.0)",
+    ),
+    Named(
+        "a size at its bound",
+        "diagnosis/assessment/impossible.py",
+        "at in (coordinate.low, coordinate.high) and at != candidate.kind.nothing",
+        "at != at",
+    ),
+    Named(
+        "a drive section where rows are angles",
+        "models/robot.py",
+        "drive: Drive | None = None",
+        "drive: Drive",
+    ),
+    Named(
+        "charts of an axis that slides in rad",
+        "diagnosis/report/page/axis_units.py",
+        'linear = isinstance(robot, ServoAxis) and robot.motion == "linear"',
+        "linear = False",
+    ),
+    Named(
+        "a torque in N",
+        "diagnosis/report/sentences/sizes.py",
+        ', ("torque", "N"): "force"}',
+        "}",
+    ),
+)
