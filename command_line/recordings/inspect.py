@@ -104,6 +104,12 @@ def _values(values: FloatArray, guess: Guess | None) -> str:
     return " ".join([f"{first[0]:.10g}", *later])
 
 
+def _unit(guess: Guess) -> str:
+    if guess.scale == 1.0:
+        return guess.unit or "as it is"
+    return f"{guess.scale:.4g} {guess.unit or ''}".rstrip()
+
+
 def _preview(one: Inspection) -> Table:
     """One line a column: what it is called, what it is taken for, why, and its first values."""
     table = Table(box=None, pad_edge=False, title_justify="left")
@@ -115,7 +121,7 @@ def _preview(one: Inspection) -> Table:
         table.add_row(
             name,
             guess.name if guess else "-",
-            (guess.unit or "as it is") if guess else "",
+            _unit(guess) if guess else "",
             _values(values, guess),
             f"{low:.4g}",
             f"{high:.4g}",

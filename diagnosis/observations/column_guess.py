@@ -31,6 +31,8 @@ class Guess:
     index: str | None
     unit: str | None
     why: str
+    scale: float = 1.0
+    """How much of `unit` one of the column is."""
 
     @property
     def name(self) -> str:

@@ -162,13 +162,15 @@ def inspect_table(
         )
     kind, motion, why = _kind(guesses, [name for name in known if name not in guesses])
     columns = {
-        guess.name: Source.model_validate({"from": name, "unit": guess.unit or "1"})
+        guess.name: Source.model_validate(
+            {"from": name, "unit": guess.unit or "1", "scale": guess.scale}
+        )
         for name, guess in sorted(guesses.items(), key=lambda one: list(UNITS).index(one[1].name))
     }
     columns = {
         name: source
         for name, source in columns.items()
-        if source.from_ != name or IN_SI[source.unit] != 1.0
+        if source.from_ != name or IN_SI[source.unit] != 1.0 or source.scale != 1.0
     }
     columns |= {
         name: one
@@ -203,7 +205,7 @@ def _as_said(
         numbered = _LAST.fullmatch(name)
         role, index = (numbered[1], numbered[2]) if numbered else (name, None)
         unit = None if source.unit == "1" else source.unit
-        sure[column] = Guess(column, role, index, unit, "as you say")
+        sure[column] = Guess(column, role, index, unit, "as you say", source.scale)
     names = {guess.name for guess in sure.values()}
     left = {column: one for column, one in guesses.items() if one.name not in names}
     return left | sure

@@ -19,6 +19,8 @@ NEAR_UNIT = 0.15
 ANGULAR = ("command", "position", "theta")
 WIDEST_RAD = 13.0
 """Two turns: more is degrees, millimetres or counts far more often than radians or metres."""
+COUNT_RAD = 0.001534
+"""One of 4096 counts a turn, as hobby servos have: the one that is most often met."""
 LONGEST_M = 15.0
 ROTARY, LINEAR = ("rad", "mrad", "deg", "turn"), ("m", "mm", "cm", "um", "inch")
 
@@ -57,6 +59,8 @@ def with_units(
 
 def _of_motion(guess: Guess, values: FloatArray) -> tuple[Guess, str]:
     largest = float(np.nanmax(np.abs(values)))
+    if guess.scale != 1.0:  # somebody knows
+        return guess, ""
     linear = guess.role in ("pos", "range", "distance")
     if guess.unit is None:
         if linear and largest > LONGEST_M:
@@ -64,9 +68,10 @@ def _of_motion(guess: Guess, values: FloatArray) -> tuple[Guess, str]:
         if not linear and largest > WIDEST_RAD:
             whole = bool((values[np.isfinite(values)] % 1.0 == 0.0).all())
             if whole and largest > 400.0:
-                return guess, (
-                    f"{guess.source}: whole numbers up to {largest:g} look like encoder counts;"
-                    f' say what one is: --set "{guess.name}={guess.source}*0.001534" (4096 a turn)'
+                return replace(guess, unit="rad", scale=COUNT_RAD), (
+                    f"{guess.source}: whole numbers up to {largest:g}, taken for encoder counts,"
+                    f" 4096 a turn; if it has others, put what one is [rad] in place of {COUNT_RAD}"
+                    " into the command below"
                 )
             return replace(guess, unit="deg"), (
                 f"{guess.source}: up to {largest:g}, taken for degrees; if it is mm, put"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -17,6 +18,8 @@ class Question:
     default: str | None = None
     """What Enter means; None where there is no safe guess."""
     choices: tuple[str, ...] = ()
+    count: int = 1
+    """So many numbers, where it is none of `choices`."""
 
     def wrong(self, answer: str) -> str:
         """Why an answer cannot be taken, to be asked again at once; empty where it may do."""
@@ -24,11 +27,8 @@ class Question:
             return f"{answer!r}: must be {' or '.join(self.choices)}"
         if self.choices or self.key == "name" or answer.strip() == "none":
             return ""
-        try:
-            [float(part) for part in answer.replace(",", " ").split()]
-        except ValueError:
-            return f"{answer!r}: must be numbers"
-        return ""
+        found = _read(answer, self.count)
+        return f"{answer!r}: {found}" if isinstance(found, str) else ""
 
     @property
     def option(self) -> str:
@@ -66,21 +66,27 @@ QUESTIONS: dict[str, tuple[Question, ...]] = {
     "range_sensor": (NAME,),
 }
 WIRING: tuple[Question, ...] = (
-    Question("step_pins", "STEP pins of motors 1, 2, 3 (BCM numbers)"),
-    Question("direction_pins", "DIR pins of motors 1, 2, 3"),
+    Question("step_pins", "STEP pins of motors 1, 2, 3 (BCM numbers)", count=3),
+    Question("direction_pins", "DIR pins of motors 1, 2, 3", count=3),
     Question("enable_pin", "ENA pin of the drives, or none"),
-    Question("alarm_pins", "ALM pins of drives 1, 2, 3, or none"),
+    Question("alarm_pins", "ALM pins of drives 1, 2, 3, or none", count=3),
     Question("estop_pin", "E-stop pin (normally closed to ground), or none"),
-    Question("xshut_pins", "XSHUT pins of sensors x, y, z"),
-    Question("arm_deg", "Lowest and highest arm angle, degrees (0 level, positive down)"),
+    Question("xshut_pins", "XSHUT pins of sensors x, y, z", count=3),
+    Question("arm_deg", "Lowest and highest arm angle, degrees (0 level, positive down)", count=2),
     Question("step_rate_hz", "Most steps a second of a motor (a Pi sends up to 20000)"),
     Question("joint_speed_radps", "Fastest an arm may turn, rad/s"),
     Question("joint_acceleration_radps2", "Fastest it may gain speed, rad/s2"),
     Question("approach_speed_radps", "How fast it goes to where a job begins, rad/s (say 0.5)"),
-    Question("home_deg", "Angles of arms 1, 2, 3 at the stops or jig where they are put, degrees"),
+    Question(
+        "home_deg",
+        "Angles of arms 1, 2, 3 at the stops or jig where they are put, degrees",
+        count=3,
+    ),
 )
 """What hardware needs besides, and nobody can guess; a file without it runs simulated only."""
 Answers = dict[str, str]
+
+_THOUSANDS = re.compile(r"(-?\d{1,3}),(\d{3})")
 
 
 def gather(
@@ -109,12 +115,20 @@ def gather(
 
 def numbers(answers: Answers, key: str, count: int = 1) -> tuple[float, ...]:
     """The numbers of an answer, with spaces or commas between. Raises ConfigError."""
-    text = answers[key]
-    option = "--" + key.replace("_", "-")
-    try:
-        found = tuple(float(part) for part in text.replace(",", " ").split())
-    except ValueError:
-        raise ConfigError(f"{option} {text!r}: must be numbers") from None
-    if len(found) != count:
-        raise ConfigError(f"{option} {text!r}: must be {count} number(s), with spaces between")
+    found = _read(answers[key], count)
+    if isinstance(found, str):
+        raise ConfigError(f"--{key.replace('_', '-')} {answers[key]!r}: {found}")
     return found
+
+
+def _read(text: str, count: int) -> tuple[float, ...] | str:
+    """So many numbers, or why they are not; in one number alone a comma is a decimal one."""
+    if count == 1 and (found := _THOUSANDS.fullmatch(text.strip())):
+        whole = "".join(found.groups())
+        return f"is it {whole} or {'.'.join(found.groups())}? Write it without a comma"
+    parts = [text.replace(",", ".")] if count == 1 else text.replace(",", " ").split()
+    try:
+        numbers = tuple(float(part) for part in parts)
+    except ValueError:
+        return "must be a number" if count == 1 else f"must be {count} numbers"
+    return numbers if len(numbers) == count else f"must be {count} numbers, with spaces between"

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from command_line.recordings.init import _ask as asked_by_hand
 from firmware_py.describing.first_job import write_first_job
-from firmware_py.describing.questions import QUESTIONS, WIRING, gather
+from firmware_py.describing.questions import QUESTIONS, WIRING, gather, numbers
 from firmware_py.describing.robot_text import robot_text
 from firmware_py.program.dry_run import check_job
 from firmware_py.robot_file import load_robot
@@ -146,6 +146,20 @@ def test_an_answer_that_cannot_be_taken_is_asked_for_again(monkeypatch) -> None:
     assert not kinds["step_pins"].wrong("17, 27, 22")
     for one in (*QUESTIONS["delta"], *QUESTIONS["servo_axis"]):
         assert one.default is None or not one.wrong(one.default)
+
+
+def test_a_decimal_comma_is_one_and_a_doubtful_answer_is_asked_for_again() -> None:
+    asked = {one.key: one for one in (*QUESTIONS["delta"], *WIRING)}
+    assert not asked["upper_arm_mm"].wrong("314,2")
+    assert numbers({"upper_arm_mm": "314,2"}, "upper_arm_mm") == (314.2,)
+    assert numbers({"arm_deg": "-20, 110"}, "arm_deg", 2) == (-20.0, 110.0)
+    for key, answer, wrong in (
+        ("upper_arm_mm", "1,200", "'1,200': is it 1200 or 1.200? Write it without a comma"),
+        ("upper_arm_mm", "150 320", "'150 320': must be a number"),
+        ("step_pins", "17 27", "'17 27': must be 3 numbers, with spaces between"),
+        ("arm_deg", "-20 to 110", "'-20 to 110': must be 2 numbers"),
+    ):
+        assert asked[key].wrong(answer) == wrong
 
 
 @given(

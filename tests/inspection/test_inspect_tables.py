@@ -148,6 +148,21 @@ def test_values_that_look_like_another_unit(
     assert any(warned in warning for warning in inspect(path).warnings)
 
 
+def test_whole_numbers_of_a_servo_are_read_as_counts_unless_somebody_knows(tmp_path: Path) -> None:
+    path = tmp_path / "servo.csv"
+    counts = [np.round(2048 + one * 4096 / math.tau) for one in (COMMAND, POSITION)]
+    path.write_text("t,goal_position,present_position\n" + text(columns(T_S, *counts)))
+    found = inspect(path)
+    assert found.motion == "rotary"
+    assert len([warning for warning in found.warnings if "4096 a turn" in warning]) == 2
+    read_rad = read_as_told(found).column("command")
+    np.testing.assert_allclose(read_rad - np.pi, COMMAND, atol=3e-3)
+    said = load_mapping(None, ["command=goal_position*0.01", "position=present_position*0.01"])
+    told = inspect(path, said)
+    assert not any("4096" in warning for warning in told.warnings)
+    assert "command=goal_position*0.01" in told.options
+
+
 @pytest.mark.parametrize(("scale", "unit"), [(1.0, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns")])
 def test_time_in_ticks(tmp_path: Path, scale: float, unit: str) -> None:
     path = tmp_path / "ticks.csv"
