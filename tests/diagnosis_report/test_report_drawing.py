@@ -15,6 +15,7 @@ from diagnosis.report.drawing.delta import DeltaDrawing
 from diagnosis.report.drawing.lone import axis_scene, sensor_scene
 from diagnosis.report.drawing.scene import hull
 from diagnosis.report.page.maps import CELLS, grid_of, place_maps
+from diagnosis.report.page.pictures import mismatch_sections
 from diagnosis.report.page.regimes import regimes
 from diagnosis.report.page.residuals import binned, explained_by, mismatches, smoothed
 from models.effects import VOCABULARY
@@ -165,6 +166,26 @@ def test_smoothing_keeps_gaps_and_means() -> None:
     inside = (curve.x > 21.0) & (curve.x < 39.0)
     assert np.isnan(curve.before[inside]).all()
     assert curve.before[np.isfinite(curve.before)] == pytest.approx(3.0)
+
+
+def test_a_channel_with_few_readings_is_a_curve_all_the_same() -> None:
+    """Of an effort only every tenth sample counts, or so: a point between two gaps is not drawn."""
+    t_s = 0.01 * np.arange(4000)
+    seldom = np.where(np.arange(4000) % 16 == 0, 0.003, np.nan)
+    picture = Picture(t_s=t_s, channels=[channel(seldom, np.zeros(4000), np.zeros(4000))])
+    curve = smoothed(t_s, mismatches(picture)[0])
+    assert len(curve.x) > 100
+    assert np.isfinite(curve.before).mean() > 0.95
+
+
+def test_times_of_a_clock_begin_near_zero_on_the_page(make: Any, parts: Any) -> None:
+    early, robot = make("explained"), parts["delta"]()
+    moved = early.picture.model_copy(update={"t_s": early.picture.t_s + 1.6e9})
+    late = early.model_copy(update={"picture": moved})
+    assert "time [s]" in "".join(mismatch_sections(early, robot))
+    page = "".join(mismatch_sections(late, robot))
+    assert "time \u2212 1600000000 [s]" in page
+    assert "time [s]" not in page
 
 
 def test_smoothing_takes_noise_off_and_leaves_clear_curves_alone() -> None:

@@ -45,6 +45,8 @@ FAINT = 0.5
 FINDING_COLOURS = (Colour.BAD, Colour.SECOND, Colour.COMMANDED, Colour.FIRST, Colour.THIRD)
 """As report.css has them for findings 1 to 5."""
 TIME_GROUP = "time"
+LATE_S = 1e6
+"""Times that begin later are those of a clock, not of the recording."""
 
 _PLACE = re.compile(
     r"theta_[123]|(range|pos|position)_[xyz]|range_x, range_y|position|angle|distance|range|command"
@@ -95,17 +97,28 @@ def _time_chart(
     ]  # fmt: skip
     if one.unchanged:
         series = [replace(series[0], name="single readings"), replace(series[1], name="smoothed")]
+    began_s, time = _clock(picture)
+    series = [replace(drawn, x=np.asarray(drawn.x) - began_s) for drawn in series]
     note = f"{one.far_out} readings that lie far out are not drawn." if one.far_out else ""
     return LineChart(
         f"{one.name.capitalize()}",
-        "time [s]",
+        time,
         f"measured \u2212 predicted [{one.unit}]",
         series,
-        spans=spans,
+        spans=[replace(one, start=one.start - began_s, end=one.end - began_s) for one in spans],
         group=TIME_GROUP,
         note=note,
         height_px=230,
     )
+
+
+def _clock(picture: Picture) -> tuple[float, str]:
+    """What is taken off all times, and how the axis is called: the time of day has many digits."""
+    known = picture.t_s[np.isfinite(picture.t_s)]
+    first = math.floor(known.min()) if len(known) else 0
+    if first < LATE_S:
+        return 0.0, "time [s]"
+    return float(first), f"time \u2212 {first} [s]"
 
 
 def _spans(picture: Picture, findings: Sequence[Finding], source: str) -> list[Span]:

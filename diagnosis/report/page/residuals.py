@@ -18,7 +18,8 @@ MAD_TO_SIGMA = 1.4826
 BUCKETS = 1200
 SMOOTHED_OVER = 5
 """Buckets a smoothed curve averages over at most."""
-FEWEST_IN_BUCKET = 3
+FEWEST_IN_BUCKET = (2, 3)
+"""At least two: a bucket that is empty by chance is a gap, and a line between two gaps is none."""
 BINS = 24
 FEWEST_IN_BIN = 12
 NARROWEST = 0.01
@@ -101,12 +102,13 @@ def _far_out(values: FloatArray) -> BoolArray:
 
 def smoothed(t_s: FloatArray, one: Mismatch) -> Curve:
     """Means over short stretches of time; NaN (a gap) where there are no readings."""
-    known = np.isfinite(t_s)
+    known = np.isfinite(t_s) & np.isfinite(one.before)
     if not known.any():
         return Curve(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
     start, end = float(t_s[known].min()), float(t_s[known].max())
     wanted = _readings_to_average(one)
-    count = int(np.clip(known.sum() // min(wanted, FEWEST_IN_BUCKET), 1, BUCKETS))
+    fewest = int(np.clip(wanted, *FEWEST_IN_BUCKET))
+    count = int(np.clip(known.sum() // fewest, 1, BUCKETS))
     window = int(np.clip(np.ceil(wanted * count / known.sum()), 1, min(SMOOTHED_OVER, count)))
     edges = np.linspace(start, end, count + 1)
     middles = (edges[1:] + edges[:-1]) / 2.0
