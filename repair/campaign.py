@@ -7,6 +7,7 @@ survey, diagnosed, corrected and run again; what is compared is where its platfo
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -103,9 +104,13 @@ def run_case(seed: int, number: int, folder: Path, networks: bool) -> dict[str, 
 
 def prove_repair(
     cases: int, seed: int, out: Path, networks: bool, workers_here: int, scheduler: str | None,
-    show: Show, say: Callable[[str], None],
+    show: Show, say: Callable[[str], None], minutes: float = np.inf,
 ) -> list[Row]:  # fmt: skip
-    """Run what is not in `out` yet; returns all rows in order."""
+    """Run what is not in `out` yet; returns all rows in order.
+
+    minutes: no further case is begun after that time; the rows are of those that are there.
+    """
+    until = time.monotonic() + 60.0 * minutes
     out.mkdir(parents=True, exist_ok=True)
     missing = [number for number in range(cases) if not _is_there(out, seed, number, networks)]
     show(cases - len(missing), cases)
@@ -115,6 +120,9 @@ def prove_repair(
         for done, (place, result) in enumerate(at_work(jobs), start=1):
             _file(out, seed, missing[place]).write_text(json.dumps(result, indent=1) + "\n")
             show(cases - len(missing) + done, cases)
+            if time.monotonic() > until and done < len(missing):
+                say(f"stopped after {minutes:g} minutes; the same command again goes on")
+                break
     return list(read_rows(out, seed, cases))
 
 

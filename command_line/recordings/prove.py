@@ -54,7 +54,7 @@ def prove(
     if repair:
         from command_line.recordings.prove_repair import prove_repair
 
-        prove_repair(cases, seed, out, networks, workers, scheduler)
+        prove_repair(cases, seed, out, networks, workers, scheduler, minutes)
         return
     with needs("proof", "prove"):
         from proof.prove.campaign import prove as run

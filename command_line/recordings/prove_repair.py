@@ -19,7 +19,13 @@ if TYPE_CHECKING:
 
 
 def prove_repair(
-    cases: int, seed: int, out: Path, networks: bool, workers: int, scheduler: str | None
+    cases: int,
+    seed: int,
+    out: Path,
+    networks: bool,
+    workers: int,
+    scheduler: str | None,
+    minutes: float,
 ) -> None:
     """Run the cases and print the table."""
     with needs("proof", "prove"):
@@ -32,7 +38,7 @@ def prove_repair(
         def show(done: int, total: int) -> None:
             bars.update(bar, completed=done, total=total)
 
-        rows = run(cases, seed, out, networks, workers, scheduler, show, errors.print)
+        rows = run(cases, seed, out, networks, workers, scheduler, show, errors.print, minutes)
     table = Table(
         box=SIMPLE_HEAD,
         title="Distance from the target while drawing the heart, RMS",
