@@ -17,6 +17,7 @@ from drivers.steps.contract import Counts
 from firmware_py.paths.path import Space
 from firmware_py.planner.plan import Plan
 from models.chain import Chain, Commands
+from models.effects import effect_kind
 from models.robot import DeltaRobot, EffectEntry, FloatArray
 from repair.coverage import READINGS, Coverage
 from repair.played import Played, played
@@ -97,10 +98,18 @@ def _moved_by_sigma(effects: tuple[EffectEntry, ...]) -> list[tuple[EffectEntry,
             if not isinstance(value, float) or not isinstance(low, float):
                 continue
             assert isinstance(high, float)
-            parameters = entry.parameters | {name: value + (high - low) / INTERVAL}
-            off = entry.model_copy(update={"parameters": parameters})
+            moved_to = _off_by(entry.effect, name, value, (high - low) / INTERVAL)
+            off = entry.model_copy(update={"parameters": entry.parameters | {name: moved_to}})
             moved.append((*effects[:number], off, *effects[number + 1 :]))
     return moved
+
+
+def _off_by(effect: str, name: str, value: float, sigma: float) -> float:
+    """A size off by its standard deviation, upwards unless its bound is there."""
+    parameter = next(one for one in effect_kind(effect).parameters if one.name == name)
+    if value + sigma <= parameter.high:
+        return value + sigma
+    return max(value - sigma, parameter.low)
 
 
 def _rms_m(off_m: FloatArray) -> float:

@@ -59,6 +59,20 @@ def test_a_size_half_as_well_known_opens_twice_as_much() -> None:
     assert once.rms_m == pytest.approx(np.hypot(once.steps_m, once.sizes_m))
 
 
+def test_a_size_at_its_bound_is_moved_away_from_it() -> None:
+    ends = (np.pi - 0.2, np.pi + 0.1)
+    wave = EffectEntry(
+        effect="transmission_error",
+        component="motor1",
+        parameters={"amplitude": 0.005, "period": 0.6, "phase": np.pi - 0.05},
+        found=FoundBy(recordings=("survey.mcap",), on="2026-01-31", ci95={"phase": ends}),
+    )
+    found = limit(wave)
+    assert found is not None
+    # A wave shifted by a small angle is off by its amplitude times that, RMS over its way.
+    assert found.sizes_m == pytest.approx(0.005 * 0.3 / 3.92 * ELBOW_M / np.sqrt(2.0), rel=0.5)
+
+
 def test_what_nothing_compensates_is_what_is_left() -> None:
     rings = EffectEntry(
         effect="resonance", component="platform", parameters={"frequency": 3.0, "damping": 0.05}
