@@ -108,6 +108,12 @@ MENDED: tuple[Named, ...] = (
         "linear = False",
     ),
     Named(
+        "held-out blocks that took part in the choice of causes, unsaid",
+        "diagnosis/report/sentences/fit_words.py",
+        " (not of the choice of causes)",
+        "",
+    ),
+    Named(
         "a torque in N",
         "diagnosis/report/sentences/sizes.py",
         ', ("torque", "N"): "force"}',

@@ -117,6 +117,26 @@ def test_what_does_not_exist_is_null(endless: float) -> None:
     assert contradictions(sound(findings=[finding(stiffness=stiff)])) == []
 
 
+@pytest.mark.parametrize(
+    ("p", "left_p", "after", "said"),
+    [
+        (1.01 * ALARM, 1.01 * ALARM, 1.0, "nothing_missing"),
+        (0.99 * ALARM, 1.0, 1.0, "unexplained"),
+        (1.0, 0.99 * ALARM, 1.0, "unexplained"),
+        (1.0, 1.0, 12.0, "unexplained"),
+    ],
+)
+def test_one_level_decides_whether_anything_is_missing(
+    p: float, left_p: float, after: float, said: str
+) -> None:
+    """Without a finding: the alarm, the residual by the same level, and its size."""
+    fit = Fit(
+        rms_before_m=after, rms_after_m=after, noise_floor_m=1.0,
+        holdout_rms_before_m=after, holdout_rms_after_m=after,
+    )  # fmt: skip
+    assert assembled([], fit, p, Rest(left_p)).verdict == said
+
+
 def test_a_fit_below_the_floor_lowers_the_floor() -> None:
     low = fit_of(rms_after_m=0.8)
     assert assembled([finding()], low, 0.0, Rest(0.5, share=0.0)).fit.noise_floor_m == 0.8
