@@ -17,9 +17,9 @@ from models.robot import FloatArray
 
 AVERAGED_S = 0.1
 """To either side."""
-RELUCTANCE = 0.05
+RELUCTANCE = 0.07
 """A flank is left when the speed is beyond that of falling by this share of it."""
-STILL_RADPS = 2e-3
+STILL_RADPS = 1e-5
 
 
 class Hanging:

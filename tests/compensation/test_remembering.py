@@ -112,8 +112,17 @@ def test_an_arm_that_falls_about_as_fast_as_it_is_to_move_does_not_rattle() -> N
     assert float(np.sqrt(np.mean(error_m**2))) < 1.5e-4
 
 
-def test_limits_of_speed_are_kept_while_play_is_taken_up() -> None:
-    robot = with_effects(("joint_friction", "motor1", {"width": 0.01}))
+@pytest.mark.parametrize(
+    "play",
+    [
+        ("joint_friction", "motor1", {"width": 0.01}),
+        ("gear_backlash", "motor1", {"width": 0.01, "drag": 20.0}),
+    ],
+)
+def test_limits_of_speed_are_kept_while_play_is_taken_up(
+    play: tuple[str, str, dict[str, float]],
+) -> None:
+    robot = with_effects(play)
     plan = plan_for(robot, ACCELERATED)
     times_s, told, _ = run(robot, plan)
     apart = 0.02
