@@ -99,7 +99,7 @@ FOLDERS = ("foundation", "drivers", "models", "recording", "charts", "firmware_p
 
 
 def shadowed() -> str | None:
-    """Which folder of somebody else Python would take for one of ours, and what to do."""
+    """Which foreign folder Python would import in place of one of ours, and what to do."""
     ours = Path(__file__).resolve().parents[1]
     for name in FOLDERS:
         found = importlib.util.find_spec(name)

@@ -9,7 +9,7 @@ import typer
 
 from foundation.errors import ConfigError
 
-ForceOption = Annotated[bool, typer.Option("--force", help="Write over files that are there.")]
+ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite existing files.")]
 
 
 def refuse_existing(force: bool, *paths: Path | None) -> None:

@@ -1,4 +1,4 @@
-"""Commands about networks: collect data, train, evaluate, reproduce what papers did.
+"""Commands for networks: collect data, train, evaluate, reproduce papers.
 
 In: jobs, data sets, settings. Out: data sets, networks, tables of errors.
 """

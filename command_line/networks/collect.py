@@ -29,8 +29,8 @@ def register(app: typer.Typer) -> None:
 
 
 def collect(
-    out: Annotated[Path, typer.Option(help="Folder of the data set; one begun is gone on with.")],
-    samples: Annotated[int, typer.Option(min=1, help="How many samples it shall have.")] = 5000,
+    out: Annotated[Path, typer.Option(help="Folder of the data set; continued if unfinished.")],
+    samples: Annotated[int, typer.Option(min=1, help="Number of samples.")] = 5000,
     robot: Annotated[str, typer.Option(help="Robot file.")] = "zhao-2023.yaml",
     as_built: Annotated[
         str | None,

@@ -1,4 +1,4 @@
-"""`deltactl reproduce`: what a paper did, over again, beside what it printed."""
+"""`deltactl reproduce`: a paper's experiments repeated, beside its printed figures."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ def reproduce(
     paper: Annotated[Paper, typer.Argument(help="Whose experiments.")],
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder for the report (zhao-2023: data and networks, gone on with)."),
+        typer.Option(help="Folder for the report (zhao-2023: data and networks there are reused)."),
     ] = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="A short version that shows that it runs.")
+        bool, typer.Option("--quick", help="A short version, to see that it runs.")
     ] = False,
     diagnosed: Annotated[
         bool,

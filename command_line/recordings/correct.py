@@ -23,8 +23,8 @@ def register(app: typer.Typer) -> None:
 
 def correct(
     recordings: Annotated[list[Path], typer.Argument(help="Recordings: .mcap, .csv, .parquet.")],
-    robot: Annotated[str, typer.Option(help="The robot file that was believed.")],
-    out: Annotated[Path, typer.Option(help="The corrected robot file; its network lies beside.")],
+    robot: Annotated[str, typer.Option(help="The robot file used so far.")],
+    out: Annotated[Path, typer.Option(help="Corrected robot file; its network goes beside it.")],
     all_of_them: Annotated[
         bool, typer.Option("--all", help="Also what is tied or improbable.")
     ] = False,

@@ -31,7 +31,7 @@ def demo(
     unknown: Annotated[
         bool, typer.Option("--unknown", help="Conceal something that has no name as well.")
     ] = False,
-    job: Annotated[str, typer.Option(help="What is drawn.")] = "demo-heart.yaml",
+    job: Annotated[str, typer.Option(help="The job that is drawn.")] = "demo-heart.yaml",
     minutes: Annotated[
         float, typer.Option(min=0.5, max=10.0, help="Length of the survey that is recorded.")
     ] = 2.0,

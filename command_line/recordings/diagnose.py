@@ -31,7 +31,7 @@ def diagnose_recordings(
     thorough: bool,
     save_all: bool = False,
 ) -> None:
-    """Diagnose, print what was found in plain sentences, and write what was asked for."""
+    """Diagnose, print the findings in plain sentences, and write the files asked for."""
     with needs("diagnosis", "diagnose"):
         from diagnosis.api import diagnose
     from diagnosis.answer.corrected_robot import save_corrected

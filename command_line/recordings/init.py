@@ -51,9 +51,7 @@ def init(
         list[str] | None,
         typer.Option("--set", help="How that recording is read, as for deltactl diagnose."),
     ] = None,
-    force: Annotated[
-        bool, typer.Option("--force", help="Write over a file that is there.")
-    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
     name: Annotated[str | None, _asked("name")] = None,
     base_radius_mm: Annotated[str | None, _asked("base_radius_mm")] = None,
     platform_radius_mm: Annotated[str | None, _asked("platform_radius_mm")] = None,
@@ -78,7 +76,7 @@ def init(
     approach_speed_radps: Annotated[str | None, _asked("approach_speed_radps")] = None,
     home_deg: Annotated[str | None, _asked("home_deg")] = None,
 ) -> None:
-    """Write a robot file, and for a delta a first job. Asks for what no option says.
+    """Write a robot file, and for a delta a first job. Asks for what no option gives.
 
     ```
     deltactl init my-robot.yaml
@@ -106,7 +104,7 @@ def init(
 
 
 def _ask(question: Question) -> str:
-    """Asked again until the answer may do: later it would take all the others with it."""
+    """Asked again until the answer is valid: refused later, it would cost all the others."""
     while True:
         answer = str(typer.prompt(question.text, default=question.default))
         if not (wrong := question.wrong(answer)):
@@ -125,7 +123,7 @@ def _measured(kind: str, path: Path, columns: list[str], known: Answers) -> Answ
 
 
 def _write(file: Path, kind: str, answers: Answers, wired: bool, force: bool) -> None:
-    """Write the file, hold it against its own check, and say what comes next."""
+    """Write the file, check it, and say what comes next."""
     from firmware_py.describing.robot_text import robot_text
     from firmware_py.robot_file import load_robot
     from models.robot import load_robot_model
@@ -152,7 +150,7 @@ def _first_job(file: Path, force: bool) -> None:
 
     job = file.with_name(f"{file.stem}-circle.yaml")
     if job.exists() and not force:
-        say(f"job: {job} is there already, and stays as it is")
+        say(f"job: {job} exists already and is kept")
         return
     what = write_first_job(load_robot(file), file, job)
     if what is None:

@@ -91,7 +91,7 @@ def _show(one: Inspection, robot: str | None, save: Path | None) -> None:
 
 
 def _new(one: Inspection) -> str:
-    """A robot file that is not there yet: a second machine has one of its own."""
+    """A robot file name that is still free: a second machine gets its own file."""
     return f"{one.path.stem}-robot.yaml" if Path(ROBOT).exists() else ROBOT
 
 
@@ -111,7 +111,7 @@ def _unit(guess: Guess) -> str:
 
 
 def _preview(one: Inspection) -> Table:
-    """One line a column: what it is called, what it is taken for, why, and its first values."""
+    """One line per column: its name, what it is read as, why, and its first values."""
     table = Table(box=None, pad_edge=False, title_justify="left")
     for heading in ("column", "taken for", "unit", "first values", "from", "to", "why"):
         table.add_column(heading, overflow="fold")

@@ -18,7 +18,7 @@ def register(app: typer.Typer) -> None:
 
 
 def prove(
-    out: Annotated[Path, typer.Option(help="Folder for results; a proof goes on where it ended.")],
+    out: Annotated[Path, typer.Option(help="Folder for results; an unfinished proof is resumed.")],
     cases: Annotated[int, typer.Option(help="How many cases.")] = 300,
     seed: Annotated[int, typer.Option(help="Draws the cases; any number.")] = 1,
     ties: Annotated[
@@ -32,7 +32,10 @@ def prove(
         str | None, typer.Option(help="Address of a Dask scheduler, for more machines.")
     ] = None,
     minutes: Annotated[
-        float, typer.Option(help="Begin no case after this time; the table is of what is there.")
+        float,
+        typer.Option(
+            help="Minutes after which no case is begun; the table is of the finished ones."
+        ),
     ] = float("inf"),
     repair: Annotated[
         bool,
@@ -42,7 +45,7 @@ def prove(
         bool, typer.Option(help="With --repair: train each robot's network and run it, too.")
     ] = False,
 ) -> None:
-    """Conceal effects in a simulated robot of another make, diagnose them blind, and count.
+    """Conceal effects in an independently simulated robot, diagnose blind, and count.
 
     ```
     deltactl prove --cases 300 --seed 7 --out proof-7

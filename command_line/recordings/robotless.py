@@ -23,12 +23,12 @@ def diagnose(
         list[Path] | None, typer.Argument(help="Recordings: .mcap, .csv, .parquet.")
     ] = None,
     robot: Annotated[
-        str | None, typer.Option(help="Robot file: what a perfect machine would be.")
+        str | None, typer.Option(help="Robot file: the machine as it should be.")
     ] = None,
     look: Annotated[
         bool,
         typer.Option(
-            "--inspect", help="Only say what is in the tables, and which command reads them."
+            "--inspect", help="Only show what the tables contain, and which command reads them."
         ),
     ] = False,
     holdout: Annotated[
@@ -48,7 +48,7 @@ def diagnose(
     ] = False,
     next_job: Annotated[
         Path | None,
-        typer.Option(help="Write the job here that would tell tied explanations apart."),
+        typer.Option(help="Write the job that would separate tied explanations here."),
     ] = None,
     columns: Annotated[
         list[str] | None,
@@ -63,7 +63,7 @@ def diagnose(
     thorough: Annotated[
         bool,
         typer.Option(
-            "--thorough", help="Compare everything, where the answer says that it ended early."
+            "--thorough", help="Search without the limit of work, if the answer ended early."
         ),
     ] = False,
     force: ForceOption = False,
@@ -85,10 +85,10 @@ def diagnose(
     ] = None,
     limit: Annotated[
         list[str] | None,
-        typer.Option(help="With --fleet: a size not to reach, as gear_backlash.width=0.01."),
+        typer.Option(help="With --fleet: the largest size allowed, as gear_backlash.width=0.01."),
     ] = None,
     sisters: Annotated[
-        bool, typer.Option(help="With --fleet: what the other machines have makes it more likely.")
+        bool, typer.Option(help="With --fleet: findings on sister machines count.")
     ] = True,
 ) -> None:
     """Compare recordings with the robot file: what is missing, where, how sure.
@@ -140,7 +140,7 @@ def diagnose(
 def install(
     robot: Annotated[str, typer.Option(help="Robot file whose pins are wired.")] = "zhao-2023.yaml",
     apply: Annotated[
-        bool, typer.Option("--apply", help="Do it; without this, only say it.")
+        bool, typer.Option("--apply", help="Apply the changes; without this, only show them.")
     ] = False,
 ) -> None:
     """Install the service on a Raspberry Pi: unit, udev rules, boot options, wiring table.

@@ -45,7 +45,7 @@ def check_job(job: Path, robot: str | None, json_out: bool) -> None:
 
 
 def limit_rows(limit: Limit | str) -> list[tuple[str, str]]:
-    """What tracking is possible, and of what it is made; or why that is not said."""
+    """The possible tracking error and its parts, or why it is not known."""
     if isinstance(limit, str):
         return [("possible, RMS", limit)]
     parts = (

@@ -1,4 +1,4 @@
-"""Follow a job to its end with a progress bar, whoever runs it: the daemon or this process."""
+"""Follow a job to its end with a progress bar, whether the daemon or this process runs it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from firmware_py.controller.contract import JobResult, RobotController, Status
 Sleep = Callable[[float], None]
 
 SHOW_AFTER_S = 0.05
-"""Progress is redrawn at most this often."""
+"""Shortest time between two redraws of the progress [s]."""
 
 
 def follow(

@@ -43,7 +43,7 @@ def run(
     ] = False,
     realtime: Annotated[
         bool,
-        typer.Option("--realtime", help="Simulated robot in real time, not as fast as it goes."),
+        typer.Option("--realtime", help="Simulated robot in real time, not as fast as possible."),
     ] = False,
     record: Annotated[Path | None, typer.Option(help="Where to record (.mcap).")] = None,
     report: Annotated[Path | None, typer.Option(help="Write an HTML report here.")] = None,
@@ -128,7 +128,7 @@ def report(
 
 def record(
     out: Annotated[Path, typer.Argument(help="File to write (.mcap).")],
-    seconds: Annotated[float, typer.Option(help="For how long.")] = 10.0,
+    seconds: Annotated[float, typer.Option(help="Duration, s.")] = 10.0,
     robot: Annotated[str, typer.Option(help="Robot file with the sensors.")] = "zhao-2023.yaml",
     realtime: Annotated[
         bool, typer.Option("--realtime", help="Simulated sensors in real time.")

@@ -73,11 +73,11 @@ def jog(
 
 
 def teach(
-    points: Annotated[Path, typer.Argument(help="Table to add to (.csv); made if not there.")],
+    points: Annotated[Path, typer.Argument(help="Table to add to (.csv); created if missing.")],
     dwell: Annotated[float, typer.Option(min=0.0, help="Wait there, s.")] = 0.0,
     socket: SocketOption = None,
 ) -> None:
-    """Save where the platform is as the next point of a table; `convert` makes a job of it.
+    """Save the platform's position as the next point of a table; `convert` turns it into a job.
 
     ```
     deltactl teach pick.csv
@@ -109,11 +109,9 @@ def convert(
     origin: Annotated[
         str, typer.Option(help="Where the file's 0 0 0 is in the robot's frame, mm.")
     ] = "0 0 0",
-    force: Annotated[
-        bool, typer.Option("--force", help="Write over a file that is there.")
-    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
-    """Make a job of G-code or of a table of points, and check it.
+    """Turn G-code or a table of points into a job, and check it.
 
     ```
     deltactl convert part.gcode part.yaml --robot zhao-2023.yaml --origin "0 0 -450"

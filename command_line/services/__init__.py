@@ -1,4 +1,4 @@
-"""Commands for what stays running: systemd units, the page, Foxglove, the look at every run.
+"""Commands that keep running: systemd units, the web page, Foxglove, the check of every run.
 
 In: a robot's socket and folders. Out: servers, and files for other programs.
 """

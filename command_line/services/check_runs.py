@@ -1,4 +1,4 @@
-"""`deltactl check-runs`: the service that looks at every run when it is over."""
+"""`deltactl check-runs`: the service that checks every run when it is over."""
 
 from __future__ import annotations
 
@@ -23,7 +23,9 @@ def check_runs(
     recordings: Annotated[Path, typer.Option(help="The daemon's folder of recordings.")] = Path(
         "recordings"
     ),
-    once: Annotated[bool, typer.Option("--once", help="Check what is there, and end.")] = False,
+    once: Annotated[
+        bool, typer.Option("--once", help="Check the existing recordings and exit.")
+    ] = False,
     json_out: JsonOption = False,
 ) -> None:
     """Check every run when it is over, at low priority, and announce a mismatch that is new.

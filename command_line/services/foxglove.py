@@ -28,7 +28,7 @@ def foxglove(
     port: Annotated[int, typer.Option(min=1, max=65535, help="Live: port.")] = 8765,
     socket: SocketOption = None,
 ) -> None:
-    """The robot in Foxglove's 3D panel: a recording made ready for it, or the live robot.
+    """The robot in Foxglove's 3D panel: a converted recording, or the live robot.
 
     ```
     deltactl foxglove recordings/heart.mcap -o heart-foxglove.mcap

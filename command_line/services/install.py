@@ -9,7 +9,7 @@ from firmware_py.controller.jobs.active_job import software_version
 
 
 def install_service(robot: str, apply: bool) -> None:
-    """Say, or do, what installing the service takes."""
+    """Show, or do, what installing the service takes."""
     from firmware_py.install.install import install
     from firmware_py.robot_file import find
 

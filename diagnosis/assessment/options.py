@@ -28,6 +28,18 @@ class AssessmentOptions:
     """Standard deviation of a logarithm from which on its interval follows the likelihood."""
     share_of_axis: float = 0.2
     """Share of a finding's power that a channel must show to be named with it."""
+    carried_pieces: int = 6
+    """Of the spline by which an unknown of one run is carried to another."""
+    matters: float = 0.1
+    """Change of a probability under other prior spreads from which on the answer says so."""
+    profile_tries: int = 4
+    """Refits by which each end of an interval that follows the likelihood is looked for."""
+    profile_close: float = 0.1
+    """Of the loss wanted: an end this near to it is near enough."""
+    profile_furthest: float = 6.0
+    """Standard deviations of the straight interval beyond which no end is looked for."""
+    profile_steps: int = 3
+    """Of each refit along the profile, which begins next to its solution."""
 
 
 ASSESSMENT = AssessmentOptions()

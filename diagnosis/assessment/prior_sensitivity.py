@@ -9,14 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.answer.records import PriorSensitivity
+from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.regression import Regressor
 from diagnosis.priors.options import PRIORS_KNOWN_TO
 from diagnosis.selection.named_first import Selected, named_sizes
-
-MATTERS = 0.1
-"""Change of a probability from which on the answer says so."""
 
 
 def prior_sensitivity(selected: Selected) -> list[PriorSensitivity]:
@@ -27,7 +25,7 @@ def prior_sensitivity(selected: Selected) -> list[PriorSensitivity]:
     wider = probabilities(selected, PRIORS_KNOWN_TO)
     here = probabilities(selected, 1.0)
     for key, now in here.items():
-        if max(abs(narrower[key] - now), abs(wider[key] - now)) > MATTERS:
+        if max(abs(narrower[key] - now), abs(wider[key] - now)) > ASSESSMENT.matters:
             one = by_key[key]
             found.append(
                 PriorSensitivity(

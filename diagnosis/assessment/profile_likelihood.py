@@ -21,11 +21,6 @@ from diagnosis.plants.candidate import Term
 
 LOSS_95 = 3.841
 """95 % point of chi-square with one degree of freedom."""
-TRIES = 4
-CLOSE = 0.1
-FURTHEST = 6.0
-"""Standard deviations of the straight interval beyond which nobody looks."""
-REFIT_STEPS = 3
 
 
 def intervals(
@@ -68,17 +63,20 @@ def _end(
     coordinate, start = term.candidate.coordinates[i], float(term.at[i])
     reach, near = float(np.sqrt(loss)) * spread, solution
     end = float(start + reach)
-    for _ in range(TRIES):
+    for _ in range(ASSESSMENT.profile_tries):
         end = float(np.clip(start + reach, coordinate.low, coordinate.high))
         held = _held(near.terms[number], i, end)
         terms = (*near.terms[:number], held, *near.terms[number + 1 :])
-        near = fitter.solve(terms, near.frees, near.nuisances, REFIT_STEPS, solution.named_tangent)
+        near = fitter.solve(
+            terms, near.frees, near.nuisances, ASSESSMENT.profile_steps, solution.named_tangent
+        )
         lost = max(near.cost - solution.cost, 1e-3 * loss)
         at_bound = end in (coordinate.low, coordinate.high)
-        if abs(lost / loss - 1.0) < CLOSE or (at_bound and lost < loss):
+        if abs(lost / loss - 1.0) < ASSESSMENT.profile_close or (at_bound and lost < loss):
             break
         further = (end - start) * float(np.clip(np.sqrt(loss / lost), 0.4, 2.0))
-        reach = float(np.clip(further, -FURTHEST * abs(spread), FURTHEST * abs(spread)))
+        furthest = ASSESSMENT.profile_furthest * abs(spread)
+        reach = float(np.clip(further, -furthest, furthest))
         if reach == end - start:
             break
     return end

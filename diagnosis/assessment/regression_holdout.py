@@ -18,7 +18,6 @@ from diagnosis.plants.regression import RegressionPlant
 from diagnosis.plants.spline_terms import carried_over
 from diagnosis.selection.named_first import Selected, named_sizes
 
-CARRIED_PIECES = 6
 LASTING = ("jump", "drift", "unknown time")
 """Regressors that belong to one moment or course of time and do not come back."""
 
@@ -68,7 +67,7 @@ def _carried(selected: Selected, other: RegressionPlant, key: str) -> FloatArray
     there, at = np.isfinite(known), other.followed(key)
     found = np.zeros(len(at))
     acts = np.isfinite(at)
-    found[acts] = carried_over(shape[there], known[there], CARRIED_PIECES, at[acts])
+    found[acts] = carried_over(shape[there], known[there], ASSESSMENT.carried_pieces, at[acts])
     return found
 
 

@@ -14,7 +14,7 @@ from diagnosis.answer.records import Diagnosis, Finding, Fit, PriorSensitivity
 from diagnosis.assessment.detection_limits import limits
 from diagnosis.assessment.holdout import on_another_run, on_blocks, rms
 from diagnosis.assessment.impossible import first_impossible, less
-from diagnosis.assessment.prior_sensitivity import MATTERS
+from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.estimation.budget import Budget
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.evidence.detection import Progress
@@ -98,7 +98,7 @@ def _by_priors(explained: Explained) -> list[PriorSensitivity]:
             probability=now, narrower=narrower, wider=wider,
         )
         for term, now, (narrower, wider) in every
-        if max(abs(narrower - now), abs(wider - now)) > MATTERS
+        if max(abs(narrower - now), abs(wider - now)) > ASSESSMENT.matters
     ]  # fmt: skip
 
 

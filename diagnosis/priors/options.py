@@ -9,6 +9,7 @@ on stands in `estimation.options`.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 PRIORS_KNOWN_TO = 3.0
@@ -46,6 +47,10 @@ class SearchOptions:
     most_shapes: int = 2
     """Spline terms in one set."""
 
+    around_contact_s: float = 0.3
+    """Around a contact: touching down a little earlier, and what rings after it."""
+    least_contact_m: float = 1e-6
+    """A reading that a contact moves by less is away from it."""
     least_clear: float = 0.2
     """Share of the readings that must lie away from a contact for two sets to be judged by them
     alone: near it a stop's own shape decides."""
@@ -128,6 +133,23 @@ class PenaltyOptions:
     0.01 mm in an arm, 0.03 mrad at a home."""
 
 
+@dataclass(frozen=True, slots=True)
+class SizePriorOptions:
+    """The prior of sizes around what is typical of an effect, and how it is integrated."""
+
+    width: float = math.log(3.0)
+    """Standard deviation of the log of a size: a factor of three either way."""
+    reach_sigma: float = 4.0
+    """Standard deviations of the log of a size out to which is integrated,"""
+    points: int = 41
+    """and points of that quadrature."""
+    directions: int = 48
+    """Of a size with several components, over which is averaged."""
+    shows: float = 3.0
+    """Standard deviations of the readings' noise below which a size does not show."""
+
+
 OPTIONS = SearchOptions()
 PENALTIES = PenaltyOptions()
+SIZE_PRIORS = SizePriorOptions()
 """As the engine is used."""

@@ -19,16 +19,7 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.options import ESTIMATION
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate, Coordinate
-from diagnosis.priors.options import PENALTIES
-
-WIDTH = math.log(3.0)
-"""Standard deviation of the log of a size: a factor of three either way."""
-RANGE = 4.0
-STEPS = 41
-"""Points of the quadrature over the log of a size, out to so many standard deviations."""
-DIRECTIONS = 48
-SHOWS = 3.0
-"""Standard deviations of the readings' noise below which a size does not show."""
+from diagnosis.priors.options import PENALTIES, SIZE_PRIORS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,8 +44,9 @@ class SizePrior:
     def log_density(self, length: float) -> float:
         """Log prior density of a vector of sizes of this length (> 0)."""
         count = len(self.sizes)
-        away = math.log(length / self.typical) / WIDTH
-        radial = -0.5 * away**2 - math.log(WIDTH * math.sqrt(2.0 * math.pi)) - math.log(length)
+        width = SIZE_PRIORS.width
+        away = math.log(length / self.typical) / width
+        radial = -0.5 * away**2 - math.log(width * math.sqrt(2.0 * math.pi)) - math.log(length)
         return radial - math.log(self.sphere) - (count - 1) * math.log(length)
 
     @property
@@ -146,7 +138,7 @@ def score_log_odds(
     """
     along, odds = information @ step, -0.5 * odds_cost(candidate)
     if not linear:
-        shows = information[0, 0] >= SHOWS**2
+        shows = information[0, 0] >= SIZE_PRIORS.shows**2
         return float(odds + along[0] - 0.5 * information[0, 0]) if shows else -math.inf
     prior = prior_of(candidate)
     ways = _ways(len(step), all(prior.one_sided))
@@ -162,17 +154,18 @@ def _along(prior: SizePrior, slope: float, bend: float) -> float:
     """Log of the likelihood ratio exp(slope r - bend r^2 / 2), averaged over the prior of r."""
     if bend <= 0.0:
         return -math.inf
-    low, high = (prior.typical * math.exp(WIDTH * end) for end in (-RANGE, RANGE))
-    low = max(low, SHOWS / math.sqrt(bend))
+    width, reach, count = SIZE_PRIORS.width, SIZE_PRIORS.reach_sigma, SIZE_PRIORS.points
+    low, high = (prior.typical * math.exp(width * end) for end in (-reach, reach))
+    low = max(low, SIZE_PRIORS.shows / math.sqrt(bend))
     if low >= high:
         return -math.inf
-    near = slope / bend + np.linspace(-RANGE, RANGE, STEPS) / math.sqrt(bend)
-    points = np.concatenate([np.geomspace(low, high, STEPS), near[(near > low) & (near < high)]])
+    near = slope / bend + np.linspace(-reach, reach, count) / math.sqrt(bend)
+    points = np.concatenate([np.geomspace(low, high, count), near[(near > low) & (near < high)]])
     lengths = np.sort(points)
-    away = np.log(lengths / prior.typical) / WIDTH
+    away = np.log(lengths / prior.typical) / width
     exponents = slope * lengths - 0.5 * bend * lengths**2 - 0.5 * away**2 - np.log(lengths)
     most = float(exponents.max())
-    mean = float(trapezoid(np.exp(exponents - most), lengths)) / (WIDTH * math.sqrt(2.0 * math.pi))
+    mean = float(trapezoid(np.exp(exponents - most), lengths)) / (width * math.sqrt(2.0 * math.pi))
     return most + math.log(max(mean, 1e-300))
 
 
@@ -180,7 +173,7 @@ def _ways(count: int, one_sided: bool) -> FloatArray:
     """Directions that sizes may point to, (d, count), evenly drawn."""
     if count == 1:
         return np.array([[1.0]] if one_sided else [[1.0], [-1.0]])
-    drawn = np.random.default_rng(0).standard_normal((DIRECTIONS, count))
+    drawn = np.random.default_rng(0).standard_normal((SIZE_PRIORS.directions, count))
     drawn = np.abs(drawn) if one_sided else drawn
     found: FloatArray = drawn / np.linalg.norm(drawn, axis=1, keepdims=True)
     return found

@@ -25,7 +25,6 @@ from diagnosis.score_tests.chi2_tail import log_sf
 from diagnosis.score_tests.options import SCORE_TESTS
 from diagnosis.score_tests.score_test import gain_alone
 
-PAST_S = (0.06, 0.3, 1.5)
 CERTAIN = np.log(SCORE_TESTS.chance)
 
 
@@ -41,7 +40,8 @@ def has_memory(fitter: Fitter, solution: Solution, free: SplineTerm, gain: float
         return None
     if free.kind == "way":
         return True
-    pasts = [np.interp(readings.t_s - late_s, readings.t_s, covariate) for late_s in PAST_S]
+    t_s = readings.t_s
+    pasts = [np.interp(t_s - late_s, t_s, covariate) for late_s in SCORE_TESTS.past_s]
     shapes = [replace(free, basis=_shape(past)) for past in pasts]
     shapes.append(replace(free, basis=two_way(covariate, free.basis)))
     found = [_explained(fitter, solution, shape) for shape in shapes]

@@ -26,6 +26,24 @@ class ScoreTestOptions:
     """
     fewest_turns: float = 6.0
     """Of a sinusoid in a recording; slower ones are seen by the splines over time."""
+    draws: int = 1000
+    """Of pure noise, by which the smallest p of all tests is calibrated."""
+    seed: int = 20260101
+    """The same draws each time, so that the same recording has the same answer."""
+    collinear_scores: float = 1e-6
+    """Share of a column that must be left after projection for a test to be possible."""
+    past_s: tuple[float, ...] = (0.06, 0.3, 1.5)
+    """How long before a reading the past is looked at: three readings at 50 Hz, and five and 25
+    times that."""
+    fastest: float = 0.2
+    """Turns of a sinusoid a sample, at most."""
+    finer: int = 4
+    """Frequencies looked at, for each that the length of the recording resolves."""
+    between: int = 16
+    """Frequencies tried on either side of the strongest."""
+    most_transformed: int = 2**18
+    """Samples of the stretches in which the frequency is looked for: an hour and a half at 50 Hz.
+    Stretches of a day keep no phase with each other."""
 
 
 SCORE_TESTS = ScoreTestOptions()

@@ -11,11 +11,7 @@ from scipy.special import chdtrc
 from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.score_tests.chi2_tail import log_sfs
 from diagnosis.score_tests.library import Library
-
-DRAWS = 1000
-SEED = 20260101
-COLLINEAR_SCORES = 1e-6
-"""Share of a column that must be left after projection for a test to be possible."""
+from diagnosis.score_tests.options import SCORE_TESTS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,7 +109,7 @@ def _frame(information: FloatArray, full: FloatArray) -> tuple[FloatArray, BoolA
     """
     scale = np.sqrt(np.maximum(full, 1e-30))
     values, vectors = np.linalg.eigh(information / (scale[..., :, None] * scale[..., None, :]))
-    usable = values > COLLINEAR_SCORES
+    usable = values > SCORE_TESTS.collinear_scores
     length = np.where(usable, 1.0 / np.sqrt(np.where(usable, values, 1.0)), 0.0)
     return vectors * length[..., None, :] / scale[..., :, None], usable
 
@@ -157,11 +153,12 @@ def calibrate(scorer: Scorer, basis: FloatArray) -> Calibration:
     unit = covariance / np.outer(scale, scale)
     values, vectors = np.linalg.eigh(unit)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    draws = root @ np.random.default_rng(SEED).standard_normal((len(values), DRAWS))
-    smallest = np.ones(DRAWS)
+    rng = np.random.default_rng(SCORE_TESTS.seed)
+    draws = root @ rng.standard_normal((len(values), SCORE_TESTS.draws))
+    smallest = np.ones(SCORE_TESTS.draws)
     for _, columns in scorer.alike:
         own, frame = np.linalg.eigh(unit[columns[:, :, None], columns[:, None, :]])
-        usable = own > COLLINEAR_SCORES
+        usable = own > SCORE_TESTS.collinear_scores
         share = np.where(usable, 1.0 / np.where(usable, own, 1.0), 0.0)
         gain = share[:, None, :] @ (frame.swapaxes(1, 2) @ draws[columns]) ** 2
         possible = usable.any(axis=1)

@@ -17,16 +17,6 @@ from diagnosis.score_tests.chi2_tail import log_sf
 from diagnosis.score_tests.options import SCORE_TESTS
 from diagnosis.score_tests.score_test import explained_by
 
-FASTEST = 0.2
-"""Turns a sample, at most."""
-FINER = 4
-"""Frequencies looked at, for each that the length of the recording tells apart."""
-MOST_TRANSFORMED = 2**18
-"""Of the stretches that the frequency is looked for in: an hour and a half at 50 Hz. Stretches of
-a day keep no phase with each other."""
-BETWEEN = 16
-"""Frequencies tried on either side of the strongest."""
-
 
 def sinusoid_scores(fitter: Fitter, solution: Solution) -> list[Score]:
     """At each location the sinusoid that explains most: term, gain, log p for all frequencies."""
@@ -60,27 +50,27 @@ def _strongest(
     at = at[near] - at[near].min()
     length = int(at.max()) + 1
     series = np.asarray(np.bincount(at, (pull * residual)[near], length), dtype=np.float64)
-    size = int(2 ** np.ceil(np.log2(FINER * length)))
+    size = int(2 ** np.ceil(np.log2(SCORE_TESTS.finer * length)))
     lines = np.abs(np.fft.rfft(series, size)) ** 2
     first = int(np.ceil(SCORE_TESTS.fewest_turns * size / length))
-    last = int(FASTEST * size)
+    last = int(SCORE_TESTS.fastest * size)
     if last <= first:
         return None, 0
     best = first + int(np.argmax(lines[first:last]))
     # Between the lines, where a quarter of one already leaves a rest.
-    turns: FloatArray = (best + np.linspace(-1.0, 1.0, 2 * BETWEEN + 1)) / size
+    turns: FloatArray = (best + np.linspace(-1.0, 1.0, 2 * SCORE_TESTS.between + 1)) / size
     nearest = float(turns[np.argmax(_strength(series, turns))])
     return nearest / readings.period_s, last - first
 
 
 def _fullest(at: IntArray) -> slice | BoolArray:
     """Of sample numbers the stretch with most rows in it; all where they are not too many."""
-    if at.max() - at.min() < MOST_TRANSFORMED:
+    if at.max() - at.min() < SCORE_TESTS.most_transformed:
         return slice(None)
     ordered = np.sort(at)
-    ends = np.searchsorted(ordered, ordered + MOST_TRANSFORMED)
+    ends = np.searchsorted(ordered, ordered + SCORE_TESTS.most_transformed)
     first = ordered[np.argmax(ends - np.arange(len(ordered)))]
-    return np.asarray((at >= first) & (at < first + MOST_TRANSFORMED), dtype=np.bool_)
+    return np.asarray((at >= first) & (at < first + SCORE_TESTS.most_transformed), dtype=np.bool_)
 
 
 def _strength(series: FloatArray, turns: FloatArray) -> FloatArray:

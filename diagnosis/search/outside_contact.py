@@ -13,10 +13,6 @@ from diagnosis.observations.readings import BoolArray
 from diagnosis.plants.candidate import Term
 from diagnosis.priors.options import OPTIONS
 
-AROUND_CONTACT_S = 0.3
-"""Around it: touching down a little earlier, and what rings after."""
-LEAST_CHANGE_M = 1e-6
-
 
 def local_terms(terms: Sequence[Term]) -> tuple[Term, ...]:
     """Those of the terms that act only now and then."""
@@ -29,8 +25,8 @@ def left_alone(fitter: Fitter, solution: Solution) -> BoolArray:
     others = [term for term in solution.terms if not term.candidate.kind.local]
     without = model.predict([*solution.nuisances, *others])
     everything = model.predict([*solution.nuisances, *solution.terms])
-    acts = np.abs(everything - without).max(axis=1) > LEAST_CHANGE_M
-    near = maximum_filter1d(acts, 1 + 2 * round(AROUND_CONTACT_S / model.readings.period_s))
+    acts = np.abs(everything - without).max(axis=1) > OPTIONS.least_contact_m
+    near = maximum_filter1d(acts, 1 + 2 * round(OPTIONS.around_contact_s / model.readings.period_s))
     alone: BoolArray = ~near[fitter.whiten.rows]
     return alone
 

@@ -12,10 +12,9 @@ from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import estimate
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.priors.options import PENALTIES
+from diagnosis.priors.options import OPTIONS, PENALTIES
 from diagnosis.priors.penalties import penalty, penalty_of
 from diagnosis.search.outside_contact import (
-    AROUND_CONTACT_S,
     clear_rows,
     gain_elsewhere,
     left_alone,
@@ -55,7 +54,7 @@ def test_readings_are_left_alone_where_the_platform_is_not_near_the_stop(
     assert not clear[pressed[sample]].any()
     pressed_s = model.readings.t_s[pressed]
     apart_s = np.abs(model.readings.t_s[sample][:, None] - pressed_s).min(axis=1)
-    assert clear[apart_s > AROUND_CONTACT_S + 0.2].all()
+    assert clear[apart_s > OPTIONS.around_contact_s + 0.2].all()
     assert gain_elsewhere(fitter, solution, solution) == pytest.approx(0.0, abs=1e-6)
 
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, trapezoid
 
 from diagnosis.plants.delta.candidates import EVENTS, candidates_of
-from diagnosis.priors.size_priors import SHOWS, odds_cost, prior_of, score_log_odds
+from diagnosis.priors.options import SIZE_PRIORS
+from diagnosis.priors.size_priors import odds_cost, prior_of, score_log_odds
 from models.effects import VOCABULARY
 
 DELTA = [name for name in VOCABULARY if name not in (*EVENTS, "contact")]
@@ -58,7 +59,7 @@ def test_the_odds_from_a_score_are_the_integral_over_sizes(found, spread):
         weight = math.exp(prior.log_density(size)) * size  # per log size
         return weight * sum(math.exp(-0.5 * ((found - s) / spread) ** 2) for s in (size, -size))
 
-    low = max(math.log(SHOWS * spread), math.log(prior.typical) - 4.0 * math.log(3.0))
+    low = max(math.log(SIZE_PRIORS.shows * spread), math.log(prior.typical) - 4.0 * math.log(3.0))
     high = math.log(prior.typical) + 4.0 * math.log(3.0)
     peak = math.log(min(max(abs(found), math.exp(low)), math.exp(high)))
     whole = quad(integrand, low, high, points=[peak], limit=400)[0]
