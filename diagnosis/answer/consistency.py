@@ -1,4 +1,4 @@
-"""What an answer may not say of itself, however it came about."""
+"""Contradictions that no answer may contain, whatever produced it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The corrected robot file: what was believed, put together with the effects that were found."""
+"""The corrected robot file: the previous one with the effects that were found."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def save_corrected(
 
 
 def lasts(finding: Finding) -> bool:
-    """Whether a robot file can say it, and it will be so in the next run."""
+    """Whether a robot file can describe it, and it will last until the next run."""
     kind = VOCABULARY.get(finding.effect)
     if kind is None or kind.event:
         return False
@@ -139,5 +139,5 @@ def _origin(finding: Finding, recordings: list[str], intervals: dict[str, Any]) 
 
 
 def _fixed(value: Any) -> Any:
-    """Lists as tuples, as records that never change have them."""
+    """Lists as tuples, for frozen records."""
     return tuple(_fixed(one) for one in value) if isinstance(value, list) else value

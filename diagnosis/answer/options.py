@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class VerdictOptions:
-    """Levels at which the same figures make another sentence."""
+    """Levels at which the same figures lead to another verdict."""
 
     alarm: float = 0.003
     """Chance that a sound machine is said to have something missing: one recording in three

@@ -91,7 +91,8 @@ class Evidence(_Record):
 
 
 class Alternative(_Record):
-    """Something this recording cannot tell from the finding; delta_chi2: how much worse it fits.
+    """Something this recording cannot distinguish from the finding; delta_chi2: by how much it fits
+    worse.
 
     together: one of several that are the alternative only all at once (equal homes of all motors),
     or an alternative to all findings of this effect at once.
@@ -102,7 +103,7 @@ class Alternative(_Record):
     delta_chi2: float
     together: bool = False
     probability: float | None = None
-    """Posterior that this acts instead; None where it was not worked out."""
+    """Posterior that this acts instead; None where it was not computed."""
 
 
 class Table(_Record):
@@ -131,10 +132,10 @@ class Finding(_Record):
     share_of_mismatch: float
     probability: float | None = None
     """Posterior that this effect acts at this component (unknown: that something outside the
-    vocabulary does); None where it was not worked out."""
+    vocabulary does); None where it was not computed."""
     alternatives: list[Alternative] = Field(default_factory=list)
     depends_on: list[str] = Field(default_factory=list)
-    """Covariates that it follows, those that this recording cannot tell apart included."""
+    """Covariates that it follows, including those that this recording cannot separate."""
     tied: list[str] = Field(default_factory=list)
     """Those of them that it may follow instead of the others."""
     has_memory: bool | None = None
@@ -171,7 +172,7 @@ class Unexplained(_Record):
 
 
 class NextExperiment(_Record):
-    """The safe job that would best tell explanations apart."""
+    """The safe job that would best separate the explanations."""
 
     job: dict[str, Any]
     tells_apart: list[str]
@@ -180,7 +181,7 @@ class NextExperiment(_Record):
 
 
 class OpenTie(_Record):
-    """Two explanations that no safe run tells apart, or only if the first of them is true.
+    """Two explanations that no safe run separates, or only if the first of them is true.
 
     Each is a list of "effect component" names.
     """
@@ -188,7 +189,7 @@ class OpenTie(_Record):
     one: list[str]
     other: list[str]
     minutes: float | None = None
-    """Length of the longest run that was looked at, where none helps."""
+    """Length of the longest run that was considered, where none helps."""
     needs_drive: bool = False
     """No run could be made: the robot file does not say how the motors are driven."""
 
@@ -257,7 +258,7 @@ class Picture(_Record):
     covariates: dict[str, FloatArray] = Field(default_factory=dict)
     """Interpretable quantities over time to draw the mismatch against, name (with unit) -> (n,)."""
     shift_s: tuple[float, ...] = (0.0,)
-    """By how much the times of each recording were moved to lie end to end in `t_s`."""
+    """By how much the times of each recording were shifted to follow each other in `t_s`."""
 
     def shift_of(self, where: Where) -> float:
         """What to add to the times of a place that lies in one recording."""
@@ -266,13 +267,13 @@ class Picture(_Record):
 
 
 class Thinned(_Record):
-    """A recording too long to be worked on whole: how much of it was."""
+    """A recording too long to be used whole, and how much of it was used."""
 
     recording: int
     """Its number, from 1."""
     rows_used: int
     rows: int
-    """Rows that it has; about so many, where it was not even read whole."""
+    """Rows in it; approximate where it was not read whole."""
     stretches: int
     """Stretches that the rows lie in, spread over all of it."""
     span_s: float
@@ -284,14 +285,14 @@ class Diagnosis(_Record):
     verdict: Verdict
     false_alarm_p: float
     probability_nothing_missing: float | None = None
-    """Posterior of the empty set of effects; None where it was not worked out."""
+    """Posterior of the empty set of effects; None where it was not computed."""
     fit: Fit
     findings: list[Finding]
     unexplained: Unexplained
     loosely_built: bool = False
     """Build tolerances everywhere were fitted beside the findings."""
     ended_early: bool = False
-    """The search came to its limit of work before everything was compared."""
+    """The search reached its limit of work before everything was compared."""
     thinned: list[Thinned] = Field(default_factory=list)
     """Recordings of which only stretches were used."""
     not_read: list[str] = Field(default_factory=list)
@@ -303,7 +304,7 @@ class Diagnosis(_Record):
     agreement: list[Agreement] = Field(default_factory=list)
     """Of several recordings of a lone machine: every size in each of them."""
     prior_sensitivity: list[PriorSensitivity] = Field(default_factory=list)
-    """Effects whose probability hangs on how wide the priors of sizes are."""
+    """Effects whose probability depends on how wide the priors of sizes are."""
     says: list[str] = Field(default_factory=list)
     """The summary in plain sentences; the report writes it."""
     robot: str = ""

@@ -26,7 +26,7 @@ class Tables(Enum):
     JOINTS = "joints"
     """What enters at a joint."""
     PLATFORM = "platform"
-    """And what shows in one sensor: somebody knows that the platform is off, not the sensor."""
+    """Also what shows in one sensor: the user knows that the platform is off, not the sensor."""
 
 
 def table_of(finding: Finding, robot: DeltaRobot, asked: Tables) -> EffectEntry | str:

@@ -125,13 +125,13 @@ def _than(delta_chi2: float) -> str:
 
 
 def _told_apart(finding: Finding, diagnosis: Diagnosis) -> str:
-    """What would tell them apart."""
+    """What would distinguish them."""
     plan = diagnosis.next_experiment
     mine = {words.effect(finding.effect, finding.component)}
     mine |= {words.effect(one.effect, one.component) for one in finding.alternatives}
     apart = [words.spelled(name) for name in plan.tells_apart] if plan is not None else []
     if any(name in text for name in mine for text in apart):
-        return "The run proposed below would tell them apart."
+        return "The run proposed below would distinguish them."
     return _hint(finding)
 
 
@@ -139,26 +139,26 @@ _HINTS: tuple[tuple[frozenset[str], str], ...] = (
     (
         frozenset({"gear_backlash", "joint_friction"}),
         "Standing still after approaching from both sides, another payload, or the motor "
-        "current would tell play from friction.",
+        "current would distinguish play from friction.",
     ),
     (
         frozenset({"following_lag", "sensor_latency"}),
-        "Recording the arm angles too would tell a late drive from late readings.",
+        "Recording the arm angles too would distinguish a late drive from late readings.",
     ),
     (
         frozenset({"home_offset", "forearm_length"}),
-        "A run through more of the workspace would tell them apart better.",
+        "A run through more of the workspace would distinguish them better.",
     ),
     (
         frozenset({"home_offset", "sensor_offset"}),
-        "A run with more tilted arms, or arm angles measured, would tell them apart.",
+        "A run with more tilted arms, or arm angles measured, would distinguish them.",
     ),
     (
         frozenset({"following_lag", "motor_azimuth"}),
-        "The same path run the other way round would tell them apart.",
+        "The same path run the other way round would distinguish them.",
     ),
 )
-"""Pairs that are hard to tell apart, and what tells them apart (reference/diagnosis.md)."""
+"""Pairs that are hard to distinguish, and what distinguishes them."""
 
 
 def _hint(finding: Finding) -> str:

@@ -1,4 +1,4 @@
-"""What would tell apart what a recording of a lone axis leaves tied: a motion, or a measurement.
+"""A motion or a measurement that separates what a recording of a lone axis leaves tied.
 
 An axis has no job file of ours, so this is said in words, one row a pair of effects.
 """
