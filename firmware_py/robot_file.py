@@ -259,7 +259,8 @@ def check_said(robot: RobotFile) -> None:
     if open_keys := robot.left_open():
         raise ConfigError(
             f"robot '{robot.name}' can be run simulated only: its file does not say "
-            f"{', '.join(open_keys)}; write them down ('deltactl init' asks for them)"
+            f"{', '.join(open_keys)}; write them down"
+            " ('deltactl init FILE --wiring' asks for them)"
         )
 
 
@@ -295,9 +296,9 @@ def find(name: str, beside: Path | None = None, listing: bool = True) -> Path:
     for folder in folders:
         if (folder / given).is_file():
             return folder / given
-    pattern = f"*{given.suffix or '.yaml'}"
+    suffix = "" if given.suffix == ".yml" else given.suffix  # both are YAML
     shown = folders if listing else folders[1:]
-    there = sorted({path.name for folder in shown for path in folder.glob(pattern)})
+    there = sorted({path.name for folder in shown for path in folder.glob(f"*{suffix or '.yaml'}")})
     close = difflib.get_close_matches(given.name, there, n=1, cutoff=0.75)
     few = ", ".join(there[:SHOWN]) + (" and more" if len(there) > SHOWN else "")
     hint = f"did you mean '{close[0]}'?" if close else f"there are {few or 'none'}"

@@ -18,6 +18,7 @@ On the command line the same is `--set t=time_ms*0.001 --set "position=angle[deg
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Mapping as AnyMapping
 from collections.abc import Sequence
@@ -162,9 +163,14 @@ def _table(path: Path, mapping: Mapping) -> dict[str, AnyArray]:
         return table if "t" in mapping.columns else {"t": table[LOG_TIME], **table}
     if path.suffix == ".parquet":
         return read_parquet_table(path)
-    return read_table(
-        path, mapping.skip_lines, mapping.heading, mapping.separator, mapping.decimal
-    )  # fmt: skip
+    try:
+        return read_table(
+            path, mapping.skip_lines, mapping.heading, mapping.separator, mapping.decimal
+        )
+    except RecordingError as error:
+        raise RecordingError(
+            f"{error}; how it can be read: deltactl diagnose --inspect {path}"
+        ) from None
 
 
 def _going_on(t_s: FloatArray, segment: FloatArray | None) -> FloatArray:
@@ -198,9 +204,16 @@ def without_unit(name: str) -> str:
     return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name)
 
 
+FEW_LETTERS = 3
+"""What is shorter stands in many a name."""
+
+
 def _missing(path: Path, name: str, wanted: str, there: list[str]) -> RecordingError:
     other = STANDS_IN.get(name)
+    near = [one for one in there if len(wanted) >= FEW_LETTERS and wanted.lower() in one.lower()]
+    near += difflib.get_close_matches(wanted, there, n=1, cutoff=0.6)
     way = f"; {other} could stand for it" if other else ""
+    way = f"; did you mean '{near[0]}'?" if near else way
     of = f" (for {name})" if wanted != name else ""
     return RecordingError(
         f"{path}: column '{wanted}'{of} is missing{way}; the table has {', '.join(there)[:200]}"

@@ -118,7 +118,10 @@ def inspect(path: Path, said: Mapping | None = None) -> Inspection:
     form = guess_format(path)
     heading = () if form.heading_line is not None else form.names
     skip = form.first_row if heading else form.heading_line or 0
-    table = read_table(path, skip, heading, form.separator, form.decimal)
+    try:
+        table = read_table(path, skip, heading, form.separator, form.decimal)
+    except RecordingError as error:
+        raise RecordingError(f"{error}: it is no table of numbers, or has rows of text") from None
     units = dict(zip(form.names, form.units, strict=True))
     written = {"separator": form.separator, "decimal": form.decimal}
     base = Mapping.model_validate(written | {"skip_lines": skip, "heading": heading})

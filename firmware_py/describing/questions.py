@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,6 +21,8 @@ class Question:
     choices: tuple[str, ...] = ()
     count: int = 1
     """So many numbers, where it is none of `choices`."""
+    least: float = -math.inf
+    most: float = math.inf
 
     def wrong(self, answer: str) -> str:
         """Why an answer cannot be taken, to be asked again at once; empty where it may do."""
@@ -28,7 +31,11 @@ class Question:
         if self.choices or self.key == "name" or answer.strip() == "none":
             return ""
         found = _read(answer, self.count)
-        return f"{answer!r}: {found}" if isinstance(found, str) else ""
+        if isinstance(found, str):
+            return f"{answer!r}: {found}"
+        if min(found) < self.least:
+            return f"{answer!r}: must not be below {self.least:g}"
+        return f"{answer!r}: must not be above {self.most:g}" if max(found) > self.most else ""
 
     @property
     def option(self) -> str:
@@ -36,9 +43,15 @@ class Question:
         return "--" + self.key.replace("_", "-")
 
 
+LEAST_MM, MOST_MM = 0.1, 9999.0
+
 NAME = Question("name", "Name of the machine", "my-robot")
-MICROSTEPS = Question("microsteps_per_rev", "Microsteps for one turn of the motor", "1600")
-GEAR = Question("gear_ratio", "Turns of the motor for one turn of the arm (1 without a gear)")
+MICROSTEPS = Question(
+    "microsteps_per_rev", "Microsteps for one turn of the motor", "1600", least=1.0
+)
+GEAR = Question(
+    "gear_ratio", "Turns of the motor for one turn of the arm (1 without a gear)", least=0.001
+)
 ZERO = Question(
     "zero", "Is the zero of the readings that of the commands (absolute), or not (arbitrary)?",
     "absolute", ("absolute", "arbitrary"),
@@ -46,10 +59,30 @@ ZERO = Question(
 QUESTIONS: dict[str, tuple[Question, ...]] = {
     "delta": (
         NAME,
-        Question("base_radius_mm", "Base radius: from the middle to a motor axis, mm"),
-        Question("platform_radius_mm", "Platform radius: from its middle to a joint, mm"),
-        Question("upper_arm_mm", "Upper arm: from the motor axis to the elbow, mm"),
-        Question("forearm_mm", "Forearm: from the elbow to the platform's joint, mm"),
+        Question(
+            "base_radius_mm",
+            "Base radius: from the middle to a motor axis, mm",
+            least=LEAST_MM,
+            most=MOST_MM,
+        ),
+        Question(
+            "platform_radius_mm",
+            "Platform radius: from its middle to a joint, mm",
+            least=LEAST_MM,
+            most=MOST_MM,
+        ),
+        Question(
+            "upper_arm_mm",
+            "Upper arm: from the motor axis to the elbow, mm",
+            least=LEAST_MM,
+            most=MOST_MM,
+        ),
+        Question(
+            "forearm_mm",
+            "Forearm: from the elbow to the platform's joint, mm",
+            least=LEAST_MM,
+            most=MOST_MM,
+        ),
         MICROSTEPS,
         GEAR,
     ),
@@ -59,7 +92,9 @@ QUESTIONS: dict[str, tuple[Question, ...]] = {
         Question(
             "motion", "Does it turn (rotary) or slide (linear)?", "rotary", ("rotary", "linear")
         ),
-        Question("inertia", "Moving inertia, kg m2 (rotary) or kg (linear); 0 if unknown", "0"),
+        Question(
+            "inertia", "Moving inertia, kg m2 (rotary) or kg (linear); 0 if unknown", "0", least=0.0
+        ),
         Question("effort_gain", "N m (or N) for one unit of the effort column", "1"),
         ZERO,
     ),
@@ -94,22 +129,22 @@ def gather(
 ) -> Answers:
     """An answer to each question: as given, as asked for, or its default.
 
-    Raises ConfigError naming all that is missing where nobody can be asked.
+    Raises ConfigError naming all that cannot be taken, or is missing where nobody can be asked.
     """
-    answers, missing = Answers(), []
+    answers, missing, wrong = Answers(), [], list[str]()
     for question in questions:
         if question.key in given:
             answers[question.key] = given[question.key]
+            if why := question.wrong(given[question.key]):
+                wrong.append(f"{question.option} {why}")
         elif ask is not None:
             answers[question.key] = ask(question)
         elif question.default is not None:
             answers[question.key] = question.default
         else:
             missing.append(question)
-    if missing:
-        raise ConfigError(
-            *(f"{one.option} is missing: {one.text}" for one in missing)
-        )  # all of them at once
+    if missing or wrong:  # all of them at once
+        raise ConfigError(*wrong, *(f"{one.option} is missing: {one.text}" for one in missing))
     return answers
 
 

@@ -127,6 +127,8 @@ def test_a_file_that_is_not_there_lists_those_that_are(tmp_path):
         find("zhao-2032.yaml", beside=tmp_path / "job.yaml")
     said = str(error.value)
     assert "or in config; did you mean 'zhao-2023.yaml'?" in said
+    with pytest.raises(MissingFile, match=r"did you mean 'zhao-2023\.yaml'"):
+        find("zhao-2023.yml")
     with pytest.raises(
         MissingFile, match=r"there are circle\.yaml, demo-heart\.yaml, gripper-delta\.yaml"
     ):

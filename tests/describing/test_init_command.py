@@ -86,8 +86,11 @@ def test_all_that_is_missing_is_said_at_once(deltactl: Deltactl) -> None:
 def test_a_refused_answer_leaves_no_file(deltactl: Deltactl, tmp_path: Path) -> None:
     wrong = DELTA | {"upper_arm_mm": "150000", "gear_ratio": "-1"}
     refused = deltactl("init", "mine.yaml", *options(wrong), status=2)
-    assert "geometry.upper_arm_m" in refused.stderr
-    assert "drive.gear_ratio" in refused.stderr
+    assert "--upper-arm-mm '150000': must not be above 9999" in refused.stderr
+    assert "--gear-ratio '-1': must not be below 0.001" in refused.stderr
+    wrong = DELTA | {"microsteps_per_rev": "1600.5"}
+    refused = deltactl("init", "mine.yaml", *options(wrong), status=2)
+    assert "drive.microsteps_per_rev" in refused.stderr
     assert not list(tmp_path.glob("*.yaml"))
 
 
@@ -156,10 +159,22 @@ def test_a_decimal_comma_is_one_and_a_doubtful_answer_is_asked_for_again() -> No
     for key, answer, wrong in (
         ("upper_arm_mm", "1,200", "'1,200': is it 1200 or 1.200? Write it without a comma"),
         ("upper_arm_mm", "150 320", "'150 320': must be a number"),
+        ("upper_arm_mm", "-150", "'-150': must not be below 0.1"),
         ("step_pins", "17 27", "'17 27': must be 3 numbers, with spaces between"),
         ("arm_deg", "-20 to 110", "'-20 to 110': must be 2 numbers"),
     ):
         assert asked[key].wrong(answer) == wrong
+
+
+def test_all_options_that_cannot_be_taken_are_told_with_those_that_are_missing() -> None:
+    with pytest.raises(ConfigError) as error:
+        gather(
+            QUESTIONS["delta"], {"name": "x", "base_radius_mm": "INCH", "forearm_mm": "-1"}, None
+        )
+    first, second, *missing = error.value.args
+    assert first == "--base-radius-mm 'INCH': must be a number"
+    assert second == "--forearm-mm '-1': must not be below 0.1"
+    assert all("is missing" in one for one in missing)
 
 
 @given(
