@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ from rich.box import SIMPLE_HEAD
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 from rich.table import Table
 
-from command_line.output import console, errors, facts, millimetres
+from command_line.output import console, errors, facts, millimetres, say
 from foundation.extras import needs
 
 if TYPE_CHECKING:
@@ -50,6 +50,18 @@ def prove_repair(
         table.add_row(*(cell(row) for _, cell in COLUMNS))
     console.print(table)
     console.print(facts("", summary(rows)))
+    say(f"table: {_written(out / 'table.md', rows, summary(rows))}")
+
+
+def _written(path: Path, rows: Sequence[Row], figures: Sequence[tuple[str, str]]) -> Path:
+    """The same in Markdown, which no narrow window cuts off."""
+    headings = [heading for heading, _ in COLUMNS]
+    lines = [headings, ["---:" if one in MEASURED else "---" for one in headings]]
+    lines += [[cell(row).replace("\n", ", ") for _, cell in COLUMNS] for row in rows]
+    text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    text += "\n\n" + "\n".join(f"- {what}: {figure}" for what, figure in figures) + "\n"
+    path.write_text(text, encoding="utf-8")
+    return path
 
 
 def _names(names: tuple[str, ...]) -> str:
