@@ -14,13 +14,19 @@ from command_line.output import print_json, say, warn
 from command_line.robot.check import say_covered
 from command_line.robot.follow import follow
 from command_line.robot.show import show_tracking, write_report
-from firmware_py.controller.contract import JobResult
+from firmware_py.controller.contract import JobResult, Status
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.job_file import load_job
 from firmware_py.machine import is_raspberry_pi
 from firmware_py.robot_file import find
 from foundation.clock import sleep_s
-from foundation.errors import ConfigError, MotionError, RecordingError, ServiceError
+from foundation.errors import (
+    ConfigError,
+    DeltactlError,
+    MotionError,
+    RecordingError,
+    ServiceError,
+)
 from repair.coverage import coverage_of
 
 POLL_S = 0.1
@@ -94,7 +100,22 @@ def _say_where(simulate: bool, quiet: bool) -> None:
 def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet: bool) -> JobResult:
     with Client(socket) as client:
         number = client.submit(path.resolve(), record)
+        if not quiet:
+            _say_what_it_believes(path, client.status())
         return follow(client, number, time.sleep, POLL_S, quiet)
+
+
+def _say_what_it_believes(path: Path, status: Status) -> None:
+    """What the daemon compensates, by its robot file."""
+    if status.robot_file_changed:
+        warn(f"what the daemon compensates cannot be said: {status.robot_file_changed}")
+        return
+    try:
+        covered = coverage_of(path, Path(status.robot_path))
+    except DeltactlError as error:
+        warn(f"what the daemon compensates cannot be said: {error}")
+        return
+    say_covered(covered)
 
 
 def _in_this_process(

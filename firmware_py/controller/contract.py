@@ -50,6 +50,8 @@ class Status:
     """That the robot file on the disk is no longer the one in force; empty while it is."""
     robot_file: str = ""
     """Name of the robot file in force, as a job for this robot may name it."""
+    robot_path: str = ""
+    """Where that file is."""
     outputs: dict[str, bool] = field(default_factory=dict)
     """The robot file's outputs, and which are on."""
     inputs: dict[str, bool] = field(default_factory=dict)

@@ -220,6 +220,7 @@ class Controller:
                 self._observer.blind() if sensing else None,
                 self._file.changed(self.robot),
                 self._file.path.name,
+                str(self._file.path.absolute()),
             )
             return snapshot(self.robot, self._belief, self.machine, running)
 

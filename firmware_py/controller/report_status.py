@@ -35,6 +35,7 @@ class Running:
     blind: Blindness | None = None
     robot_file_changed: str = ""
     robot_file: str = ""
+    robot_path: str = ""
 
 
 def snapshot(
@@ -66,6 +67,7 @@ def snapshot(
         blind_s=running.blind.seconds if running.blind else None,
         robot_file_changed=running.robot_file_changed,
         robot_file=running.robot_file,
+        robot_path=running.robot_path,
         outputs=machine.switches.states(output.switched),
         inputs={name: line() for name, line in machine.inputs.items()},
     )

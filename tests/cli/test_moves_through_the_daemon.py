@@ -87,3 +87,23 @@ def test_what_is_refused_does_not_move(
     assert isinstance(refused, DeltactlError)
     assert says in str(refused)
     assert json.loads(deltactl("status", "--json").output)["counts"] == before
+
+
+def test_run_says_what_the_daemon_compensates(
+    served: tuple[Controller, Path], deltactl: Deltactl, tmp_path: Path
+) -> None:
+    mine = Path(shutil.copy(served[1].parent / "mine.yaml", tmp_path))
+    corrected = tmp_path / "corrected.yaml"
+    wrong_home = "{effect: home_offset, component: motor1, parameters: {angle: 0.01}}"
+    corrected.write_text(f"{mine.read_text()}\neffects:\n- {wrong_home}\n")
+    job = tmp_path / "up.yaml"
+    job.write_text(
+        "name: up\nrobot: mine.yaml\npath: {shape: points, points_m: [[0.0, 0.0, -0.3]]}\n"
+        "timing: {mode: accelerated, speed_mps: 0.3}\ninverse_kinematics: {kind: geometry}\n"
+    )
+    deltactl("home", "--robot", str(corrected))
+    said = deltactl("run", str(job)).output
+    deltactl("home", "--robot", str(mine))
+    assert "compensated: home_offset on motor1, in the inverse kinematics" in said
+    corrected.write_text("name: broken")
+    assert "compensated" not in deltactl("run", str(job)).output
