@@ -107,7 +107,7 @@ def _probabilities(answer: Diagnosis) -> Iterator[str]:
     empty = answer.probability_nothing_missing
     if empty is None:
         return
-    if answer.verdict == "nothing_missing" and empty < 0.5:
+    if answer.verdict == "nothing_missing" and empty < VERDICT.even:
         yield f"nothing is missing, with a probability of {empty:.2g}"
     most = max((f.probability or 0.0 for f in answer.findings), default=0.0)
     if empty + most > 1.0 + ROUNDING:
