@@ -77,7 +77,8 @@ def tempered(
     count = float(once[-1]) + 1.0
     new = np.concatenate([[True], np.diff(once) > 0])
     apart = groups[rows][new]
-    tau = float(autocorrelation_times(np.clip(standard[new], -4.0, 4.0)[:, None], apart)[0])
+    most = EVIDENCE.clipped_at
+    tau = float(autocorrelation_times(np.clip(standard[new], -most, most)[:, None], apart)[0])
     if took is not None and took.shape[1]:
         back = given_back(took[new] / single[new, None], apart, tau)
         sigma = sigma * np.sqrt(min(back.variance, EVIDENCE.most_given_back))
@@ -85,7 +86,7 @@ def tempered(
     tau = min(tau, max(count / EVIDENCE.fewest_effective, 1.0))
     if took is None:
         effective = count / tau
-        taken = effective / max(effective - min(fitted, 0.6 * effective), 1.0)
+        taken = effective / max(effective - min(fitted, EVIDENCE.most_taken * effective), 1.0)
         sigma = sigma * np.sqrt(taken)
     return TemperedNoise(rows, weight / (sigma * np.sqrt(tau)), sigma, tau, count)
 
@@ -109,6 +110,7 @@ def spike_weights(left: FloatArray) -> FloatArray:
     if len(left) < EVIDENCE.median_over:
         return np.ones(len(left))
     off = np.abs(left - median_filter(left, EVIDENCE.median_over, mode="nearest"))
-    usual = max(MAD_TO_SIGMA * float(np.median(off)), 0.2 * float(np.quantile(off, 0.9)), 1e-300)
+    large = EVIDENCE.spike_share * float(np.quantile(off, EVIDENCE.spike_quantile))
+    usual = max(MAD_TO_SIGMA * float(np.median(off)), large, 1e-300)
     weight: FloatArray = np.minimum(1.0, EVIDENCE.spike_limit * usual / np.maximum(off, 1e-300))
-    return np.where(weight < 0.75, weight, 1.0)
+    return np.where(weight < EVIDENCE.spike_weight, weight, 1.0)

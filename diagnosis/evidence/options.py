@@ -43,6 +43,16 @@ class EvidenceOptions:
     than usual for Huber's weights: what a saturated model leaves is not quite noise."""
     median_over: int = 7
     """Readings of which the median is a reading's neighbourhood: up to three in a row stand out."""
+    spike_share: float = 0.2
+    spike_quantile: float = 0.9
+    """Of this quantile of all such distances a robust standard deviation is this share at least:
+    rounded readings that hardly move have none otherwise."""
+    spike_weight: float = 0.75
+    """A reading whose weight is larger keeps all of it."""
+    clipped_at: float = 4.0
+    """Standard deviations to which the residual is cut before its memory is measured."""
+    most_taken: float = 0.6
+    """Share of the effective readings that a fit's sizes may count for in the noise's variance."""
     fewest_effective: float = 6.0
     """Independent readings that any recording is taken for, however long its memory."""
     most_given_back: float = 2.5

@@ -56,7 +56,7 @@ def jumps(
         np.cumsum(shared, axis=0, out=shared)
         power = np.cumsum(column**2)
         left = power - np.einsum("ij,ij->i", shared, shared)
-        usable = inside & (left > 0.02 * power[-1])
+        usable = inside & (left > SCORE_TESTS.least_own * power[-1])
         gain = np.where(usable, along**2 / np.maximum(left, 1e-30), 0.0)
         best = int(np.argmax(gain))
         near = times[(gain > gain[best] - 3.84) & usable]

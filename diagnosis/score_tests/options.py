@@ -14,6 +14,8 @@ class ScoreTestOptions:
     correlate, so well below the alarm."""
     edge: float = 0.02
     """Share of the recording at each end in which a loss cannot be told from an offset."""
+    least_own: float = 0.02
+    """Share of a jump that what is fitted already must leave for its time to be tried."""
     near_s: float = 2.0
     """How far from where it was found the moment of a jump may lie once all else is fitted."""
     fewest_repeats: int = 10
