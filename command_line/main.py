@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from command_line.called_otherwise import Commands
 from command_line.networks import collect, evaluate, reproduce, train
 from command_line.recordings import correct, demo, init, prove, robotless
 from command_line.robot import jobs, moves, service
@@ -25,6 +26,7 @@ def _show_version(asked: bool) -> None:
 
 app = typer.Typer(
     name="deltactl",
+    cls=Commands,
     no_args_is_help=True,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
@@ -36,6 +38,12 @@ Try it without a robot:
 deltactl run heart.yaml            a heart on the simulated robot
 deltactl check heart.yaml          what that job would do, nothing moves
 deltactl report recordings/X.mcap  look at what happened
+```
+
+With a recording of your own:
+
+```
+deltactl diagnose data.csv --inspect  what it is, what to type next
 ```
 """,
 )

@@ -5,6 +5,10 @@ from __future__ import annotations
 import re
 
 import pytest
+from typer.testing import CliRunner
+
+from command_line.called_otherwise import CALLED
+from command_line.main import app
 
 JOBS = ["run", "check", "report", "export", "diagnose"]
 SERVICE = ["on", "off", "home", "pause", "resume", "cancel", "acknowledge", "stop", "status"]
@@ -28,3 +32,14 @@ def test_the_first_help_starts_without_a_robot(deltactl) -> None:
         if "  deltactl" in line
     ]
     assert shown[:2] == ["deltactl run heart.yaml", "deltactl check heart.yaml"]
+
+
+@pytest.mark.parametrize("typed", sorted(CALLED))
+def test_a_command_that_is_called_otherwise_says_what_to_type(typed: str) -> None:
+    refused = CliRunner().invoke(app, [typed])
+    assert refused.exit_code == 2
+    assert CALLED[typed] in " ".join(refused.stderr.split())
+    _, command, *options = CALLED[typed].split()
+    shown = CliRunner().invoke(app, [command, "--help"])
+    assert shown.exit_code == 0
+    assert all(one in shown.stdout for one in options if one.startswith("--"))
