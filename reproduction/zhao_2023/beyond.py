@@ -79,7 +79,10 @@ def diagnosed(study: Study) -> Sheet:
                     "yes" if closed else "no",
                 ]
             )
-    known = ", ".join(f"{one.effect} on {one.component}" for one in study.corrected.effects)
+    known, certain = (
+        ", ".join(f"{one.effect} on {one.component}" for one in robot.effects) or "nothing"
+        for robot in (study.corrected, study.certain)
+    )
     head = ["Curve", "T_PWM", "geometry", "corrected", "with feedback"]
     head += [f"{words}e_{axis}" for words in ("", "with feedback ") for axis in "xyz"]
     head.append("closed")
@@ -92,7 +95,7 @@ def diagnosed(study: Study) -> Sheet:
         "Feedback corrects what came since a run began; on a robot whose model is this far off it "
         "takes errors that vary along the path for such. Closed: the same steps came out of two "
         "passes; else the figure is that of the last pass. "
-        f"Written into the robot file: {known or 'nothing'}. Zhao's network, trained on "
+        f"Written into the robot file with --all: {known}; without: {certain}. Zhao's network, trained on "
         f"{study.scale.main} poses, is in the table of errors against the truth.",
     )
 

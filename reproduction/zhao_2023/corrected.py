@@ -46,9 +46,13 @@ READINGS_HZ = 50.0
 
 def corrected_robot(
     folder: Path, robot_name: str, machine: Machine, built: AsBuiltFile, seconds: float
-) -> RobotFile:
-    """The robot file that one survey gives; kept in the folder. Raises RecordingError."""
-    mark = hashlib.sha256(f"{built.mark} {seconds:g}".encode()).hexdigest()[:12]
+) -> tuple[RobotFile, RobotFile]:
+    """The robot file that one survey gives with --all; kept in the folder. Raises RecordingError.
+
+    So much is wrong with this robot that nothing of it is certain by itself: what is beside it
+    says what would have been written without --all (the second).
+    """
+    mark = hashlib.sha256(f"{built.mark} {seconds:g} all".encode()).hexdigest()[:12]
     kept = folder / f"corrected-{mark}.yaml"
     if not kept.exists():
         folder.mkdir(parents=True, exist_ok=True)
@@ -56,9 +60,15 @@ def corrected_robot(
         recording = folder / f"survey-{mark}.csv.gz"
         write_flat(record(machine, survey(rng, seconds, SURVEY_T_PWM_S), rng), recording)
         believed = find(robot_name)
-        text = corrected_text(believed, diagnose([recording], believed))
-        kept.write_text(text, encoding="utf-8")
-    return load_robot(kept)
+        answer = diagnose([recording], believed)
+        certain_file(kept).write_text(corrected_text(believed, answer), encoding="utf-8")
+        kept.write_text(corrected_text(believed, answer, all_of_them=True), encoding="utf-8")
+    return load_robot(kept), load_robot(certain_file(kept))
+
+
+def certain_file(kept: Path) -> Path:
+    """Beside a robot file that was written with --all, what is written without."""
+    return kept.with_stem(kept.stem + "-certain")
 
 
 def angles_of(robot: RobotFile, target_m: FloatArray) -> FloatArray:

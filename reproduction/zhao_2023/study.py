@@ -72,9 +72,18 @@ class Study:
         collect(self.folder / "data", self.robot, self.built, samples, SEED, left.seen)
         return load_dataset(self.folder / "data").first(samples)
 
-    @cached_property
+    @property
     def corrected(self) -> RobotFile:
-        """The robot file that one survey of the as-built robot gives."""
+        """The robot file that one survey of the as-built robot gives, with --all."""
+        return self._corrected[0]
+
+    @property
+    def certain(self) -> RobotFile:
+        """The same without --all."""
+        return self._corrected[1]
+
+    @cached_property
+    def _corrected(self) -> tuple[RobotFile, RobotFile]:
         seconds = self.scale.survey_s
         self.say(f"a survey of {seconds:.0f} s, and its diagnosis")
         name = f"{self.robot.name}.yaml"
