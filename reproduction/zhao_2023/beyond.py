@@ -95,8 +95,9 @@ def diagnosed(study: Study) -> Sheet:
         "Feedback corrects what came since a run began; on a robot whose model is this far off it "
         "takes errors that vary along the path for such. Closed: the same steps came out of two "
         "passes; else the figure is that of the last pass. "
-        f"Written into the robot file with --all: {known}; without: {certain}. Zhao's "
-        f"network, trained on {study.scale.main} poses, is in the table of errors against the truth.",
+        f"Written into the robot file with --all: {known}; without: {certain}. "
+        f"Zhao's network, trained on {study.scale.main} poses, is in the table of errors against "
+        "the truth.",
     )
 
 
