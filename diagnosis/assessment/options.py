@@ -24,6 +24,9 @@ class AssessmentOptions:
     """Correlation with a nuisance from which on an effect is taken up by it, as far as it goes."""
     starts: float = 3.0
     """Independent places that one regressor with a place in time or a period may be found at."""
+    unlikely: float = 0.05
+    """Chance of a gain by luck up to which an effect is claimed where the evidence, too, leaves
+    'nothing is missing' less than the alarm's level: by itself a level for a single question."""
     bent: float = 0.15
     """Standard deviation of a logarithm from which on its interval follows the likelihood."""
     share_of_axis: float = 0.2

@@ -66,7 +66,7 @@ def tempered(
     if once is None:
         once = np.arange(len(rows))
     single = 1.0 / np.sqrt(np.bincount(once)[once])
-    weight = spike_weights(left) * single
+    weight = spike_weights(left, kinds[rows]) * single
     sigma = np.empty(len(rows))
     for kind in np.unique(kinds[rows]):
         own = kinds[rows] == kind
@@ -102,15 +102,25 @@ def runs_of_one_value(values: FloatArray, groups: IntArray, rows: IntArray) -> I
     return number
 
 
-def spike_weights(left: FloatArray) -> FloatArray:
+def spike_weights(left: FloatArray, kinds: IntArray) -> FloatArray:
     """Weights (m,) that take single readings far off their neighbours down, Huber's way.
 
-    What lasts for several readings is signal, however large.
+    kinds: (m,) a reading is held against those of its kind, and all: a machine that comes after its
+    command within a few samples leaves spikes in every move and none at rest, and these say how
+    late it is. What lasts for several readings is signal, however large.
     """
+    weight = np.ones(len(left))
     if len(left) < EVIDENCE.median_over:
-        return np.ones(len(left))
+        return weight
     off = np.abs(left - median_filter(left, EVIDENCE.median_over, mode="nearest"))
-    large = EVIDENCE.spike_share * float(np.quantile(off, EVIDENCE.spike_quantile))
-    usual = max(MAD_TO_SIGMA * float(np.median(off)), large, 1e-300)
-    weight: FloatArray = np.minimum(1.0, EVIDENCE.spike_limit * usual / np.maximum(off, 1e-300))
+    for kind in np.unique(kinds):
+        own = kinds == kind
+        usual = max(_usual(off), _usual(off[own]))
+        weight[own] = EVIDENCE.spike_limit * usual / np.maximum(off[own], 1e-300)
     return np.where(weight < EVIDENCE.spike_weight, weight, 1.0)
+
+
+def _usual(off: FloatArray) -> float:
+    """How far a reading usually is off its neighbours."""
+    large = EVIDENCE.spike_share * float(np.quantile(off, EVIDENCE.spike_quantile))
+    return max(MAD_TO_SIGMA * float(np.median(off)), large, 1e-300)

@@ -8,6 +8,7 @@ import numpy as np
 
 from diagnosis.answer.records import Channel, Fit, Picture, SmallestDetectable
 from diagnosis.answer.verdict import Rest, seen
+from diagnosis.assessment.covariance import NORMAL_95
 from diagnosis.assessment.regression_holdout import Blocks, on_other_runs, scaled_covariance
 from diagnosis.assessment.significance import chance
 from diagnosis.evidence.laplace import Explanation
@@ -39,7 +40,7 @@ def rest_of(selected: Selected) -> Rest:
 def fit_of(
     selected: Selected, others: Sequence[RegressionPlant], rest: Rest, blocks: Blocks
 ) -> Fit:
-    """Figures of the fit; what no test can tell from noise is the noise floor."""
+    """Figures of the fit; what neither a test nor its size tells from noise is the noise floor."""
     rows, after_m = selected.noise.rows, _rms(selected.best, selected.noise.rows)
     free_m = float(np.sqrt(np.mean(selected.left_over.noise.sigma**2)))
     before, after = blocks.before, blocks.after
@@ -48,12 +49,23 @@ def fit_of(
     return Fit(
         rms_before_m=_rms(selected.empty, rows),
         rms_after_m=after_m,
-        noise_floor_m=min(free_m, after_m) if seen(rest.p) else after_m,
+        noise_floor_m=min(free_m, after_m) if seen(rest.p) else after_m / _above_noise(selected),
         holdout_rms_before_m=before,
         holdout_rms_after_m=after,
         unit=selected.plant.unit,
         holdout="run" if others else "blocks",
     )
+
+
+def _above_noise(selected: Selected) -> float:
+    """How many times larger than noise what is left is at least; 1 where it may be noise.
+
+    Against what the fullest set leaves, which is known to as few readings as are independent.
+    """
+    noise, left = selected.left_over.noise, selected.best.residual[selected.noise.rows]
+    weight = noise.scale * noise.sigma
+    size = np.sqrt(np.average((left / noise.sigma) ** 2, weights=weight**2))
+    return max(float(size) / (1.0 + NORMAL_95 / np.sqrt(2.0 * noise.effective)), 1.0)
 
 
 def _rms(explanation: Explanation, rows: IntArray) -> float:

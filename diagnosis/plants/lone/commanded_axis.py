@@ -26,6 +26,8 @@ from recording.tables.flat import FlatRecording
 
 AXIS_PIECES = 6
 FREE_SPREAD = 1e3
+OF_ONE_SPEED = ("following_lag", "gear_backlash", "joint_friction")
+"""Effects that are a constant on an axis that turns at one speed."""
 
 
 class CommandedAxis(RecordedAxis, LeftOver):
@@ -131,12 +133,12 @@ class CommandedAxis(RecordedAxis, LeftOver):
         reasons = {
             "joint_compliance": "the load on the axis is not known (no gravity, no load column)",
             "home_offset": "the zero of the reading is arbitrary",
-            **dict.fromkeys(
-                ("following_lag", "gear_backlash", "joint_friction"),
-                "the axis turns at one speed and never back: there it is a constant",
-            ),
         }
+        if self.steady:
+            one_speed = "the axis turns at one speed and never back: there it is a constant"
+            reasons |= dict.fromkeys(OF_ONE_SPEED, one_speed)
         offered = {r.effect for r in self.regressors}
+        offered |= {same.effect for r in self.regressors for same in r.equivalents}
         return [
             NotTestable(effect=effect, component="axis", why=why)
             for effect, why in reasons.items()

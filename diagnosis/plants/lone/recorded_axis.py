@@ -126,7 +126,12 @@ class RecordedAxis:
         return valid[::stride]
 
     def _moving(self) -> IntArray:
-        """1 while the command moves or has just moved: there a drive does what no model follows."""
+        """1 while the command moves or has just moved: there a drive does what no model follows.
+
+        Where a row is read long after each move, none is in motion.
+        """
+        if self.readings.period_s > 3 * LAG_SPREAD_S:
+            return np.zeros(len(self.t_s), dtype=np.intp)
         step_s = np.maximum(np.diff(self.t_s, prepend=self.t_s[0] - 1.0), 1e-9)
         speed = np.abs(np.diff(self.commanded, prepend=self.commanded[0])) / step_s
         # How a stretch began nobody knows: what the axis was doing counts as motion.
