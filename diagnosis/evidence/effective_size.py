@@ -91,13 +91,17 @@ def tempered(
     return TemperedNoise(rows, weight / (sigma * np.sqrt(tau)), sigma, tau, count)
 
 
-def runs_of_one_value(values: FloatArray, groups: IntArray, rows: IntArray) -> IntArray:
+def runs_of_one_value(
+    values: FloatArray, expected: FloatArray, groups: IntArray, rows: IntArray
+) -> IntArray:
     """Number (m,) of the run of equal rounded values that each row lies in; a run tells once.
 
-    While a machine stands, rounding is off by the same amount each time: nothing new is told.
+    While a machine stands, rounding is off by the same amount each time: nothing new is told. Where
+    what is expected (n,) leaps, a machine that still stands says how late it is.
     """
-    chosen, group = values[rows], groups[rows]
-    new = (np.diff(chosen) != 0.0) | (np.diff(group) != 0)
+    chosen, group, moved = values[rows], groups[rows], np.abs(np.diff(expected[rows]))
+    leap = moved > max(EVIDENCE.leap * float(np.ptp(expected[rows])), 1e-300)
+    new = (np.diff(chosen) != 0.0) | (np.diff(group) != 0) | leap
     number: IntArray = np.concatenate([[0], np.cumsum(new)]).astype(np.intp)
     return number
 

@@ -47,6 +47,8 @@ class EvidenceOptions:
     spike_quantile: float = 0.9
     """Of this quantile of all such distances a robust standard deviation is this share at least:
     rounded readings that hardly move have none otherwise."""
+    leap: float = 0.1
+    """Share of the travel in one sample that is a leap: what stands through it is late."""
     spike_weight: float = 0.75
     """A reading whose weight is larger keeps all of it."""
     clipped_at: float = 4.0

@@ -48,9 +48,9 @@ def _of(plant: RegressionPlant, fit: Explanation, left_over: bool = False) -> Te
 def _of_residual(
     plant: RegressionPlant, residual: FloatArray, fitted: int = 0, took: FloatArray | None = None
 ) -> TemperedNoise:
-    mismatch = (plant.observed - plant.base(frozenset(), {}))[plant.rows]
+    expected, rows, groups = plant.base(frozenset(), {}), plant.rows, plant.groups
+    mismatch = (plant.observed - expected)[rows]
     least = max(EVIDENCE.least_noise_share * float(np.std(mismatch)), plant.rounding, 1e-15)
     rounded = plant.rounding > 0.0
-    once = runs_of_one_value(plant.observed, plant.groups, plant.rows) if rounded else None
-    rows, groups, kinds = plant.rows, plant.groups, plant.kinds
-    return tempered(residual, rows, groups, kinds, least, fitted, once, took)
+    once = runs_of_one_value(plant.observed, expected, groups, rows) if rounded else None
+    return tempered(residual, rows, groups, plant.kinds, least, fitted, once, took)
