@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -64,8 +65,8 @@ def _above_noise(selected: Selected) -> float:
     """
     noise, left = selected.left_over.noise, selected.best.residual[selected.noise.rows]
     weight = noise.scale * noise.sigma
-    size = np.sqrt(np.average((left / noise.sigma) ** 2, weights=weight**2))
-    return max(float(size) / (1.0 + NORMAL_95 / np.sqrt(2.0 * noise.effective)), 1.0)
+    size = float(np.sqrt(np.average((left / noise.sigma) ** 2, weights=weight**2)))
+    return max(size / (1.0 + NORMAL_95 / math.sqrt(2.0 * noise.effective)), 1.0)
 
 
 def _rms(explanation: Explanation, rows: IntArray) -> float:

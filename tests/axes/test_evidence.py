@@ -101,9 +101,13 @@ def test_what_a_spline_takes_of_noise_is_given_back(rigs: ModuleType, rho: float
 
 
 def test_a_value_that_stands_is_one_run() -> None:
-    values = np.array([1.0, 1.0, 2.0, 2.0, 2.0, 2.0])
-    groups = np.array([0, 0, 0, 0, 1, 1])
-    assert runs_of_one_value(values, groups, np.arange(6)).tolist() == [0, 0, 1, 1, 2, 2]
+    """Until the stretch ends, or what is expected leaps."""
+    values = np.array([1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 2.0])
+    groups = np.array([0, 0, 0, 0, 1, 1, 1])
+    rows, still = np.arange(7), np.zeros(7)
+    assert runs_of_one_value(values, still, groups, rows).tolist() == [0, 0, 1, 1, 2, 2, 2]
+    leaps = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 5.0, 5.1])
+    assert runs_of_one_value(values, leaps, groups, rows).tolist() == [0, 0, 1, 1, 2, 3, 3]
 
 
 @settings(max_examples=20, deadline=None)
