@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -89,7 +89,13 @@ def main() -> None:
     from foundation.errors import ConfigError, DeltactlError
 
     try:
-        app()
+        status = app(prog_name="deltactl", standalone_mode=False)
+        sys.exit(status if isinstance(status, int) else 0)
+    except typer.TyperException as error:
+        misused(error)
+    except typer.Abort:  # a question answered by no, or by the end of the input
+        print("deltactl: ended; nothing was done", file=sys.stderr)
+        sys.exit(1)
     except DeltactlError as error:
         mistakes = error.args if isinstance(error, ConfigError) and error.args else (error,)
         for mistake in mistakes:
@@ -101,6 +107,15 @@ def main() -> None:
         where = one_line(f"{error.filename}:") + " " if error.filename else ""
         print(f"deltactl: {where}{error.strerror or one_line(error)}", file=sys.stderr)
         sys.exit(2)
+
+
+def misused(error: typer.TyperException) -> NoReturn:
+    """One line for options and arguments that are not the command's; help where none was given."""
+    said = error.format_message()
+    command = getattr(getattr(error, "ctx", None), "command_path", "deltactl")
+    if said:  # the help has been printed where nothing was typed
+        print(f"deltactl: {one_line(said).rstrip('.')} (see {command} --help)", file=sys.stderr)
+    sys.exit(error.exit_code)
 
 
 FOLDERS = ("foundation", "drivers", "models", "recording", "charts", "firmware_py", "diagnosis")

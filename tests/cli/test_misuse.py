@@ -1,0 +1,36 @@
+"""What is typed wrongly gets one line and exit status 2, from the real command line."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [
+        ("xyzzy", "No such command 'xyzzy' (see deltactl --help)"),
+        ("daignose", "No such command 'daignose'. Did you mean 'diagnose'? (see"),
+        ("inspect", "type: deltactl diagnose TABLE.csv --inspect"),
+        ("run", "Missing argument 'job' (see deltactl run --help)"),
+        ("run heart.yaml --nope", "No such option: --nope"),
+        ("prove --cases many --out out", "Invalid value for '--cases'"),
+    ],
+)
+def test_one_line_says_what_was_wrong_and_where_help_is(typed: str, said: str) -> None:
+    command = [sys.executable, "-m", "command_line.main", *typed.split()]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.returncode == 2
+    (line,) = run.stderr.splitlines()
+    assert line.startswith("deltactl: ")
+    assert said in line
+    assert not run.stdout
+
+
+def test_nothing_typed_is_answered_by_the_help() -> None:
+    command = [sys.executable, "-m", "command_line.main"]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert "deltactl run heart.yaml" in run.stdout + run.stderr
+    assert not run.stderr
