@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from firmware_py.clashes import Clash, valid_sections
 from firmware_py.feedback.settings import FeedbackSettings
 from firmware_py.job_steps import (
     CalibratedIk,
@@ -18,6 +20,7 @@ from firmware_py.job_steps import (
 )
 from firmware_py.job_timing import Accelerated, Timing, Together
 from firmware_py.path_file import PathSpec, Way
+from foundation.errors import ConfigError
 from foundation.strict_yaml import Document, StrictModel
 from models.robot import KINDS
 
@@ -48,21 +51,23 @@ class JobFile(StrictModel):
     """What happens when the sensors do not show the arms for half a second."""
 
     @model_validator(mode="after")
-    def _has_one_of_both(self) -> JobFile:
-        if (self.path is None) == (self.steps is None):
-            raise ValueError("give either 'path' or 'steps'")
-        if isinstance(self.path, Way) and self.path.start_m is None:
-            raise ValueError(
-                "path.start_m is missing: only in 'steps' a way may go on from another"
-            )
+    def _agrees_with_itself(self) -> JobFile:
+        for _, says in _clashes(dict(self)):
+            raise ValueError(says)
         return self
 
-    @model_validator(mode="after")
-    def _speeds_can_be_kept(self) -> JobFile:
-        together = isinstance(self.timing, Together)
-        if together and isinstance(self.path, Way) and any(leg.speed_mps for leg in self.path.legs):
-            raise ValueError("legs with speed_mps need timing mode accelerated")
-        return self
+
+def _clashes(sections: Mapping[str, Any]) -> Iterator[Clash]:
+    """Where sections that are right by themselves contradict each other."""
+    path = sections.get("path")
+    if {"path", "steps"} <= sections.keys() and (path is None) == (sections["steps"] is None):
+        yield (), "give either 'path' or 'steps'"
+    if not isinstance(path, Way):
+        return
+    if path.start_m is None:
+        yield ("path",), "start_m is missing: only in 'steps' a way may go on from another"
+    if isinstance(sections.get("timing"), Together) and any(leg.speed_mps for leg in path.legs):
+        yield ("timing",), "legs with speed_mps need timing mode accelerated"
 
 
 def load_job(path: Path) -> JobFile:
@@ -78,4 +83,14 @@ def job_in(document: Document) -> JobFile:
             f"describes a robot, and a job is needed here; one says 'robot: {document.path.name}'"
             " and what to do (docs/jobs.md; 'deltactl init' writes a first one)",
         )
-    return document.check(JobFile)
+    try:
+        return document.check(JobFile)
+    except ConfigError as error:
+        data = document.data
+        sections = valid_sections(JobFile, data)
+        if "path" in data and "steps" in data:
+            sections |= {"path": data["path"], "steps": data["steps"]}
+        clashes = list(_clashes(sections))
+        mistakes = [m for m in error.args if not any(m.endswith(says) for _, says in clashes)]
+        others = [str(document.fail(*one)) for one in clashes]
+        raise ConfigError(*mistakes, *others) from None

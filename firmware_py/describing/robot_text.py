@@ -64,14 +64,15 @@ def _stepper(answers: Answers) -> list[str]:
 
 
 def _servo(answers: Answers) -> list[str]:
-    inertia = numbers(answers, "inertia")[0]
+    inertia, gain = numbers(answers, "inertia")[0], numbers(answers, "effort_gain")[0]
     unit = "kg" if answers["motion"] == "linear" else "kg m2"
     lines = [f"motion: {answers['motion']}"]
     if inertia > 0.0:
-        gain = numbers(answers, "effort_gain")[0]
-        lines += [f"inertia: {_number(inertia)}   # {unit}", f"effort_gain: {_number(gain)}"]
+        lines.append(f"inertia: {_number(inertia)}   # {unit}")
     else:
         lines.append(f"# inertia: 0.1   # {unit}; needed where the recording has an effort column")
+    if inertia > 0.0 or gain != 1.0:
+        lines.append(f"effort_gain: {_number(gain)}")
     return [
         *lines,
         f"zero: {answers['zero']}   {ZERO}",

@@ -19,7 +19,7 @@ from firmware_py.describing.robot_text import robot_text
 from firmware_py.program.dry_run import check_job
 from firmware_py.robot_file import load_robot
 from foundation.errors import ConfigError
-from models.robot import KINDS, load_robot_model
+from models.robot import KINDS, ServoAxis, load_robot_model
 from recording.tables.flat import FlatRecording
 from recording.tables.flat_files import write_flat
 
@@ -108,6 +108,16 @@ def test_every_kind_with_what_enter_means(tmp_path: Path, kind: str) -> None:
     answers = {one.key: one.default or "12" for one in QUESTIONS[kind]}
     (tmp_path / "one.yaml").write_text(robot_text(kind, answers, wired=False))
     assert load_robot_model(tmp_path / "one.yaml").kind == kind
+
+
+def test_a_torque_per_ampere_is_kept_where_the_inertia_is_not_known(tmp_path: Path) -> None:
+    answers = {one.key: one.default or "joint" for one in QUESTIONS["servo_axis"]}
+    answers["effort_gain"] = "0.12"
+    path = tmp_path / "joint.yaml"
+    path.write_text(robot_text("servo_axis", answers, wired=False))
+    axis = load_robot_model(path)
+    assert isinstance(axis, ServoAxis)
+    assert (axis.inertia, axis.effort_gain) == (None, 0.12)
 
 
 def test_the_gear_is_measured_from_steps_and_angle(deltactl: Deltactl, tmp_path: Path) -> None:

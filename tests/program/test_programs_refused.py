@@ -62,6 +62,19 @@ def test_a_job_has_a_path_or_steps(write: Write) -> None:
         check_job(path)
 
 
+def test_contradictions_come_with_the_other_mistakes(write: Write) -> None:
+    path = write(POINT)
+    head = HEAD.replace("accelerated, speed_mps: 0.3", "together, t_pwm_s: 0.006")
+    way = "path: {shape: way, legs: [{to_m: [0.01, 0.0, -0.3], speed_mps: 0.1}]}\n"
+    path.write_text(head + way + "colour: red\n")
+    with pytest.raises(ConfigError) as error:
+        check_job(path)
+    mistakes = [str(one) for one in error.value.args]
+    assert len(mistakes) == 3
+    for said in ("colour: unknown key", "path: start_m is missing", "need timing mode accelerated"):
+        assert any(said in one for one in mistakes)
+
+
 def test_jobs_that_include_each_other_for_ever_are_refused(write: Write) -> None:
     path = write("  - include: b.yaml\n")
     path.with_name("b.yaml").write_text(HEAD + "steps: [{include: steps.yaml}]\n")
