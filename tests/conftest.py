@@ -10,8 +10,16 @@ tests on a small machine they would measure the other tests. `make test` runs th
 
 from __future__ import annotations
 
-import hypothesis  # noqa: F401 (first: what gc.freeze hides later, its plugin of trio warns of)
+import os
+
+import hypothesis  # first: what gc.freeze hides later, its plugin of trio warns of
 import pytest
+
+hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
+hypothesis.settings.register_profile("explore", deadline=None)
+hypothesis.settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+"""The same cases each time, so that a change is not blamed for what was always wrong; new ones are
+drawn on request."""
 
 REAL_TIME = (
     "tests/daemon/test_daemon_end_to_end.py",

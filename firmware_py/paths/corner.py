@@ -7,7 +7,6 @@ may stray: in closed form between straight legs, by halving elsewhere.
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 
@@ -20,7 +19,12 @@ from models.robot import FloatArray
 STRAIGHT_RAD = math.radians(0.5)
 """Legs that meet at less than this go on into each other without a stop."""
 HALVINGS = 24
-SAMPLES = 33
+SAMPLES = 129
+KEPT = 0.999
+"""Share of what may be cut that is used: between so many samples a curve strays a little further,
+by less than a ten-thousandth in the worst of those that were tried."""
+AT_ONCE = 200_000
+"""Pairs of a point and a line looked at together: a few MB."""
 MEASURED_AT = 201
 
 
@@ -91,12 +95,13 @@ def _curve(own: Course, following: Course, away: float, part: FloatArray) -> Flo
 
 def _widest(own: Course, following: Course, corner_m: float, room: float) -> float:
     """The longest way before the corner at which a curve still keeps to the legs."""
-    if _strays_m(own, following, room) <= corner_m:
+    most_m = KEPT * corner_m
+    if _strays_m(own, following, room) <= most_m:
         return room
     low, high = 0.0, room
     for _ in range(HALVINGS):
         middle = (low + high) / 2.0
-        if _strays_m(own, following, middle) <= corner_m:
+        if _strays_m(own, following, middle) <= most_m:
             low = middle
         else:
             high = middle
@@ -116,10 +121,13 @@ def _strays_m(own: Course, following: Course, away: float) -> float:
 def from_polyline(points: FloatArray, corners: FloatArray) -> FloatArray:
     """Distance of each point (n, 3) from the nearest line between corners (k, 3) [m]."""
     nearest = np.full(len(points), np.inf)
-    for begin, end in itertools.pairwise(corners):
-        along = end - begin
-        length2 = max(float(along @ along), 1e-30)
-        part = np.clip((points - begin) @ along / length2, 0.0, 1.0)
-        away = np.linalg.norm(points - begin - part[:, None] * along, axis=1)
-        nearest = np.minimum(nearest, away)
+    at_once = max(1, AT_ONCE // max(len(points), 1))
+    for first in range(0, len(corners) - 1, at_once):
+        ends = corners[first : first + at_once + 1]
+        begin, along = ends[:-1], np.diff(ends, axis=0)
+        length2 = np.maximum(np.einsum("ki,ki->k", along, along), 1e-30)
+        out = points[:, None, :] - begin
+        part = np.clip(np.einsum("nki,ki->nk", out, along) / length2, 0.0, 1.0)
+        away = np.linalg.norm(out - part[:, :, None] * along, axis=2)
+        nearest = np.minimum(nearest, away.min(axis=1))
     return nearest
