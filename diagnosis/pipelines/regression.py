@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.answer.assembly import assembled
+from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis
 from diagnosis.answer.verdict import ALARM
 from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.assessment.prior_sensitivity import prior_sensitivity
-from diagnosis.assessment.regression_holdout import beyond_noise, on_blocks
+from diagnosis.assessment.regression_holdout import Blocks, beyond_noise, on_blocks
 from diagnosis.assessment.significance import chance
 from diagnosis.pipelines.agreement import agreement, widened
 from diagnosis.pipelines.regression_figures import detection_limits, fit_of, picture_of, rest_of
@@ -35,12 +36,11 @@ def diagnose_plant(
     """
     searched = select(plant, progress)
     first_p = _first_p(searched)
-    alarmed = _alarmed(searched, first_p)
-    selected = _without_doubtful(searched) if alarmed else _nothing(searched)
     progress("what else it could be")
+    selected, blocks = _widened(searched)
+    if not _claimed(searched, first_p, blocks):
+        selected, blocks = _widened(_nothing(searched))
     rest = rest_of(selected)
-    blocks = on_blocks(selected)
-    selected = replace(selected, shift=_together(selected, beyond_noise(selected.best, blocks)))
     compared = agreement(selected, singles)
     found = findings(selected, plant.readings, list(plant.readings.names))
     return assembled(
@@ -63,13 +63,29 @@ def _together(selected: Selected, blocks: dict[str, float]) -> dict[str, float]:
     return {n: float(np.hypot(selected.shift.get(n, 0.0), blocks.get(n, 0.0))) for n in names}
 
 
-def _alarmed(selected: Selected, first_p: float) -> bool:
-    """Whether anything may be claimed: by the test alone, or by test and evidence together.
+def _widened(selected: Selected) -> tuple[Selected, Blocks]:
+    """The same with the discrepancy of its sizes, and what it leaves of blocks left out.
+
+    Less doubtful corrections of the file without which these blocks are no worse (`grew`).
+    """
+    blocks = on_blocks(selected)
+    known = replace(selected, shift=_together(selected, beyond_noise(selected.best, blocks)))
+    fewer = _without_doubtful(known)
+    if fewer.best.keys != selected.best.keys:
+        trimmed, left = _widened(replace(fewer, shift=selected.shift))
+        if left.after <= VERDICT.grew * blocks.after:
+            return trimmed, left
+    return known, blocks
+
+
+def _claimed(selected: Selected, first_p: float, blocks: Blocks) -> bool:
+    """Whether anything may be: by the test, or by test, evidence and held-out blocks together.
 
     Of a coarse encoder's few hundred readings eight may be independent; a test that estimates the
     noise from those few and counts all that was tried sees nothing in a lag of half the motion.
     """
-    return first_p <= ALARM or (first_p <= ASSESSMENT.unlikely and selected.nothing <= ALARM)
+    likely = first_p <= ASSESSMENT.unlikely and selected.nothing <= ALARM
+    return first_p <= ALARM or (likely and blocks.after < blocks.before)
 
 
 def _first_p(selected: Selected) -> float:
@@ -100,7 +116,9 @@ SIGNED = frozenset(
 
 
 def _without_doubtful(selected: Selected) -> Selected:
-    """The same less corrections of the file whose interval holds what the file says."""
+    """The same less the correction of the file that is missed least of those whose interval holds
+    what the file says: of a ratio and an offset that make up for each other one may be needed.
+    """
     by_key = {r.key: r for r in selected.plant.regressors}
     doubtful = set()
     for key in selected.best.keys:
@@ -111,5 +129,7 @@ def _without_doubtful(selected: Selected) -> Selected:
                 doubtful.add(key)
     if not doubtful:
         return selected
-    rest = selected.evidence(selected.best.keys - doubtful, [selected.best])
+    best = selected.best
+    fewer = [selected.evidence(best.keys - {key}, [best]) for key in sorted(doubtful)]
+    rest = max(fewer, key=lambda one: one.log_evidence)
     return replace(selected, posterior=Posterior([rest], [1.0]))
