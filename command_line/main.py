@@ -110,10 +110,10 @@ def main() -> None:
 
 
 def misused(error: typer.TyperException) -> NoReturn:
-    """One line for options and arguments that are not the command's; help where none was given."""
+    """One line for what is not the command's; none where its help has been printed instead."""
     said = error.format_message()
     command = getattr(getattr(error, "ctx", None), "command_path", "deltactl")
-    if said:  # the help has been printed where nothing was typed
+    if said:
         print(f"deltactl: {one_line(said).rstrip('.')} (see {command} --help)", file=sys.stderr)
     sys.exit(error.exit_code)
 

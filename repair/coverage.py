@@ -85,14 +85,15 @@ def coverage(
     if all(path.shape in ("joints", "survey") for path in paths_of(job)):
         why = "the path is given in arm angles, which are commanded as they are"
         return Coverage(tuple(_left(entry, why) for entry in robot.effects))
-    known, insides, warnings = corrections_of(robot), [], []
+    corrections = known = corrections_of(robot)
+    insides, warnings = [], []
     for chosen in kinematics_in(job):
         inside, warning = IN_KINEMATICS, ""
         if isinstance(chosen, NetworkIk):
             file = network_file(chosen, robot, job_path)
             learned = _learned(file)
             inside = "in the network"
-            warning = _network_warning(file.name, corrections_of(robot), learned, robot_path)
+            warning = _network_warning(file.name, corrections, learned, robot_path)
             known = tuple(entry for entry in known if entry in learned)
         insides.append(inside)
         warnings.append(warning)

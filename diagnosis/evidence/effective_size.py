@@ -117,9 +117,10 @@ def spike_weights(left: FloatArray, kinds: IntArray) -> FloatArray:
     if len(left) < EVIDENCE.median_over:
         return weight
     off = np.abs(left - median_filter(left, EVIDENCE.median_over, mode="nearest"))
+    of_all = _usual(off)
     for kind in np.unique(kinds):
         own = kinds == kind
-        usual = max(_usual(off), _usual(off[own]))
+        usual = max(of_all, _usual(off[own]))
         weight[own] = EVIDENCE.spike_limit * usual / np.maximum(off[own], 1e-300)
     return np.where(weight < EVIDENCE.spike_weight, weight, 1.0)
 

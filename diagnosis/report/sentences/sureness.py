@@ -64,7 +64,7 @@ def evidence(finding: Finding) -> str:
     p, gain = finding.evidence.p, finding.evidence.delta_chi2
     said = word(p)
     if math.isfinite(p):
-        said += f": chance alone would look like this in {odds(p)} recordings"
+        said += f": {_by_noise(p)}"
     if math.isfinite(gain):
         said += f" (the fit worsens by {gain:,.0f} in chi-square without it)".replace(",", "\u00a0")
     if _is_open(finding):
@@ -73,6 +73,10 @@ def evidence(finding: Finding) -> str:
         cause = "no known effect" if finding.effect == "unknown" else "this"
         said += f". Probability that {cause} is the cause: {percent(finding.probability)}"
     return f"{said}."
+
+
+def _by_noise(p: float) -> str:
+    return f"noise alone would look like this in {odds(p)} recordings"
 
 
 def _is_open(finding: Finding) -> bool:
@@ -86,7 +90,7 @@ def false_alarm(diagnosis: Diagnosis) -> str:
     p = diagnosis.false_alarm_p
     if not math.isfinite(p):
         return "How often a machine without a fault would look like this could not be computed."
-    said = f"If nothing were missing, noise alone would look like this in {odds(p)} recordings."
+    said = f"If nothing were missing, {_by_noise(p)}."
     nothing = diagnosis.probability_nothing_missing
     if nothing is not None:
         said += f" Probability that the model is complete: {percent(nothing)}."
