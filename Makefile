@@ -25,9 +25,12 @@ run: $(VENV)/.run
 demo: $(VENV)/.test
 	$(BIN)/deltactl demo
 
+# A test that fails is run once more, and named as RERUN at the end if it passes then: some hold a
+# program to the clock of a machine that others use too. Each name there is a defect to look into.
+AGAIN := --reruns 1 --reruns-delay 2 -r R
 test: check
-	$(BIN)/python -m pytest -n 2 -m "not realtime"
-	$(BIN)/python -m pytest -m realtime
+	$(BIN)/python -m pytest -n 2 -m "not realtime" $(AGAIN)
+	$(BIN)/python -m pytest -m realtime $(AGAIN)
 
 check: $(VENV)/.test
 	$(BIN)/ruff check .
@@ -72,7 +75,7 @@ reference: $(VENV)/.test
 
 # What a newcomer types, on a clean clone: every command of README and docs that a PC can run.
 newcomer: $(VENV)/.test
-	$(BIN)/python -m pytest -m newcomer --timeout 3600
+	$(BIN)/python -m pytest -m newcomer --timeout 3600 $(AGAIN)
 
 clean:
 	rm -rf $(VENV) build *.egg-info .mypy_cache .ruff_cache

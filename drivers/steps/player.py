@@ -114,12 +114,19 @@ class PulsePlayer:
         return self._state in (b.READY, b.MOVING)
 
     def stop(self, reason: int) -> None:
-        """Forget the queue, latch, and put switched outputs safe; the first reason stays."""
+        """Forget the queue, latch, and put switched outputs safe; the first reason stays.
+
+        STOPPED is shown last: who reads it may rely on the outputs being safe.
+        """
         self._drop()
-        if self._state != b.STOPPED:
-            self._words[b.REASON] = reason
-            self._enter(b.STOPPED)
+        if self._state == b.STOPPED:
+            return
+        self._state = b.STOPPED
+        self._words[b.REASON] = reason
+        try:
             self._switches_safe(quiet=reason == b.LINE_FAULT)
+        finally:
+            self._enter(b.STOPPED)
 
     def make_safe(self, reason: int) -> None:
         """Stop, and leave STEP low. ENA stays as it is: dropping the arms is not safe."""
