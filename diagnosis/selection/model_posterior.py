@@ -62,8 +62,8 @@ def posterior(explanations: Iterable[Explanation]) -> Posterior:
     return Posterior(counted, (weights / weights.sum()).tolist())
 
 
-class Search:
-    """Climbs the evidence over sets of regressors."""
+class HillClimb:
+    """Climbs the evidence over sets of regressors, one move at a time."""
 
     def __init__(
         self,

@@ -18,7 +18,7 @@ from diagnosis.evidence.laplace import Explanation, Laplace
 from diagnosis.evidence.tempering import noise_beyond, saturated_noise
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.regression import RegressionPlant, Sizes
-from diagnosis.selection.model_posterior import Posterior, Search
+from diagnosis.selection.model_posterior import HillClimb, Posterior
 from diagnosis.selection.options import SELECTION
 
 Progress = Callable[[str], None]
@@ -61,17 +61,17 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
     noise = saturated_noise(plant)
     progress("searching for what is missing")
     evidence = Laplace(plant, noise)
-    named = Search(evidence).run()
+    named = HillClimb(evidence).run()
     for _ in range(SELECTION.naming_rounds - 1):
         evidence = Laplace(plant, noise_beyond(plant, named.best), evidence)
-        again = Search(evidence).run()
+        again = HillClimb(evidence).run()
         settled, named = again.best.keys == named.best.keys, again
         if settled:
             break
     progress("what the named effects leave")
     plant.keep_beside(shapes_of(plant, named.best.keys, named.best.sizes))
     free = Laplace(plant, noise_beyond(plant, named.best, left_over=True))
-    left = Search(free, named.best.keys, left_over=True).run()
+    left = HillClimb(free, named.best.keys, left_over=True).run()
     unknown = {
         key for key in left.best.keys - named.best.keys if left.probability(key) > SELECTION.likely
     }
@@ -110,7 +110,7 @@ def _beside(
     ]
     if sure == named.best.keys:
         opened = []
-    both = Search(free, sure | unknown, among=opened).run()
+    both = HillClimb(free, sure | unknown, among=opened).run()
     found = {**chances, **{key: both.probability(key) for key in opened}}
     return Selected(
         plant, free, both, found, nothing, free(()), named.best, _shift(plant, both.best), free
