@@ -9,16 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnosis.observations.column_names import Named, read_name
+from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
 
-ALIKE = 0.8
-"""Correlation from which two columns are one motion, asked for and seen."""
-SLOPE_ALIKE = 0.95
-"""Correlation with the slope of another from which a column is its velocity."""
-LARGE_COUNT = 200.0
-MOST_GUESSED_ROWS = 20_000
-MOST_RUNS = 0.02
-"""As a share of the rows: shorter runs than fifty rows are none."""
 MOTIONS = frozenset({"position", "command", "steps", "range"})
 
 
@@ -69,12 +62,12 @@ def rising(values: FloatArray) -> bool:
 def _starts_again(values: FloatArray) -> bool:
     """Whether values increase but for a few returns to where they began: runs, one by one."""
     back = np.flatnonzero(np.diff(values) <= 0.0)
-    few = 0 < len(back) < MOST_RUNS * len(values)
+    few = 0 < len(back) < GUESSES.most_runs * len(values)
     return few and bool(np.allclose(values[back + 1], values[0], atol=1e-3))
 
 
 def _thinned(table: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    return {name: values[:MOST_GUESSED_ROWS] for name, values in table.items()}
+    return {name: values[: GUESSES.guessed_rows] for name, values in table.items()}
 
 
 def _time(
@@ -106,7 +99,8 @@ def _by_values(
     table: Mapping[str, FloatArray], said: Mapping[str, Named], found: Mapping[str, Guess]
 ) -> Iterator[Guess]:
     """Roles from shapes: pairs that move alike are command and reading, slopes are velocities."""
-    free = [n for n in table if n not in found and np.isfinite(table[n]).mean() > 0.5]
+    filled = [n for n in table if np.isfinite(table[n]).mean() > GUESSES.least_filled]
+    free = [n for n in filled if n not in found]
     moving = [n for n in free if np.nanstd(table[n]) > 0.0]
     if deltas := _three_motors(table, moving, free):
         yield from deltas
@@ -206,7 +200,7 @@ def _slopes(
     for name, of in itertools.permutations(names, 2):
         if name in used or of in used or _is_stepwise(table[of]) or _is_count(table[of]):
             continue
-        if _correlation(table[name], np.gradient(table[of], time)) > SLOPE_ALIKE:
+        if _correlation(table[name], np.gradient(table[of], time)) > GUESSES.alike_slope:
             used |= {name}
             yield name, of
 
@@ -218,7 +212,7 @@ def _pairs(table: Mapping[str, FloatArray], names: list[str]) -> Iterator[tuple[
     used: set[str] = set()
     pairs = []
     for likeness, a, b in alike:
-        if likeness < ALIKE or a in used or b in used:
+        if likeness < GUESSES.alike or a in used or b in used:
             continue
         used |= {a, b}
         pairs.append((a, b) if _asks(table[a], table[b]) else (b, a))
@@ -238,9 +232,9 @@ def _asks(one: FloatArray, other: FloatArray) -> bool:
     return _roughness(one) <= _roughness(other)
 
 
-def _lead(one: FloatArray, other: FloatArray, most: int = 40) -> int:
+def _lead(one: FloatArray, other: FloatArray) -> int:
     """By how many samples the first is ahead of the second, by the best correlation."""
-    best, where = -1.0, 0
+    best, where, most = -1.0, 0, GUESSES.longest_lead
     for shift in range(-most, most + 1):
         a = one[max(0, -shift) : len(one) - max(0, shift)]
         b = other[max(0, shift) : len(other) - max(0, -shift)]
@@ -253,7 +247,7 @@ def _lead(one: FloatArray, other: FloatArray, most: int = 40) -> int:
 def _correlation(one: FloatArray, other: FloatArray) -> float:
     both = np.isfinite(one) & np.isfinite(other)
     a, b = one[both], other[both]
-    if len(a) < 10 or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
+    if len(a) < GUESSES.fewest_in_common or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
         return 0.0
     return float(np.corrcoef(a, b)[0, 1])
 
@@ -270,7 +264,7 @@ def _is_whole(values: FloatArray) -> bool:
 
 
 def _is_count(values: FloatArray) -> bool:
-    return _is_whole(values) and float(np.nanmax(values) - np.nanmin(values)) > LARGE_COUNT
+    return _is_whole(values) and float(np.nanmax(values) - np.nanmin(values)) > GUESSES.large_count
 
 
 def _is_label(values: FloatArray) -> bool:
@@ -284,7 +278,7 @@ def _is_label(values: FloatArray) -> bool:
 def _is_stepwise(values: FloatArray) -> bool:
     """Whether it mostly stands still and jumps between."""
     changes = np.diff(values[np.isfinite(values)]) != 0.0
-    return 0.0 < float(changes.mean()) < 0.1
+    return 0.0 < float(changes.mean()) < GUESSES.mostly_still
 
 
 def _numbered(found: dict[str, Guess]) -> dict[str, Guess]:

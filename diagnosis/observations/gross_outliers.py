@@ -7,16 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import median_filter
 
+from diagnosis.observations.options import OBSERVATIONS
 from diagnosis.observations.readings import BoolArray, FloatArray
 from recording.tables.flat import FlatRecording
-
-NEIGHBOURS = 7
-GROSS = 30.0
-"""Times the largest usual distance (nine in ten are nearer) from the neighbours' median."""
-SHARE_OF_TRAVEL = 0.25
-"""A reading is not gross that lies nearer to its neighbours than this share of the travel."""
-MOST_OUTLIERS = 0.05
-"""Where more readings than this are off, they are how the machine moves."""
 
 
 def without_gross(recording: FlatRecording, names: Sequence[str]) -> FlatRecording:
@@ -36,13 +29,14 @@ def gross_outliers(values: FloatArray) -> BoolArray:
     """Which readings (n,) stand out of their neighbours by more than any motion does."""
     gross = np.zeros(len(values), dtype=bool)
     known = np.flatnonzero(np.isfinite(values))
-    if len(known) < 2 * NEIGHBOURS:
+    if len(known) < 2 * OBSERVATIONS.gross_rows:
         return gross
     seen = values[known]
-    off = np.abs(seen - median_filter(seen, NEIGHBOURS, mode="nearest"))
-    (low, high), usual = np.quantile(seen, [0.02, 0.98]), float(np.quantile(off, 0.9))
-    least = max(GROSS * usual, SHARE_OF_TRAVEL * float(high - low))
+    off = np.abs(seen - median_filter(seen, OBSERVATIONS.gross_rows, mode="nearest"))
+    low, high = np.quantile(seen, OBSERVATIONS.travel)
+    usual = float(np.quantile(off, OBSERVATIONS.gross_quantile))
+    least = max(OBSERVATIONS.gross_factor * usual, OBSERVATIONS.gross_share * float(high - low))
     found = (off > least) & (least > 0.0)
-    if 0.0 < float(found.mean()) < MOST_OUTLIERS:
+    if 0.0 < float(found.mean()) < OBSERVATIONS.most_gross_share:
         gross[known[found]] = True
     return gross

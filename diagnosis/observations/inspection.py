@@ -25,6 +25,7 @@ from diagnosis.observations.column_mapping import (
     named_column,
     without_unit,
 )
+from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
 from diagnosis.observations.unit_guess import LINEAR, ROTARY, with_units
 from foundation.errors import RecordingError
@@ -36,9 +37,6 @@ from recording.tables.table_format import SEPARATORS, TableFormat, guess_format
 
 _LAST = re.compile(r"(\w+)_([123xyz])")
 _NUMBERED = re.compile(r"(.*?)[._]?\d+")
-LARGE_JITTER = 0.2
-FAR = 0.25
-"""Part of the whole motion by which zeros that are not shared lie apart."""
 OTHER_SEPARATOR = {"\t": "tab", " ": "space"}
 
 
@@ -265,7 +263,7 @@ def _timing(
             ("gaps", f"{gaps} longer than {GAP_PERIODS * usual:.3g} s; each starts a stretch")
         )
     late = []
-    if float(np.std(step[step < GAP_PERIODS * usual])) > LARGE_JITTER * usual:
+    if float(np.std(step[step < GAP_PERIODS * usual])) > GUESSES.large_jitter * usual:
         late.append(
             f"{time.source}: steps of time are uneven; use the clock of the samples if there is one"
         )
@@ -284,7 +282,7 @@ def _zero(guesses: AnyMapping[str, Guess], table: AnyMapping[str, FloatArray]) -
         values = table[one.source]
         apart = abs(float(np.nanmedian(table[other.source] - values)))
         width = float(np.nanmax(values) - np.nanmin(values))
-        return "arbitrary" if apart > FAR * width else "absolute"
+        return "arbitrary" if apart > GUESSES.zeros_apart * width else "absolute"
     return None
 
 

@@ -8,18 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from diagnosis.observations.options import OBSERVATIONS
 from diagnosis.observations.readings import MAD_TO_SIGMA, BoolArray, FloatArray
-
-FILTER_ORDER = 4
-ABOVE_NOISE = 10.0
-"""Times its noise floor that a spectrum stands above where it still tells of motion. Noise with
-memory (0.7 from sample to sample) has slow parts 6 times its fast ones."""
-LOWEST_HZ, HIGHEST_HZ = 0.5, 15.0
-SHARE_OF_RATE = 0.2
-EDGE_PERIODS = 1.0
-"""Periods of the low-pass at each end of a stretch in which it still remembers that end."""
-FEWEST_IN_STRETCH = 40
-"""Rows below which a stretch is not filtered, and does not count."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,12 +49,13 @@ def motion_of(
     stretches = [slice(a, b) for a, b in pairwise(starts)]
     longest = max(stretches, key=lambda s: s.stop - s.start)
     cut_off_hz = narrower * cut_off(position[longest], step_s)
-    sections = butter(FILTER_ORDER, min(2.0 * cut_off_hz * step_s, 0.9), output="sos")
+    of_nyquist = min(2.0 * cut_off_hz * step_s, OBSERVATIONS.highest_of_nyquist)
+    sections = butter(OBSERVATIONS.low_pass_order, of_nyquist, output="sos")
 
     def low_passed(values: FloatArray) -> FloatArray:
         smooth = np.array(values, dtype=float)
         for part in stretches:
-            if part.stop - part.start >= FEWEST_IN_STRETCH:
+            if part.stop - part.start >= OBSERVATIONS.fewest_in_stretch:
                 pad = min(3 * int(1.0 / (cut_off_hz * step_s)) + 9, part.stop - part.start - 2)
                 smooth[part] = sosfiltfilt(sections, values[part], padlen=pad)
         return smooth
@@ -79,12 +70,13 @@ def motion_of(
     smooth = low_passed(position)
     speed = slope(smooth) if velocity is None else low_passed(velocity)
     settled = np.zeros(len(t_s), dtype=bool)
-    edge = max(5, int(EDGE_PERIODS / (cut_off_hz * step_s)))
+    edge = max(OBSERVATIONS.edge_rows, int(OBSERVATIONS.edge_periods / (cut_off_hz * step_s)))
+    shortest = max(OBSERVATIONS.fewest_in_stretch, OBSERVATIONS.edges_in_stretch * edge)
     for part in stretches:
-        if part.stop - part.start >= max(FEWEST_IN_STRETCH, 3 * edge):
+        if part.stop - part.start >= shortest:
             settled[part.start + edge : part.stop - edge] = True
     noise = _white_noise(position) * np.sqrt(8.0 * np.pi**2 / 3.0 * cut_off_hz**3 * step_s)
-    top = float(np.quantile(np.abs(speed), 0.98))
+    top = float(np.quantile(np.abs(speed), OBSERVATIONS.top_speed_quantile))
     return Motion(
         smooth, speed, slope(speed), settled, cut_off_hz, float(noise), max(top, 1e-300),
         low_passed, slope,
@@ -97,11 +89,12 @@ def cut_off(position: FloatArray, step_s: float) -> float:
     spectrum = np.abs(np.fft.rfft((position - position.mean()) * np.hanning(count)))
     frequency = np.fft.rfftfreq(count, step_s)
     floor = float(np.median(spectrum[len(spectrum) // 2 :]))
-    band = max(1, int(0.3 / frequency[1])) if count > 2 else 1
+    band = max(1, int(OBSERVATIONS.spectrum_band_hz / frequency[1])) if count > 2 else 1
     smooth = np.convolve(spectrum, np.ones(band) / band, "same")
-    above = np.flatnonzero(smooth > ABOVE_NOISE * floor)
-    edge = float(frequency[above[-1]]) if len(above) else LOWEST_HZ
-    return float(np.clip(edge, LOWEST_HZ, min(SHARE_OF_RATE / step_s, HIGHEST_HZ)))
+    above = np.flatnonzero(smooth > OBSERVATIONS.above_noise * floor)
+    lowest_hz, highest_hz = OBSERVATIONS.cut_off_hz
+    edge = float(frequency[above[-1]]) if len(above) else lowest_hz
+    return float(np.clip(edge, lowest_hz, min(OBSERVATIONS.cut_off_of_rate / step_s, highest_hz)))
 
 
 def _white_noise(position: FloatArray) -> float:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from diagnosis.observations.options import OBSERVATIONS
 from diagnosis.observations.readings import FloatArray
 from foundation.errors import RecordingError
 from recording.tables.flat import FlatRecording
@@ -20,8 +21,6 @@ STANDS_IN = {
     "range": "range [m], what the sensor reported",
 }
 MAPPING = "give other names and units with --set name=column[unit]; --inspect says how"
-LEAST_KNOWN = 0.5
-LARGEST_RATIO = 50.0
 
 
 def first_of(recording: FlatRecording, names: Sequence[str]) -> str | None:
@@ -47,7 +46,7 @@ def filled(recording: FlatRecording, name: str) -> FloatArray:
     """An input column with short holes bridged; RecordingError when it is mostly empty."""
     values = recording.columns[name]
     known = np.isfinite(values)
-    if known.mean() < LEAST_KNOWN:
+    if known.mean() < OBSERVATIONS.least_known:
         raise RecordingError(f"{recording.source}: {name} is empty in more than half of the rows")
     bridged: FloatArray = np.interp(recording.t_s, recording.t_s[known], values[known])
     return bridged
@@ -60,14 +59,19 @@ def refuse_still(values: FloatArray, name: str, source: str) -> None:
         raise RecordingError(f"{source}: {name} never changes; nothing can be told from it")
 
 
+def travel(values: FloatArray) -> float:
+    """How far a column (n,) moves, but for a few wild readings."""
+    low, high = OBSERVATIONS.travel
+    return float(np.nanquantile(values, high) - np.nanquantile(values, low))
+
+
 def refuse_other_units(asked: FloatArray, seen: FloatArray, names: str, source: str) -> None:
     """Motions that differ by a factor of fifty and more are units, not physics."""
-    wide = float(np.nanquantile(asked, 0.98) - np.nanquantile(asked, 0.02))
-    told = float(np.nanquantile(seen, 0.98) - np.nanquantile(seen, 0.02))
+    wide, told = travel(asked), travel(seen)
     if wide <= 0.0 or told <= 0.0:
         return
-    ratio = told / wide
-    if ratio > LARGEST_RATIO or ratio < 1.0 / LARGEST_RATIO:
+    ratio, largest = told / wide, OBSERVATIONS.largest_ratio
+    if ratio > largest or ratio < 1.0 / largest:
         raise RecordingError(
             f"{source}: {names} move by {told:.3g} and {wide:.3g}, {ratio:.3g} to 1; are the units "
             "(rad, m, microsteps) or the robot file another machine's?"

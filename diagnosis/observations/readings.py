@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import median_filter
 
+from diagnosis.observations.options import OBSERVATIONS
 from foundation.errors import RecordingError
 from recording.tables.flat import GAP_PERIODS, FlatRecording
 
@@ -19,14 +20,8 @@ FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
 
-HAMPEL_SAMPLES = 11
-HAMPEL_LIMIT = 6.0
 MAD_TO_SIGMA = 1.4826
-FEWEST_SAMPLES = 30
-"""Rows below which nothing is told of a recording: a dozen sizes with their noise."""
-WHOLE, MOSTLY = 0.1, 0.95
-"""How near to a whole multiple of a step a reading is, and how many must be."""
-LONGEST_STALE_BY_CHANCE = 8
+"""Standard deviation of normal noise over its median absolute deviation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,10 +101,10 @@ def step_of(values: FloatArray) -> float:
     apart = apart[apart > 1e-9 * max(float(np.abs(known).max()), 1e-300)]
     if not len(apart):
         return 0.0
-    step = float(np.median(apart[apart < 1.5 * apart.min()]))
+    step = float(np.median(apart[apart < OBSERVATIONS.same_step * apart.min()]))
     counts = (known - known[0]) / step
-    whole = np.abs(counts - np.round(counts)) < WHOLE
-    return step if float(np.mean(whole)) > MOSTLY else 0.0
+    whole = np.abs(counts - np.round(counts)) < OBSERVATIONS.near_step
+    return step if float(np.mean(whole)) > OBSERVATIONS.most_on_step else 0.0
 
 
 def starts_of(recording: FlatRecording) -> BoolArray:
@@ -129,7 +124,7 @@ def gather(
     recordings: Sequence[FlatRecording],
     names: Sequence[str],
     unit: dict[str, str],
-    fewest: int = FEWEST_SAMPLES,
+    fewest: int = OBSERVATIONS.fewest_samples,
     status: Mapping[str, str] = MappingProxyType({}),
 ) -> Readings:
     """Lay recordings end to end.
@@ -148,7 +143,7 @@ def gather(
         shift = begin - recording.t_s[0] if number else 0.0
         times.append(recording.t_s + shift)
         shifts.append(float(shift))
-        begin = float(times[-1][-1]) + 60.0
+        begin = float(times[-1][-1]) + OBSERVATIONS.between_recordings_s
         fresh.append(starts_of(recording))
         parts.append(np.full(len(recording), number))
         block, good = _block(recording, names, status)
@@ -181,16 +176,18 @@ def _block(
 def _repeats(values: FloatArray) -> BoolArray:
     """Rows that repeat the one before because the sensor was read faster than it measures.
 
-    Only when more than half the rows do; rounding alone also makes neighbours equal.
+    Only when about half the rows or more do; rounding alone also makes neighbours equal.
     """
     same = np.zeros(len(values), dtype=bool)
     same[1:] = np.diff(values) == 0.0
     moving = np.nanstd(values) > 0.0
-    if not moving or not 0.45 < same.mean() < 0.95:
+    low, high = OBSERVATIONS.held
+    if not moving or not low < same.mean() < high:
         return np.zeros_like(same)
     runs = np.diff(np.flatnonzero(~same))
     usual = np.median(runs) if len(runs) else 1
-    regular = len(runs) > 0 and usual >= 2 and np.mean(np.abs(runs - usual) <= 1) > 0.9
+    even = OBSERVATIONS.evenly_held
+    regular = len(runs) > 0 and usual >= 2 and np.mean(np.abs(runs - usual) <= 1) > even
     return same if regular else np.zeros_like(same)
 
 
@@ -199,18 +196,16 @@ def without_outliers(residual: FloatArray, valid: BoolArray) -> BoolArray:
     kept = valid.copy()
     for column in range(residual.shape[1]):
         rows = np.flatnonzero(valid[:, column])
-        if len(rows) < HAMPEL_SAMPLES:
+        if len(rows) < OBSERVATIONS.hampel_rows:
             continue
         values = residual[rows, column]
-        off = np.abs(values - median_filter(values, HAMPEL_SAMPLES, mode="nearest"))
+        off = np.abs(values - median_filter(values, OBSERVATIONS.hampel_rows, mode="nearest"))
         scale = MAD_TO_SIGMA * np.median(off)
-        kept[rows[off > HAMPEL_LIMIT * max(scale, 1e-15)], column] = False
+        kept[rows[off > OBSERVATIONS.hampel_limit * max(scale, 1e-15)], column] = False
     return kept
 
 
-def long_repeats(
-    values: FloatArray, shortest: int = LONGEST_STALE_BY_CHANCE
-) -> list[tuple[int, int]]:
+def long_repeats(values: FloatArray, shortest: int) -> list[tuple[int, int]]:
     """Stretches [first, last] of rows that repeat one number at least `shortest` times."""
     same = np.flatnonzero(np.diff(values) != 0.0)
     edges = np.concatenate([[-1], same, [len(values) - 1]])

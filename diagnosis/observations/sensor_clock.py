@@ -10,11 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from diagnosis.observations.options import OBSERVATIONS
 from models.robot import AXES, FloatArray
 from recording.tables.flat import FlatRecording
-
-FURTHEST_S = 0.5
-"""A time further from its row than this is no time of that row."""
 
 
 class OwnTimes:
@@ -28,7 +26,7 @@ class OwnTimes:
             if own is None or own.dtype.kind not in "fiu":
                 continue
             late_s = np.nan_to_num(own.astype(np.float64) - self._t_s)
-            if np.any(late_s) and np.abs(late_s).max() < FURTHEST_S:
+            if np.any(late_s) and np.abs(late_s).max() < OBSERVATIONS.furthest_own_s:
                 self._late_s[f"range_{axis}"] = late_s
 
     def shift(self, names: Sequence[str], predicted: FloatArray) -> FloatArray:

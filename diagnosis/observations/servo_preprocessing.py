@@ -12,26 +12,19 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 
 from diagnosis.observations.needed_columns import MAPPING, filled
-from diagnosis.observations.readings import BoolArray, FloatArray, IntArray, starts_of
+from diagnosis.observations.options import OBSERVATIONS
+from diagnosis.observations.readings import (
+    MAD_TO_SIGMA,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    starts_of,
+)
 from foundation.errors import RecordingError
 from models.chain.servo_delta import Motion, ServoChain
 from recording.tables.flat import FlatRecording
 
 JOINTS = (1, 2, 3)
-MEANS_S = 0.01
-SMOOTHING_S = 0.04
-"""Length of the polynomials that give speed and acceleration."""
-SMOOTHING_DEGREE = 3
-AT_REST = 6.0
-"""Standard deviations of the speed within which a joint may stand: friction may then be anything
-up to its size, and the sample says nothing."""
-SLOWEST_JOINT = 0.01
-"""The same as a share of the highest speed."""
-DITHERED = 0.3
-"""Encoder counts per time constant of the observer below which each step makes the drive twitch:
-the arm goes to and fro in between, and friction does not brake its whole size."""
-MARGIN_S = 0.02
-LEAST_USABLE = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,29 +65,38 @@ def signals_of(recording: FlatRecording, chain: ServoChain) -> Signals:
     angle = _three(recording, "theta")
     fresh = starts_of(recording)
     step_s = float(np.median(np.diff(recording.t_s)))
-    if not 1e-4 <= step_s <= 0.1:
+    shortest_s, longest_s = OBSERVATIONS.servo_period_s
+    if not shortest_s <= step_s <= longest_s:
         raise RecordingError(
-            f"{recording.source}: samples are {step_s:g} s apart; disturbances need 10 to 10000 a "
-            "second, t in seconds"
+            f"{recording.source}: samples are {step_s:g} s apart; disturbances need "
+            f"{1 / longest_s:g} to {1 / shortest_s:g} a second, t in seconds"
         )
     motion, noise = _motion(recording.t_s, angle, fresh, step_s)
-    if not np.ptp(angle, axis=0).max() > 1e-3:
+    if not np.ptp(angle, axis=0).max() > OBSERVATIONS.least_turn_rad:
         raise RecordingError(
             f"{recording.source}: theta_1..3 never change; nothing can be told from it"
         )
     observed = _observed(recording, chain, motion)
-    twitching = DITHERED * chain.drive.rad_per_count * chain.drive.disturbance_bandwidth_radps
-    still = np.maximum(AT_REST * noise, SLOWEST_JOINT * np.abs(motion.speed_radps).max(axis=0))
+    drive = chain.drive
+    twitching = OBSERVATIONS.dithered * drive.rad_per_count * drive.disturbance_bandwidth_radps
+    share = OBSERVATIONS.slowest_joint * np.abs(motion.speed_radps).max(axis=0)
+    still = np.maximum(OBSERVATIONS.at_rest * noise, share)
     slow = np.abs(motion.speed_radps) < np.maximum(still, twitching)
-    near = binary_dilation(slow, np.ones((2 * int(MARGIN_S / step_s) + 1, 1), dtype=bool))
-    edge = binary_dilation(fresh, np.ones(2 * int(SMOOTHING_S / step_s) + 1, dtype=bool))
-    if not np.isfinite(angle).all() or (~near).any(axis=1).mean() < LEAST_USABLE:
+    around, smoothed = (
+        2 * int(margin_s / step_s) + 1
+        for margin_s in (OBSERVATIONS.around_rest_s, OBSERVATIONS.smoothing_s)
+    )
+    near = binary_dilation(slow, np.ones((around, 1), dtype=bool))
+    edge = binary_dilation(fresh, np.ones(smoothed, dtype=bool))
+    if not np.isfinite(angle).all() or (~near).any(axis=1).mean() < OBSERVATIONS.least_usable:
         raise RecordingError(
             f"{recording.source}: the joints moved faster than {twitching:.2g} rad/s in less than "
-            f"{100 * LEAST_USABLE:g} % of the time; slower, encoder steps hide what friction does"
+            f"{100 * OBSERVATIONS.least_usable:g} % of the time; slower, encoder steps hide what "
+            "friction does"
         )
     usable = ~near & ~edge[:, None] & np.isfinite(observed) & np.isfinite(angle)
-    return _in_blocks(motion, np.nan_to_num(observed), usable, max(1, round(MEANS_S / step_s)))
+    size = max(1, round(OBSERVATIONS.means_s / step_s))
+    return _in_blocks(motion, np.nan_to_num(observed), usable, size)
 
 
 def _in_blocks(motion: Motion, observed: FloatArray, usable: BoolArray, size: int) -> Signals:
@@ -141,10 +143,11 @@ def _motion(
     """Smooth angle, speed and acceleration stretch by stretch; the speeds' noise, (3,)."""
     from scipy.signal import savgol_filter  # takes 0.3 s to import; most runs need none
 
-    size = max(2 * round(0.5 * SMOOTHING_S / step_s) + 1, SMOOTHING_DEGREE + 2)
+    degree = OBSERVATIONS.smoothing_degree
+    size = max(2 * round(0.5 * OBSERVATIONS.smoothing_s / step_s) + 1, degree + 2)
     size += 1 - size % 2
     third = np.diff(angle, 3, axis=0)
-    noise = 1.4826 * np.median(np.abs(third), axis=0) / np.sqrt(20.0)
+    noise = MAD_TO_SIGMA * np.median(np.abs(third), axis=0) / np.sqrt(20.0)
     half = size // 2
     spread = noise * np.sqrt(3.0 / (half * (half + 1) * (2 * half + 1))) / step_s
     smooth, speed, acceleration = angle.copy(), np.zeros_like(angle), np.zeros_like(angle)
@@ -154,7 +157,5 @@ def _motion(
         if len(part) <= size:
             continue
         for order, into in enumerate((smooth, speed, acceleration)):
-            into[first:last] = savgol_filter(
-                part, size, SMOOTHING_DEGREE, deriv=order, delta=step_s, axis=0
-            )
+            into[first:last] = savgol_filter(part, size, degree, deriv=order, delta=step_s, axis=0)
     return Motion(t_s, fresh, smooth, speed, acceleration), spread

@@ -8,6 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.observations.column_guess import Guess
+from diagnosis.observations.needed_columns import travel
+from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
 
 RATIOS: tuple[tuple[float, str, str], ...] = (
@@ -15,13 +17,7 @@ RATIOS: tuple[tuple[float, str, str], ...] = (
     (4096.0 / (2.0 * np.pi), "counts of 4096 a turn", "rad"),
 )  # fmt: skip
 """How many of the first unit are one of the second."""
-NEAR_UNIT = 0.15
 ANGULAR = ("command", "position", "theta")
-WIDEST_RAD = 13.0
-"""Two turns: more is degrees, millimetres or counts far more often than radians or metres."""
-COUNT_RAD = 0.001534
-"""One of 4096 counts a turn, as hobby servos have: the one that is most often met."""
-LONGEST_M = 15.0
 ROTARY, LINEAR = ("rad", "mrad", "deg", "turn"), ("m", "mm", "cm", "um", "inch")
 
 
@@ -29,11 +25,13 @@ def time_unit(t: FloatArray) -> tuple[str, str]:
     """Unit of a time column without one, and why: whole numbers are ticks of a computer's clock."""
     step = float(np.median(np.diff(t)))
     whole = bool((t == np.round(t)).all())
-    if step >= 1e5 and whole:
-        return ("ns", "steps of some million") if step >= 2e5 else ("us", "steps of some thousand")
-    if step >= 1000.0 and whole:
+    ticks, ticks_ns = GUESSES.ticks_ns
+    if step >= ticks and whole:
+        in_ns = step >= ticks_ns
+        return ("ns", "steps of some million") if in_ns else ("us", "steps of some thousand")
+    if step >= GUESSES.ticks_us and whole:
         return "us", f"whole numbers, {step:g} apart"
-    if (step > 1.0 and whole) or step > 20.0:
+    if (step > GUESSES.ticks_ms and whole) or step > GUESSES.longest_step_s:
         return "ms", f"{step:g} apart"
     return "s", f"{step:.3g} apart"
 
@@ -63,26 +61,26 @@ def _of_motion(guess: Guess, values: FloatArray) -> tuple[Guess, str]:
         return guess, ""
     linear = guess.role in ("pos", "range", "distance")
     if guess.unit is None:
-        if linear and largest > LONGEST_M:
+        if linear and largest > GUESSES.longest_m:
             return replace(guess, unit="mm"), f"{guess.source}: up to {largest:g}, taken for mm"
-        if not linear and largest > WIDEST_RAD:
+        if not linear and largest > GUESSES.widest_rad:
             whole = bool((values[np.isfinite(values)] % 1.0 == 0.0).all())
-            if whole and largest > 400.0:
-                return replace(guess, unit="rad", scale=COUNT_RAD), (
+            if whole and largest > GUESSES.least_counts:
+                return replace(guess, unit="rad", scale=GUESSES.count_rad), (
                     f"{guess.source}: whole numbers up to {largest:g}, taken for encoder counts,"
-                    f" 4096 a turn; if it has others, put what one is [rad] in place of {COUNT_RAD}"
-                    " into the command below"
+                    f" 4096 a turn; if it has others, put what one is [rad] in place of"
+                    f" {GUESSES.count_rad} into the command below"
                 )
             return replace(guess, unit="deg"), (
                 f"{guess.source}: up to {largest:g}, taken for degrees; if it is mm, put"
                 " [mm] in place of [deg] into the command below"
             )
         return guess, ""
-    if guess.unit == "rad" and largest > 4 * WIDEST_RAD:
+    if guess.unit == "rad" and largest > GUESSES.said_factor * GUESSES.widest_rad:
         return guess, f"{guess.source}: is said to be rad and goes up to {largest:g}; degrees?"
-    if guess.unit == "m" and largest > LONGEST_M:
+    if guess.unit == "m" and largest > GUESSES.longest_m:
         return guess, f"{guess.source}: is said to be m and goes up to {largest:g}; millimetres?"
-    if guess.unit == "deg" and largest < 0.5:
+    if guess.unit == "deg" and largest < GUESSES.narrowest_deg:
         return guess, f"{guess.source}: is said to be deg and stays below {largest:.3g}; radians?"
     return guess, ""
 
@@ -98,14 +96,14 @@ def _pairs(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[s
         if asked not in by_name or seen not in by_name:
             continue
         one, other = by_name[asked], by_name[seen]
-        wide, told = _spread(table[one.source]), _spread(table[other.source])
+        wide, told = travel(table[one.source]), travel(table[other.source])
         if wide <= 0.0 or told <= 0.0 or (one.unit != other.unit and one.unit and other.unit):
             continue
         larger, smaller, ratio = (
             (one, other, wide / told) if wide > told else (other, one, told / wide)
         )
         for factor, big, small in RATIOS:
-            if abs(ratio / factor - 1.0) < NEAR_UNIT:
+            if abs(ratio / factor - 1.0) < GUESSES.near_unit:
                 warnings.append(
                     f"{larger.source} moves {ratio:.3g} times as much as {smaller.source}: "
                     f"{big} against {small}?"
@@ -115,7 +113,3 @@ def _pairs(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[s
                     guesses[smaller.source] = replace(smaller, unit=small)
                 break
     return warnings
-
-
-def _spread(values: FloatArray) -> float:
-    return float(np.nanquantile(values, 0.98) - np.nanquantile(values, 0.02))

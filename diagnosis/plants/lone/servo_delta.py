@@ -11,7 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.observations.readings import FEWEST_SAMPLES, FloatArray, IntArray, Readings
+from diagnosis.observations.options import OBSERVATIONS
+from diagnosis.observations.readings import FloatArray, IntArray, Readings
 from diagnosis.observations.servo_preprocessing import Signals, signals_of
 from diagnosis.plants.lone.forced_axis import GAIN_SPREAD, INERTIA_SPREAD
 from diagnosis.plants.regression import Columns, Regressor, Shown, Sizes
@@ -53,7 +54,7 @@ class ServoDelta(KeepsBeside):
         self._courses: list[Course] = [self.chain.course(s.motion) for s in self._signals]
         self.readings = self._laid_end_to_end()
         self.channel = self.readings.names[0]
-        if self.readings.valid.sum() < 3 * FEWEST_SAMPLES:
+        if self.readings.valid.sum() < 3 * OBSERVATIONS.fewest_samples:
             raise RecordingError(
                 f"{recordings[0].source}: {int(self.readings.valid.sum())} stretches of 10 ms in "
                 "clear motion; that is too little to tell anything"
