@@ -8,8 +8,8 @@ import numpy as np
 
 from diagnosis.api import diagnose_recordings
 from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta.candidates import TOLERANCES
 from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.plants.delta.options import TOLERANCES
 from diagnosis.priors.build_tolerances import within_tolerance
 from diagnosis.priors.options import PENALTIES
 from models.robot import DeltaRobot, EffectEntry

@@ -12,8 +12,8 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import estimate
 from diagnosis.plants.candidate import Term
-from diagnosis.plants.delta.candidates import TOLERANCES
 from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.plants.delta.options import TOLERANCES
 from diagnosis.priors.file_tolerances import giving_way, pull
 from diagnosis.priors.options import PENALTIES
 from models.robot import DeltaRobot, EffectEntry

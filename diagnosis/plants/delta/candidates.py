@@ -12,22 +12,12 @@ from itertools import product
 import numpy as np
 
 from diagnosis.plants.candidate import Candidate, Coordinate, Shape, Term
+from diagnosis.plants.delta.options import DELTA_FITS, RUNOUT, TOLERANCES
 from diagnosis.plants.nuisance import Nuisance
 from models.effects import VOCABULARY, EffectKind
 
 Rows = tuple[tuple[Coordinate, ...], tuple[Shape, ...], dict[str, float]]
 
-WARM_UP_SHARES = (0.06, 0.2, 0.6, 2.0)
-"""Time constants to start from, as shares of the recording."""
-SOONEST_WARM_S = 8.0
-"""No arm and no sensor is warm sooner: less would be a wrong length from the start."""
-PLAYS_RAD = (0.0025, 0.006, 0.015)
-DRAGS = (5.0, 10.0, 25.0)
-STICKS = 1e4
-LAGS_S = (0.02, 0.1)
-GEAR_PERIODS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 16, 20, 25, 30, 40, 50)
-"""Errors per turn of the arm that a gear or coupling may have."""
-RINGING_HZ = (0.7, 1.2, 2.0, 3.2, 5.0, 8.0, 12.0, 18.0)
 TURN_RAD = 2.0 * np.pi
 
 
@@ -48,7 +38,7 @@ def _lag(kind: EffectKind) -> Rows:
         Coordinate("time", step=2e-3, low=0.0, high=2.0),
         Coordinate("dead_time", step=2e-3, low=0.0, high=2.0),
     )
-    shapes = [Shape((0.0, 0.0), (i,), reach) for i, reach in product((0, 1), LAGS_S)]
+    shapes = [Shape((0.0, 0.0), (i,), reach) for i, reach in product((0, 1), DELTA_FITS.lags_s)]
     return coordinates, tuple(shapes), {}
 
 
@@ -60,12 +50,12 @@ def _viscous(kind: EffectKind) -> Rows:
 def _backlash(kind: EffectKind) -> Rows:
     coordinates = (
         Coordinate("width", step=3e-4, low=0.0, high=0.2),
-        Coordinate("drag", "log", step=0.05, low=np.log(0.1), high=np.log(STICKS)),
+        Coordinate("drag", "log", step=0.05, low=np.log(0.1), high=np.log(DELTA_FITS.sticks)),
         Coordinate("stiffness", "reciprocal", step=2e-5, low=0.0, high=1e-3),
     )
     shapes = [
         Shape((0.0, float(np.log(drag)), 0.0), (0,), width)
-        for drag, width in product((*DRAGS, STICKS), PLAYS_RAD)
+        for drag, width in product((*DELTA_FITS.drags, DELTA_FITS.sticks), DELTA_FITS.plays_rad)
     ]
     return coordinates, tuple(shapes), {"friction": 0.0}
 
@@ -76,7 +66,7 @@ def _friction(kind: EffectKind) -> Rows:
         Coordinate("stiffness", "reciprocal", step=2e-5, low=0.0, high=1e-3),
         Coordinate("overshoot", step=5e-4, low=0.0, high=0.02),
     )
-    shapes = tuple(Shape((0.0, 0.0, 0.0), (0,), width) for width in PLAYS_RAD)
+    shapes = tuple(Shape((0.0, 0.0, 0.0), (0,), width) for width in DELTA_FITS.plays_rad)
     moved = {coordinate.parameter for coordinate in coordinates}
     defaults = {name: value for name, value in _defaults(kind).items() if name not in moved}
     return coordinates, shapes, defaults
@@ -93,7 +83,10 @@ def _periodic(kind: EffectKind) -> Rows:
         Coordinate("amplitude", "cosine", step=2e-4, low=-0.2, high=0.2),
         Coordinate("period", "log", step=1e-3, low=np.log(1e-3), high=np.log(TURN_RAD)),
     )
-    shapes = [Shape((0.0, 0.0, float(np.log(TURN_RAD / n))), (0, 1), 2e-4) for n in GEAR_PERIODS]
+    shapes = [
+        Shape((0.0, 0.0, float(np.log(TURN_RAD / n))), (0, 1), 2e-4)
+        for n in DELTA_FITS.gear_periods
+    ]
     return coordinates, tuple(shapes), {}
 
 
@@ -118,7 +111,7 @@ def _ringing(kind: EffectKind) -> Rows:
     )
     shapes = [
         Shape((float(np.log(hertz)), damping), ())
-        for hertz, damping in product(RINGING_HZ, (0.05, 0.2))
+        for hertz, damping in product(DELTA_FITS.ringing_hz, DELTA_FITS.ringing_damping)
     ]
     return coordinates, tuple(shapes), {}
 
@@ -145,20 +138,6 @@ def _bounded(
     return (*coordinates[:number], changed, *coordinates[number + 1 :])
 
 
-TOLERANCES = {
-    "home_offset": 2e-3,
-    "upper_arm_length": 5e-4,
-    "forearm_length": 5e-4,
-    "base_radius": 1e-3,
-    "motor_azimuth": 3e-3,
-    "frame_tilt": 2e-3,
-    "sensor_offset": 1.5e-3,
-    "sensor_scale": 2e-3,
-    "gear_ratio": 1e-3,
-}
-"""How far a machine built with care may be off everywhere: standard deviations in SI units."""
-
-
 def tolerances(candidates: list[Candidate]) -> list[Nuisance]:
     """The static effects as nuisances, each held near nothing by its usual spread."""
     return [
@@ -169,10 +148,6 @@ def tolerances(candidates: list[Candidate]) -> list[Nuisance]:
         for candidate in candidates
         if candidate.effect in TOLERANCES
     ]
-
-
-ONCE_A_MOTOR_TURN_RAD = 1e-3
-"""Usual size of the periodic error of a gear whose input shaft runs a little out of true."""
 
 
 def runout(gear_ratio: float) -> list[Nuisance]:
@@ -187,7 +162,7 @@ def runout(gear_ratio: float) -> list[Nuisance]:
     return [
         Nuisance(
             Term(Candidate(kind, component, coordinates, (), fixed), np.zeros(2)),
-            (ONCE_A_MOTOR_TURN_RAD,) * 2,
+            (RUNOUT.once_a_motor_turn_rad,) * 2,
         )
         for component in kind.components
     ]
@@ -207,29 +182,27 @@ def candidates_of(name: str, travel_rad: float, span_s: float) -> list[Candidate
     coordinates, shapes, fixed = _SPECIAL.get(name, _simple)(kind)
     for number, c in enumerate(coordinates):
         if c.parameter == "period":
-            high = float(np.log(max(min(travel_rad, TURN_RAD), 1e-2)))
+            high = float(np.log(max(min(travel_rad, TURN_RAD), DELTA_FITS.shortest_period_rad)))
             coordinates = _bounded(coordinates, number, c.low, high)
             shapes = tuple(s for s in shapes if s.origin[number] <= high)
         if c.parameter == "time_constant":
-            low_s = max(span_s / 40, min(SOONEST_WARM_S, span_s / 4))
-            coordinates = _bounded(coordinates, number, np.log(low_s), np.log(4 * span_s))
+            soonest_s = min(DELTA_FITS.soonest_warm_s, DELTA_FITS.soonest_warm_share * span_s)
+            low_s = max(span_s / DELTA_FITS.most_warm_ups, soonest_s)
+            high_s = DELTA_FITS.slowest_warm_times * span_s
+            coordinates = _bounded(coordinates, number, np.log(low_s), np.log(high_s))
             shapes = tuple(
-                Shape((0.0, float(np.log(share * span_s))), (0,), 1e-4) for share in WARM_UP_SHARES
+                Shape((0.0, float(np.log(share * span_s))), (0,), 1e-4)
+                for share in DELTA_FITS.warm_up_shares
             )
     return [Candidate(kind, component, coordinates, shapes, fixed) for component in kind.components]
-
-
-CONTACT_SHARES = (0.02, 0.05, 0.1, 0.2, 0.35)
-"""Heights of a stop to start from, as shares of the heights that the platform was sent to."""
-GRIPS = (0.0, 1.5)
-"""A smooth stop, and rubber on steel."""
 
 
 def contact(lowest_m: float, highest_m: float) -> Candidate:
     """Contact at heights within those that the platform was sent to."""
     span = highest_m - lowest_m
     shapes = tuple(
-        Shape((lowest_m + share * span, grip), ()) for share, grip in product(CONTACT_SHARES, GRIPS)
+        Shape((lowest_m + share * span, grip), ())
+        for share, grip in product(DELTA_FITS.contact_shares, DELTA_FITS.grips)
     )
     coordinates = (
         Coordinate("height", step=5e-4, low=lowest_m - 1.0, high=highest_m),

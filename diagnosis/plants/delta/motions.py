@@ -12,21 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.observations.readings import FloatArray
+from diagnosis.plants.delta.options import NEXT_RUNS
 from diagnosis.plants.delta.safe_poses import MotionLimits, is_safe
 from models.linkage import Linkage, Status, forward, inverse
-
-CORNERS = 40
-"""Corners of the polygon that stands for a circle."""
-SHRINK = (1.0, 0.8, 0.6, 0.4, 0.25)
-LOWEST_DEG, HIGHEST_DEG = 0.0, 80.0
-"""Angles used where the limits allow them: arms from level to steeply down."""
-HEIGHTS = (0.3, 0.6)
-"""Shares of the angles' span at which circles are drawn: high and low."""
-CIRCLE_SHARE = 0.2
-"""Radius of a circle over the forearm."""
-SURVEY_POSES = 16
-FAST_RADPS = 0.5
-"""Joint speed that a stepper with a gear starts and stops at without a ramp."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,8 +44,8 @@ class Space:
     def span_deg(self) -> tuple[float, float]:
         """Lowest and highest angle used [deg]."""
         low, high = self.limits.arm_deg
-        edge = 0.05 * (high - low)
-        return max(low + edge, LOWEST_DEG), min(high - edge, HIGHEST_DEG)
+        edge = NEXT_RUNS.off_limits * (high - low)
+        return max(low + edge, NEXT_RUNS.lowest_deg), min(high - edge, NEXT_RUNS.highest_deg)
 
     def angle(self, share: float) -> float:
         """Angle at a share of the span [deg]."""
@@ -75,20 +63,20 @@ Maker = Callable[[Space, float], Path | None]
 
 def _survey(space: Space, size: float) -> Path:
     """Random angles, each reached safely from the one before, and back."""
-    rng = np.random.default_rng(7)
+    rng = np.random.default_rng(NEXT_RUNS.survey_seed)
     low, high = space.angle(0.5 - 0.5 * size), space.angle(0.5 + 0.5 * size)
     start = np.full(3, space.angle(0.4))
     path = [start]
-    for _ in range(20 * SURVEY_POSES):
+    for _ in range(NEXT_RUNS.survey_tries * NEXT_RUNS.survey_poses):
         pose = np.round(rng.uniform(low, high, 3), 1)
         if space.safe(np.array([path[-1], pose])) and space.safe(np.array([pose, start])):
             path.append(pose)
-        if len(path) > SURVEY_POSES:
+        if len(path) > NEXT_RUNS.survey_poses:
             break
     return np.array([*path, start])
 
 
-def _circle(way: tuple[int, ...], heights: tuple[float, ...] = HEIGHTS) -> Maker:
+def _circle(way: tuple[int, ...], heights: tuple[float, ...] = NEXT_RUNS.heights) -> Maker:
     """Level circles, one turn for each way (+1 counter-clockwise) at each height."""
 
     def make(space: Space, size: float) -> Path | None:
@@ -96,8 +84,8 @@ def _circle(way: tuple[int, ...], heights: tuple[float, ...] = HEIGHTS) -> Maker
         for height in heights:
             middle = np.deg2rad(np.full(3, space.angle(height)))
             centre = forward(space.linkage, middle).position_m
-            turn = 2.0 * np.pi * np.arange(CORNERS + 1) / CORNERS
-            radius = CIRCLE_SHARE * size * float(np.min(space.linkage.forearm_m))
+            turn = 2.0 * np.pi * np.arange(NEXT_RUNS.corners + 1) / NEXT_RUNS.corners
+            radius = NEXT_RUNS.circle_share * size * float(np.min(space.linkage.forearm_m))
             flat = radius * np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
             arms = inverse(space.linkage, centre + flat)
             if (arms.status != Status.OK).any():
@@ -167,13 +155,13 @@ def motions(
     top_radps: highest joint speed of the recording. motors: those (from 0) the tie is about.
     """
     space = Space(linkage, limits)
-    fast = min(max(top_radps, FAST_RADPS), limits.joint_speed_radps)
+    fast = min(max(top_radps, NEXT_RUNS.fast_radps), limits.joint_speed_radps)
     own = sorted(motors) or [0, 1, 2]
     each = f"motor {' and '.join(str(m + 1) for m in own)}"
     table: list[tuple[str, str, Maker, float, tuple[float, ...]]] = [
         ("survey", "random poses", _survey, 0.0, (fast, 0.25 * fast)),
         ("survey-rests", "random poses with rests", _survey, 1.0, (fast,)),
-        ("circle", "a level circle, one way", _circle((1,), HEIGHTS[:1]), 0.0, (fast,)),
+        ("circle", "a level circle, one way", _circle((1,), NEXT_RUNS.heights[:1]), 0.0, (fast,)),
         (
             "circles-both-ways", "circles both ways round at two heights",
             _circle((1, -1)), 0.0, (0.4 * fast, 0.1 * fast),
@@ -198,7 +186,7 @@ def motions(
 
 def _largest(space: Space, maker: Maker) -> Path | None:
     """The path at the largest size that is safe."""
-    for size in SHRINK:
+    for size in NEXT_RUNS.sizes:
         path = maker(space, size)
         if path is not None and len(path) > 2 and space.safe(path):
             return path

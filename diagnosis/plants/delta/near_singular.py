@@ -10,14 +10,9 @@ from itertools import product
 
 import numpy as np
 
+from diagnosis.plants.delta.options import DELTA_FITS
 from models.linkage import Linkage, forward
 from models.robot import FloatArray
-
-LENGTH_OFF = 0.02
-HOME_OFF_RAD = 0.02
-"""How far a faulty machine may well be off; moderate faults are half as large."""
-MOST_FRAGILE = 0.2
-"""More than this share is not left out: then the file is wrong, or the motion is all there."""
 
 BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
@@ -27,8 +22,9 @@ def fragile(linkage: Linkage, angles_rad: FloatArray) -> BoolArray:
     lost = np.zeros(len(angles_rad), dtype=bool)
     for longer, further in product((-1.0, 1.0), (-1.0, 1.0)):
         other = linkage.with_(
-            forearm_m=linkage.forearm_m * (1.0 + longer * LENGTH_OFF),
-            home_offset_rad=linkage.home_offset_rad + further * HOME_OFF_RAD,
+            forearm_m=linkage.forearm_m * (1.0 + longer * DELTA_FITS.length_off),
+            home_offset_rad=linkage.home_offset_rad + further * DELTA_FITS.home_off_rad,
         )
         lost |= ~np.isfinite(forward(other, angles_rad).position_m[:, 0])
-    return lost if lost.mean() <= MOST_FRAGILE else np.zeros(len(angles_rad), dtype=bool)
+    few = lost.mean() <= DELTA_FITS.most_fragile
+    return lost if few else np.zeros(len(angles_rad), dtype=bool)

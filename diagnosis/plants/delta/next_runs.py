@@ -10,12 +10,10 @@ import numpy as np
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.plants.delta.motions import Motion, motions
+from diagnosis.plants.delta.options import NEXT_RUNS
 from diagnosis.plants.delta.safe_poses import MotionLimits
 from diagnosis.plants.delta.timeline import as_recording, duration_s
 from models.linkage import Linkage
-
-SHORTEST_PERIOD_S = 0.01
-"""Recordings sampled faster are thought of as sampled this fast, noise averaged."""
 
 
 class DeltaRun:
@@ -25,7 +23,7 @@ class DeltaRun:
         assert recorded.robot.drive is not None
         step, readings = recorded.robot.drive.rad_per_step, recorded.readings
         self.motion = motion
-        self.period_s = max(readings.period_s, SHORTEST_PERIOD_S)
+        self.period_s = max(readings.period_s, NEXT_RUNS.shortest_period_s)
         self.minutes = duration_s(motion, step) / 60.0
         blank = as_recording(motion, step, self.period_s, readings.names)
         self.model = DeltaModel(recorded.robot, [blank])
@@ -78,4 +76,4 @@ def _top_speed(model: DeltaModel) -> float:
     """Highest joint speed of the recording [rad/s], single glitches aside."""
     readings = model.readings
     speed = np.abs(np.diff(model.commanded_rad, axis=0)) / np.diff(readings.t_s)[:, None]
-    return float(np.quantile(speed.max(axis=1), 0.98))
+    return float(np.quantile(speed.max(axis=1), NEXT_RUNS.top_speed))

@@ -9,19 +9,10 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from diagnosis.observations.readings import FloatArray
+from diagnosis.plants.delta.options import NEXT_RUNS
 from models.linkage import Linkage, Status, forward, parallel_margin, serial_margin
 
-STEP_RAD = float(np.deg2rad(2.0))
-"""Poses along a move are looked at this close together."""
-MARGIN_FACTOR = 2.0
-"""How much further from singular a proposal keeps than the robot file asks for."""
 Box = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
-
-
-PULSES_S = 2e-4
-"""Shortest step period proposed: well under the start-stop rate of a geared stepper."""
-SOFTWARE_PULSES_S = 2e-3
-"""The same where a program makes the pulses (`steps.backend: gpiozero`)."""
 
 
 class MotionLimits(BaseModel):
@@ -33,7 +24,7 @@ class MotionLimits(BaseModel):
     singularity_margin: float = 0.05
     joint_speed_radps: Annotated[float, Field(gt=0.0)] = 8.0
     step_rate_hz: Annotated[float, Field(gt=0.0)] = 20_000.0
-    shortest_period_s: float = PULSES_S
+    shortest_period_s: float = NEXT_RUNS.pulses_s
 
     @classmethod
     def of(cls, robot_file: dict[str, Any]) -> MotionLimits:
@@ -47,7 +38,8 @@ class MotionLimits(BaseModel):
             return cls()
         steps = robot_file.get("steps")
         software = isinstance(steps, dict) and steps.get("backend") == "gpiozero"
-        shortest = max(SOFTWARE_PULSES_S if software else PULSES_S, 1.0 / limits.step_rate_hz)
+        pulses_s = NEXT_RUNS.software_pulses_s if software else NEXT_RUNS.pulses_s
+        shortest = max(pulses_s, 1.0 / limits.step_rate_hz)
         return limits.model_copy(update={"shortest_period_s": shortest})
 
 
@@ -62,7 +54,7 @@ def is_safe(linkage: Linkage, limits: MotionLimits, angles_rad: FloatArray) -> b
         return False
     serial = serial_margin(linkage, along, pose.position_m).min()
     parallel = parallel_margin(linkage, along, pose.position_m).min()
-    if min(serial, parallel) < MARGIN_FACTOR * limits.singularity_margin:
+    if min(serial, parallel) < NEXT_RUNS.margin_factor * limits.singularity_margin:
         return False
     if limits.box_m is None:
         return True
@@ -71,10 +63,10 @@ def is_safe(linkage: Linkage, limits: MotionLimits, angles_rad: FloatArray) -> b
 
 
 def between(angles_rad: FloatArray) -> FloatArray:
-    """Poses along the moves, ends included, at most STEP_RAD apart in any arm."""
-    parts = [angles_rad[:1]]
+    """Poses along the moves, ends included, at most `pose_step_deg` apart in any arm."""
+    parts, step_rad = [angles_rad[:1]], float(np.deg2rad(NEXT_RUNS.pose_step_deg))
     for start, end in itertools.pairwise(angles_rad):
-        count = max(1, int(np.ceil(np.abs(end - start).max() / STEP_RAD)))
+        count = max(1, int(np.ceil(np.abs(end - start).max() / step_rad)))
         share = np.arange(1, count + 1)[:, None] / count
         parts.append(start + share * (end - start))
     return np.concatenate(parts)

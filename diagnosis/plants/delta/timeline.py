@@ -6,10 +6,8 @@ import numpy as np
 
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.delta.motions import Motion
+from diagnosis.plants.delta.options import NEXT_RUNS
 from recording.tables.flat import FlatRecording
-
-END_S = 0.5
-"""Readings after the last step."""
 
 
 def duration_s(motion: Motion, rad_per_step: float) -> float:
@@ -22,7 +20,7 @@ def commanded(
 ) -> tuple[FloatArray, FloatArray]:
     """Times (n,) [s] every `period_s` and commanded counts (n, 3) of one repeat."""
     at_s, counts = _corners(motion, rad_per_step)
-    t_s = np.arange(0.0, at_s[-1] + END_S, period_s)
+    t_s = np.arange(0.0, at_s[-1] + NEXT_RUNS.readings_after_s, period_s)
     return t_s, np.stack([np.rint(np.interp(t_s, at_s, column)) for column in counts.T], axis=1)
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import partial
 
-from diagnosis.plants.delta.candidates import TOLERANCES, lost_steps
+from diagnosis.plants.delta.candidates import lost_steps
+from diagnosis.plants.delta.options import TOLERANCES
 from diagnosis.plants.traits import Traits
 
 MOTOR, SENSOR = "motor", "range_"
