@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reached:
-    """Targets and when the last step towards each is due; arrays of n rows.
+    """Targets and when each is due: the last step towards it is made by then; arrays of n rows.
 
     index: (n,), running number in the job from 0. number: (n,), number in the path, -1 on
     the way back to its start. repeat: (n,), from 1. t_ns: (n,), from the motion's start.

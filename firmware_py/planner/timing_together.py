@@ -3,6 +3,10 @@
 From one target to the next the motor with most steps makes one at every tick; the steps of
 the others are spread evenly (Bresenham's line). There are no ramps: the speed limit is the
 drives' start-stop rate, which the robot file gives as `limits.step_rate_hz`.
+
+A pulse stands for the period around it: a target is due half a period after the last pulse
+towards it. Pulses at the ends of their periods would keep arms late by half a period all along
+the path, as a hold does (half a step of the fastest motor, whatever the speed).
 """
 
 from __future__ import annotations
@@ -50,8 +54,8 @@ class TogetherSchedule:
             move = np.searchsorted(ticks, tick, side="right")
             within = tick - (ticks - self._ticks[first:last])[move]
             move += first
-            due = self._first_tick[move] + within + 1
-            yield Ticks(start_ns + due * self._period_ns, self._steps(move, within))
+            due_ns = (self._first_tick[move] + within) * self._period_ns + self._period_ns // 2
+            yield Ticks(start_ns + due_ns, self._steps(move, within))
 
     def _steps(self, move: Int64Array, within: Int64Array) -> Int8Array:
         """Steps of the ticks number `within` (from 0) of moves, (n, 3)."""

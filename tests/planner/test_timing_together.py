@@ -30,7 +30,7 @@ def test_counts_are_exact_at_each_target_and_ticks_lie_on_the_grid(way, t_pwm_us
     schedule = TogetherSchedule(counts, dwell_s, t_pwm_us * 1e-6)
     due, steps = played(schedule, len(way), start_ns=777)
     assert (np.diff(due) >= t_pwm_us * 1000).all()
-    assert ((due - 777) % (t_pwm_us * 1000) == 0).all()
+    assert ((due - 777) % (t_pwm_us * 1000) == t_pwm_us * 1000 // 2).all()
     assert (np.abs(steps).max(axis=1) == 1).all()
     for target, reached_ns in enumerate(schedule.reached_ns):
         done = due - 777 <= reached_ns
@@ -50,6 +50,15 @@ def test_steps_keep_within_half_a_step_of_the_straight_line(delta):
     ticks = len(steps)
     line = np.arange(1, ticks + 1)[:, None] / max(1, ticks) * np.array(delta)
     assert np.abs(np.cumsum(steps, axis=0) - line).max(initial=0.0) <= 0.5 + 1e-9
+
+
+def test_an_even_motion_is_as_often_ahead_of_its_line_as_behind():
+    schedule = TogetherSchedule(np.array([[0, 0, 0], [40, -40, 40]]), np.zeros(2), 0.002)
+    due, steps = played(schedule, 2)
+    t_ns = np.arange(schedule.duration_ns // 1000) * 1000
+    there = np.cumsum(steps[:, 0])[np.searchsorted(due, t_ns, side="right") - 1]
+    there[t_ns < due[0]] = 0
+    assert abs(float(np.mean(there - 40.0 * t_ns / schedule.duration_ns))) < 0.01
 
 
 @settings(max_examples=150, deadline=None)
