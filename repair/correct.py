@@ -90,7 +90,7 @@ def _held_back(
                 held.append((finding, why_not))
         elif not lasts(finding):
             held.append((finding, "it happened once: home the robot, and look why"))
-        elif not all_of_them and not sure(finding):
+        elif not all_of_them and not sure(finding, answer):
             rivals = ", ".join(f"{one.effect} on {one.component}" for one in finding.alternatives)
             why = f"it could as well be {rivals}" if rivals else "it is not probable enough"
             held.append((finding, f"{why} (--all writes it all the same)"))

@@ -18,6 +18,7 @@ from foundation.errors import RecordingError
 from foundation.strict_yaml import Document
 from models.belief import merged
 from models.effects import VOCABULARY, Port
+from models.effects.kind import MOTORS
 from models.robot import DeltaRobot, EffectEntry, FoundBy, load_robot_model
 
 HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
@@ -40,7 +41,8 @@ def corrected_text(
     findings as well. tables: what has no name as well, as the table it is.
     """
     document, robot = Document.read(robot_file), load_robot_model(robot_file)
-    kept = [one for one in diagnosis.findings if lasts(one) and (all_of_them or sure(one))]
+    lasting = [one for one in diagnosis.findings if lasts(one)]
+    kept = [one for one in lasting if all_of_them or sure(one, diagnosis)]
     found = [_entry(finding, diagnosis.recordings) for finding in kept]
     if isinstance(robot, DeltaRobot):
         found += _tables(robot, diagnosis, tables)
@@ -94,7 +96,7 @@ def lasts(finding: Finding) -> bool:
     return set(finding.parameters) <= {parameter.name for parameter in kind.parameters}
 
 
-def sure(finding: Finding) -> bool:
+def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
     """Whether it is clear what to correct.
 
     A rival that moves the robot as well as the finding does, as far as the recording goes, asks for
@@ -103,14 +105,37 @@ def sure(finding: Finding) -> bool:
     alone does not keep it out. One in the sensors would have nothing corrected.
     """
     alike = [one for one in finding.alternatives if _corrected_alike(finding, one)]
+    if len(alike) == len(finding.alternatives) and _exceeds_unknowns(finding, diagnosis):
+        return True
     if finding.probability is None:
         return len(alike) == len(finding.alternatives)
     return finding.probability + sum(one.probability or 0.0 for one in alike) >= VERDICT.sure_enough
 
 
+def _exceeds_unknowns(finding: Finding, diagnosis: Diagnosis) -> bool:
+    """Whether it is what an unknown at a joint, which lowers its probability, cannot imitate.
+
+    Such an unknown moves the arms too: it asks for the same correction, as far as it is smaller
+    than the finding and the two together foretell what was left out of the fit.
+    """
+    unknown = [one for one in diagnosis.findings if one.effect == "unknown"]
+    fit = diagnosis.fit
+    return (
+        bool(unknown)
+        and _moves(finding.effect)
+        and all(one.component in MOTORS for one in unknown)
+        and all(finding.evidence.delta_chi2 > one.evidence.delta_chi2 for one in unknown)
+        and fit.holdout_rms_after_m < fit.holdout_rms_before_m
+    )
+
+
 def _corrected_alike(finding: Finding, other: Alternative) -> bool:
-    kinds = [VOCABULARY.get(one.effect) for one in (finding, other)]
-    return all(kind is not None and kind.port in MOVED for kind in kinds)
+    return _moves(finding.effect) and _moves(other.effect)
+
+
+def _moves(effect: str) -> bool:
+    kind = VOCABULARY.get(effect)
+    return kind is not None and kind.port in MOVED
 
 
 def _entry(finding: Finding, recordings: list[str]) -> EffectEntry:

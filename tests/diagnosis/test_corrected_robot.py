@@ -128,6 +128,38 @@ def test_rivals_that_ask_for_the_same_correction_are_no_doubt(robot_file: Path) 
         assert "angle: 0.02" in corrected_text(robot_file, answer(home.model_copy(update=update)))
 
 
+@pytest.mark.parametrize(
+    ("unknown", "its_evidence", "rival", "held_out", "written"),
+    [
+        ("motor1", 0.5, None, 0.5, True),
+        ("motor1", 0.5, "gear_ratio motor3", 0.5, True),
+        ("motor1", 2.0, None, 0.5, False),  # what is found may be a part of it
+        ("range_z", 0.5, None, 0.5, False),  # may be all there is, and moves nothing
+        ("motor1", 0.5, "sensor_offset range_z", 0.5, False),
+        ("motor1", 0.5, None, 1.0, False),  # foretells nothing
+    ],
+)
+def test_an_unknown_at_a_joint_asks_for_what_it_cannot_imitate(
+    robot_file: Path,
+    unknown: str,
+    its_evidence: float,
+    rival: str | None,
+    held_out: float,
+    written: bool,
+) -> None:
+    beside = finding("unknown", unknown, size_rms=0.002)
+    beside.evidence.delta_chi2 = its_evidence
+    home = finding("home_offset", "motor2", angle=0.02).model_copy(update={"probability": 0.2})
+    if rival is not None:
+        effect, component = rival.split()
+        home.alternatives.append(
+            Alternative(effect=effect, component=component, delta_chi2=1.0, probability=0.2)
+        )
+    found = answer(home, beside)
+    found.fit.holdout_rms_after_m = held_out
+    assert ("angle: 0.02" in corrected_text(robot_file, found)) == written
+
+
 def test_nothing_found_changes_nothing_and_no_file_is_written_over(robot_file: Path) -> None:
     assert corrected_text(robot_file, answer()) == ROBOT
     with pytest.raises(RecordingError, match="exists already"):
