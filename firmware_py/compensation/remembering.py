@@ -51,7 +51,7 @@ class Remembering:
         self._plain = robot.model_copy(update={"effects": ()})
         self._static = CalibratedInverse(robot)
         joint = INVERTIBLE | AT_REVERSALS
-        at_joints = [one for one in robot.effects if one.effect in joint]
+        at_joints = [_steadily(one) for one in robot.effects if one.effect in joint]
         hangs = [Hanging.is_one(active) for active in of_entries(at_joints)]
         hanging = (one for one, it_is in zip(at_joints, hangs, strict=True) if it_is)
         self._hanging = [Hanging(active) for active in of_entries(hanging)]
@@ -145,6 +145,16 @@ class Remembering:
     @cached_property
     def _chain(self) -> Chain:
         return Chain(self._plain)
+
+
+def _steadily(entry: EffectEntry) -> EffectEntry:
+    """Friction without the swing of an arm whose motor stops dead, which no path asks for.
+
+    Found from stops of a survey, it would be seen wherever whole ticks make a slow arm's speed
+    uneven, and be answered by a motor that turns to and fro.
+    """
+    kept = {name: size for name, size in entry.parameters.items() if name != "overshoot"}
+    return entry.model_copy(update={"parameters": kept})
 
 
 def _widths_rad(effects: tuple[EffectEntry, ...]) -> FloatArray:

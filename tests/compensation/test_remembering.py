@@ -112,6 +112,15 @@ def test_an_arm_that_falls_about_as_fast_as_it_is_to_move_does_not_rattle() -> N
     assert float(np.sqrt(np.mean(error_m**2))) < 1.5e-4
 
 
+def test_how_far_a_stopped_arm_swings_on_does_not_make_a_moving_one_rattle() -> None:
+    friction = {"width": 0.0088}
+    told = [
+        plan_for(with_effects(("joint_friction", "motor1", known)), TOGETHER).first.lap.counts
+        for known in (friction, {**friction, "overshoot": 0.009})
+    ]
+    np.testing.assert_array_equal(*told)
+
+
 @pytest.mark.parametrize(
     "play",
     [
