@@ -79,9 +79,9 @@ def diagnosed(study: Study) -> Sheet:
                     "yes" if closed else "no",
                 ]
             )
-    known, certain = (
+    known, everything = (
         ", ".join(f"{one.effect} on {one.component}" for one in robot.effects) or "nothing"
-        for robot in (study.corrected, study.certain)
+        for robot in (study.corrected, study.corrected_all)
     )
     head = ["Curve", "T_PWM", "geometry", "corrected", "with feedback"]
     head += [f"{words}e_{axis}" for words in ("", "with feedback ") for axis in "xyz"]
@@ -95,7 +95,7 @@ def diagnosed(study: Study) -> Sheet:
         "Feedback corrects what came since a run began; on a robot whose model is this far off it "
         "takes errors that vary along the path for such. Closed: the same steps came out of two "
         "passes; else the figure is that of the last pass. "
-        f"Written into the robot file with --all: {known}; without: {certain}. "
+        f"Written into the robot file: {known}; with --all: {everything}. "
         f"Zhao's network, trained on {study.scale.main} poses, is in the table of errors against "
         "the truth.",
     )

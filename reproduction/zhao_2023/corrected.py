@@ -47,12 +47,11 @@ READINGS_HZ = 50.0
 def corrected_robot(
     folder: Path, robot_name: str, machine: Machine, built: AsBuiltFile, seconds: float
 ) -> tuple[RobotFile, RobotFile]:
-    """The robot file that one survey gives with --all; kept in the folder. Raises RecordingError.
+    """The robot file that one survey gives; kept in the folder. Raises RecordingError.
 
-    So much is wrong with this robot that nothing of it is certain by itself: what is beside it
-    says what would have been written without --all (the second).
+    And the one that --all gives, with what is tied or improbable as well (the second).
     """
-    mark = hashlib.sha256(f"{built.mark} {seconds:g} all".encode()).hexdigest()[:12]
+    mark = hashlib.sha256(f"{built.mark} {seconds:g} sure".encode()).hexdigest()[:12]
     kept = folder / f"corrected-{mark}.yaml"
     if not kept.exists():
         folder.mkdir(parents=True, exist_ok=True)
@@ -61,14 +60,15 @@ def corrected_robot(
         write_flat(record(machine, survey(rng, seconds, SURVEY_T_PWM_S), rng), recording)
         believed = find(robot_name)
         answer = diagnose([recording], believed)
-        certain_file(kept).write_text(corrected_text(believed, answer), encoding="utf-8")
-        kept.write_text(corrected_text(believed, answer, all_of_them=True), encoding="utf-8")
-    return load_robot(kept), load_robot(certain_file(kept))
+        everything = corrected_text(believed, answer, all_of_them=True)
+        file_of_all(kept).write_text(everything, encoding="utf-8")
+        kept.write_text(corrected_text(believed, answer), encoding="utf-8")
+    return load_robot(kept), load_robot(file_of_all(kept))
 
 
-def certain_file(kept: Path) -> Path:
-    """Beside a robot file that was written with --all, what is written without."""
-    return kept.with_stem(kept.stem + "-certain")
+def file_of_all(kept: Path) -> Path:
+    """Beside a corrected robot file, what is written with --all."""
+    return kept.with_stem(kept.stem + "-all")
 
 
 def angles_of(robot: RobotFile, target_m: FloatArray) -> FloatArray:

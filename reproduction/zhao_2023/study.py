@@ -74,12 +74,12 @@ class Study:
 
     @property
     def corrected(self) -> RobotFile:
-        """The robot file that one survey of the as-built robot gives, with --all."""
+        """The robot file that one survey of the as-built robot gives."""
         return self._corrected[0]
 
     @property
-    def certain(self) -> RobotFile:
-        """The same without --all."""
+    def corrected_all(self) -> RobotFile:
+        """The same with --all."""
         return self._corrected[1]
 
     @cached_property
