@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from diagnosis.admission.options import ADMISSION
 from diagnosis.answer.records import Thinned
 from diagnosis.observations.readings import IntArray
 from foundation.errors import RecordingError
@@ -19,26 +20,18 @@ from models.robot import DeltaRobot, RangeSensor, RobotModel
 from models.servo_drive import ServoDrive
 from recording.tables.flat import GAP_PERIODS, FlatRecording
 
-STRETCHES = 10
-DELTA_ROWS = 30_000
-"""Ten minutes at 50 Hz: a search on two cores holds 1.1 GB then (`costs/diagnosis_cost.py`)."""
-FAST_ROWS = 300_000
-"""Of a servo's loop or a lone machine, of which fewer rows are worked on than are read."""
-RANGE_ROWS = 5_000_000
-"""Of a ranging sensor alone, whose rows are gathered before anything else."""
-FEWEST_ROWS = 600
-"""Of each recording, where there are so many that each can have only a few."""
 APART = int(GAP_PERIODS) + 1
+"""Rows between two stretches, so that each is one."""
 MOVES = ("steps_", "command", "theta_", "position", "distance")
 
 
 def most_rows(robot: RobotModel) -> int:
     """Rows of all recordings together that a diagnosis of such a machine takes."""
     if isinstance(robot, RangeSensor):
-        return RANGE_ROWS
+        return ADMISSION.range_rows
     if isinstance(robot, DeltaRobot) and not isinstance(robot.drive, ServoDrive):
-        return DELTA_ROWS
-    return FAST_ROWS
+        return ADMISSION.delta_rows
+    return ADMISSION.fast_rows
 
 
 def excerpt(recording: FlatRecording, most: int) -> FlatRecording:
@@ -63,7 +56,7 @@ def excerpts(recordings: Sequence[FlatRecording], most: int) -> list[FlatRecordi
         if length > share:
             break
         left -= length
-    if share < FEWEST_ROWS:
+    if share < ADMISSION.fewest_of_each:
         raise RecordingError(
             f"{len(recordings)} recordings have {sum(lengths)} rows, {most} can be worked on at "
             "once; give fewer of them"
@@ -88,9 +81,9 @@ def thinned(recordings: Sequence[FlatRecording]) -> list[Thinned]:
 
 def _chosen(recording: FlatRecording, most: int) -> IntArray:
     """Rows of the stretches, with a gap between each and the next."""
-    count, length = len(recording), most // STRETCHES
+    count, length = len(recording), most // ADMISSION.stretches
     moved = np.concatenate([[0.0], np.cumsum(_moving(recording))])
-    edges = np.linspace(0, count, STRETCHES + 1).astype(int)
+    edges = np.linspace(0, count, ADMISSION.stretches + 1).astype(int)
     found = []
     for begin, end in itertools.pairwise(edges.tolist()):
         first = np.arange(begin, max(begin + 1, end - length - APART))

@@ -22,7 +22,40 @@ class AdmissionOptions:
     """By how much step counts may pass the limits of the robot file: a stop lies beyond them, and
     homing goes there."""
 
+    half_round_deg: float = 170.0
+    """How far an arm may turn to either side where the robot file has no limits: half round, less
+    what the base takes."""
+    times_s: tuple[float, float] = (2e-5, 15.0)
+    """Between a lone machine's samples: 50 000 a second are more than any drive logs, and steps of
+    more than 15 s are milliseconds."""
+
+    # How much of a long recording is looked at.
+    stretches: int = 10
+    """Taken from it, one in each tenth: what changes over hours shows in their order."""
+    delta_rows: int = 30_000
+    """Ten minutes at 50 Hz: a search on two cores holds 1.1 GB then (`costs/diagnosis_cost.py`)."""
+    fast_rows: int = 300_000
+    """Of a servo's loop or a lone machine, of which fewer rows are worked on than are read."""
+    range_rows: int = 5_000_000
+    """Of a ranging sensor alone, whose rows are gathered before anything else."""
+    fewest_of_each: int = 600
+    """Rows of each recording, where there are so many that each can have only a few."""
+
     # Whether the recording is of the machine in the file.
+    looked_at: int = 500
+    """Rows in which another machine is looked for, spread over the recording,"""
+    fewest_looked_at: int = 50
+    """and below which none is."""
+    late_s: tuple[float, ...] = (0.0, 0.04, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.4, 0.5)
+    """Delays of a drive or of the sensors; a recording that is late belongs all the same."""
+    nowhere_m: float = 1.0
+    """Mismatch where the other machine cannot be assembled: more than any reading is off."""
+    soft_from: float = 3.0
+    """Standard deviations of the scatter from which on a reading counts less in that fit."""
+    match_evaluations: int = 40
+    """At which that fit ends: near enough to say whether any machine fits."""
+    trimmed_fits: int = 5
+    """So often the samples that fit best are chosen anew, from either start."""
     far_off: float = 0.15
     """A mismatch larger than this share needs an explanation."""
     near_scatters: float = 3.0
@@ -42,6 +75,8 @@ class AdmissionOptions:
     """Spread of what looks at the machine."""
 
     # Whether it broke while it was recorded.
+    moments_tried: int = 100
+    """Moments that may be the one, a hundredth of the recording apart."""
     least_before: int = 40
     """Readings that must agree before something broke."""
     least_after: float = 0.05
@@ -72,6 +107,8 @@ class AdmissionOptions:
     """How near a ratio must be to a factor between units to be put down to it."""
     sure_of_mass: float = 8.0
     """Standard errors by which a mass must differ from the file's before a unit is blamed."""
+    known_mass: float = 0.1
+    """Standard error of a mass, as a share of it, with which a unit can be blamed."""
     correlated: float = 10.0
     """Rows that count as one in that standard error: they stand a filter's memory apart, and what
     is left is still correlated over several."""

@@ -11,7 +11,6 @@ from diagnosis.plants.lone.commanded_axis import CommandedAxis
 from diagnosis.plants.lone.forced_axis import ForcedAxis
 from foundation.errors import RecordingError
 
-SHORTEST_S, LONGEST_S = 2e-5, 15.0
 FACTORS = {
     **{10.0**k: f"a power of ten ({10.0**k:g})" for k in (-6, -4, -3, -2, 2, 3, 4, 6)},
     180.0 / np.pi: "degrees in place of radians (57.3)",
@@ -22,7 +21,8 @@ FACTORS = {
 
 def check_times(readings: Readings, source: str) -> None:
     """Refuse times that are no seconds. Raises RecordingError."""
-    if not SHORTEST_S <= readings.period_s <= LONGEST_S:
+    shortest_s, longest_s = ADMISSION.times_s
+    if not shortest_s <= readings.period_s <= longest_s:
         raise RecordingError(
             f"{source}: samples are {readings.period_s:g} s apart; t must be in seconds "
             "(is it in ms?)"
@@ -76,7 +76,8 @@ def check_force(plant: ForcedAxis) -> None:
     if abs(ratio - 1.0) < ADMISSION.sure_of_mass * error:
         return
     for factor, words in FACTORS.items():
-        if abs(abs(ratio) / factor - 1.0) < ADMISSION.near_factor and error < 0.1 * abs(ratio):
+        known = error < ADMISSION.known_mass * abs(ratio)
+        if known and abs(abs(ratio) / factor - 1.0) < ADMISSION.near_factor:
             raise RecordingError(
                 f"{plant.source}: the effort moves {abs(ratio):.3g} times the inertia that the "
                 f"robot file gives: {words}; are the units of effort, position or inertia wrong?"

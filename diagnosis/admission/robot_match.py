@@ -21,15 +21,7 @@ from models.linkage import Linkage, forward
 from models.robot import DeltaRobot
 from recording.tables.flat import FlatRecording
 
-MOST_LOOKED_AT = 500
-TURNS = 5
-LATE_S = (0.0, 0.04, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.4, 0.5)
-"""Delays of a drive or of the sensors; a recording that is late belongs all the same."""
-NOWHERE_M = 1.0
-"""Mismatch where the other machine cannot be assembled."""
 LENGTHS = ("base minus platform radius", "upper arm", "forearm")
-USUAL = np.array([ADMISSION.usual_share] * 4 + [ADMISSION.usual_home_rad] * 3)
-"""Spread of lengths and gear (shares), and of homes [rad]: the nearest machine that fits."""
 
 
 def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
@@ -38,7 +30,7 @@ def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
     check_input(model)
     readings = model.readings
     rows = np.flatnonzero(readings.valid.any(axis=1) & np.isfinite(model.position_m[:, 0]))
-    if len(rows) < MOST_LOOKED_AT // 10:
+    if len(rows) < ADMISSION.fewest_looked_at:
         return
     seen = np.where(readings.valid, readings.values, np.nan)
     left = seen - model.predict([n.term for n in model.nuisances])
@@ -49,7 +41,8 @@ def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
     if before < ADMISSION.far_off * span or _near(left, scatter) > ADMISSION.near_share:
         return
     nominal = left
-    rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), MOST_LOOKED_AT)).astype(int)]
+    some = np.linspace(0, len(rows) - 1, min(len(rows), ADMISSION.looked_at))
+    rows = rows[some.astype(int)]
     angles = _as_late_as_fits(model, rows, seen[rows])
     size, left = _closest(model, angles, seen[rows], scatter)
     after = float(np.sqrt(np.nanmean(left**2)))
@@ -101,7 +94,7 @@ def _as_late_as_fits(model: DeltaModel, rows: IntArray, seen: FloatArray) -> Flo
     angles = model.commanded_rad[rows]
     for joint in (*range(3), *range(3)):
         tried = []
-        for lag_s in LATE_S:
+        for lag_s in ADMISSION.late_s:
             other = angles.copy()
             other[:, joint] = late(joint, lag_s)
             tried.append(other)
@@ -117,12 +110,16 @@ def _closest(
     Fitted to all samples, and to those that fit best, chosen anew a few times (least trimmed
     squares): a machine may be stopped by something for more than half of the time.
     """
-    usual = np.concatenate([USUAL, np.full(len(model.readings.names), ADMISSION.usual_offset_m)])
+    # Three lengths and the gear, three homes, and what looks at the machine.
+    usual = np.repeat(
+        [ADMISSION.usual_share, ADMISSION.usual_home_rad, ADMISSION.usual_offset_m],
+        [4, 3, len(model.readings.names)],
+    )
 
     def left(x: FloatArray) -> FloatArray:
         at = x * usual
         predicted = _predicted(model, angles, at[:4], at[4:7], at[7:])
-        off = np.where(np.isfinite(predicted), seen - predicted, NOWHERE_M)
+        off = np.where(np.isfinite(predicted), seen - predicted, ADMISSION.nowhere_m)
         return np.where(np.isfinite(seen), off, np.nan)
 
     def fit(x: FloatArray, chosen: IntArray) -> FloatArray:
@@ -130,13 +127,16 @@ def _closest(
             kept = left(x)[chosen] / scatter
             return np.concatenate([kept[np.isfinite(kept)], x])
 
-        found: FloatArray = least_squares(cost, x, loss="soft_l1", f_scale=3.0, max_nfev=40).x
+        found: FloatArray = least_squares(
+            cost, x, loss="soft_l1",
+            f_scale=ADMISSION.soft_from, max_nfev=ADMISSION.match_evaluations,
+        ).x  # fmt: skip
         return found
 
     nothing = np.zeros(len(usual))
     whole = fit(nothing, np.arange(len(seen)))
     ends = [whole, nothing]
-    for _ in range(TURNS):
+    for _ in range(ADMISSION.trimmed_fits):
         off = [np.nanmax(np.abs(left(x)) / scatter, axis=1) for x in ends]
         best = [np.argsort(x)[: int(ADMISSION.trusted * len(seen))] for x in off]
         ends = [fit(x, chosen) for x, chosen in zip(ends, best, strict=True)]

@@ -11,8 +11,6 @@ from models.robot import DeltaRobot, RobotModel
 from models.servo_drive import ServoDrive
 from recording.tables.flat import FlatRecording
 
-WITHOUT_LIMITS_DEG = (-170.0, 170.0)
-
 
 def check_steps(
     robot: RobotModel, recording: FlatRecording, limits: MotionLimits | None = None
@@ -21,7 +19,8 @@ def check_steps(
     side. Raises RecordingError, with the column's name and the first row.
     """
     known_limits = limits is not None and "arm_deg" in limits.model_fields_set
-    arm_deg = limits.arm_deg if limits is not None and known_limits else WITHOUT_LIMITS_DEG
+    half = ADMISSION.half_round_deg
+    arm_deg = limits.arm_deg if limits is not None and known_limits else (-half, half)
     for motor in (1, 2, 3):
         name = f"steps_{motor}"
         counts = recording.columns.get(name)

@@ -14,9 +14,6 @@ from diagnosis.observations.readings import FloatArray, IntArray
 from diagnosis.plants.delta.model import DeltaModel
 from foundation.errors import RecordingError
 
-SPLITS = 100
-"""Moments that are tried."""
-
 
 def refuse_broken(model: DeltaModel, source: str, left: FloatArray, span: float) -> None:
     """Refuse a recording in which the machine broke. Raises RecordingError, one line.
@@ -77,7 +74,7 @@ def _broke(model: DeltaModel, source: str, when_s: float, off: float) -> str:
 
 
 def _moments(first: int, last: int) -> list[int]:
-    return [int(at) for at in np.linspace(first, last, SPLITS)]
+    return [int(at) for at in np.linspace(first, last, ADMISSION.moments_tried)]
 
 
 def _contrast(apart: FloatArray, at: int) -> tuple[float, int]:

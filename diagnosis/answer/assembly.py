@@ -6,11 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding, Fit, Unexplained
 from diagnosis.answer.verdict import Rest, is_noise, left_over, seen, verdict
-
-LEAST = 1e-9
-"""Share of the residual that a test explains at least when it finds more than noise in it."""
 
 
 def assembled(
@@ -48,7 +46,7 @@ def with_floor(fit: Fit, rest: Rest) -> Fit:
     """
     most = fit.rms_after_m
     if seen(rest.p):
-        most *= math.sqrt(max(1.0 - max(rest.share, LEAST), 0.0))
+        most *= math.sqrt(max(1.0 - max(rest.share, VERDICT.least_seen), 0.0))
     return fit.model_copy(update={"noise_floor_m": min(fit.noise_floor_m, most)})
 
 

@@ -28,6 +28,10 @@ class VerdictOptions:
     sure_enough: float = 0.8
     """A finding less probable than this is written into the corrected robot file only when
     everything is asked for."""
+    least_seen: float = 1e-9
+    """Share of the residual that a test explains at least when it finds more than noise in it."""
+    rounding: float = 1e-9
+    """Of shares and probabilities that are added up: far above what sixteen digits lose."""
     least_steps: float = 1.0
     """A motor loses whole steps; less than one microstep is none."""
 

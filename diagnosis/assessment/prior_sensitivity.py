@@ -13,7 +13,7 @@ from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.regression import Regressor
-from diagnosis.priors.options import PRIORS_KNOWN_TO
+from diagnosis.priors.options import SIZE_PRIORS
 from diagnosis.selection.named_first import Selected, named_sizes
 
 
@@ -21,8 +21,8 @@ def prior_sensitivity(selected: Selected) -> list[PriorSensitivity]:
     """Of each regressor whose probability hangs on the spread of the priors."""
     found = []
     by_key = {r.key: r for r in selected.plant.regressors}
-    narrower = probabilities(selected, 1.0 / PRIORS_KNOWN_TO)
-    wider = probabilities(selected, PRIORS_KNOWN_TO)
+    narrower = probabilities(selected, 1.0 / SIZE_PRIORS.known_to)
+    wider = probabilities(selected, SIZE_PRIORS.known_to)
     here = probabilities(selected, 1.0)
     for key, now in here.items():
         if max(abs(narrower[key] - now), abs(wider[key] - now)) > ASSESSMENT.matters:

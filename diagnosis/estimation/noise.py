@@ -14,7 +14,7 @@ from scipy.sparse import csr_array, diags_array, vstack
 from diagnosis.estimation.options import ESTIMATION
 from diagnosis.observations.readings import MAD_TO_SIGMA, FloatArray, IntArray, Readings
 
-AR_ORDER = 2
+AR_ORDER = ESTIMATION.ar_order
 
 
 @dataclass(frozen=True, eq=False)

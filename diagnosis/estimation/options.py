@@ -10,6 +10,9 @@ class EstimationOptions:
     """Chi-squares throughout where no unit is given."""
 
     # Noise.
+    ar_order: int = 2
+    """Of its autoregression: what a filter or a mean of neighbours remembers. More is hardly told
+    from a mismatch."""
     huber: float = 2.5
     """Standard deviations from which on a reading counts less: of normal noise one in eighty."""
     longest_hole: int = 5

@@ -27,6 +27,7 @@ from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.estimation.splines import SplineTerm
 from diagnosis.observations.readings import FloatArray, IntArray
+from diagnosis.pipelines.options import UNKNOWN
 from diagnosis.plants.traits import traits_of
 from diagnosis.priors.build_tolerances import within_tolerance
 from diagnosis.score_tests.change_points import Stale, moment
@@ -35,9 +36,6 @@ from diagnosis.score_tests.hysteresis import has_memory, tied_drivers
 from diagnosis.selection.ambiguity import Standing
 from diagnosis.selection.credible_set import Name
 from diagnosis.selection.model_choice import Explained
-
-IN_TABLE = 64
-"""Places in the table of an unknown."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,7 +174,7 @@ def _table(fitter: Fitter, free: SplineTerm, coefficients: FloatArray) -> Table 
         return None
     model = fitter.model
     covariate = model.covariates()[free.covariate][_decided(fitter, free)]
-    places = np.linspace(float(covariate.min()), float(covariate.max()), IN_TABLE)
+    places = np.linspace(float(covariate.min()), float(covariate.max()), UNKNOWN.places_in_table)
     size = np.asarray(free.basis_for(places) @ coefficients)
     return Table(
         follows=free.covariate,

@@ -20,5 +20,14 @@ class RegressionOptions:
     """Of a channel that looks at a servo robot from outside, below which it is left alone."""
 
 
+@dataclass(frozen=True, slots=True)
+class UnknownOptions:
+    """Of a finding without a name, of a machine whose effects are fitted together."""
+
+    places_in_table: int = 64
+    """Of the quantity that it follows: sixteen to each piece of its spline."""
+
+
+UNKNOWN = UnknownOptions()
 REGRESSION = RegressionOptions()
 """As the engine is used."""

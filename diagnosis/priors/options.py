@@ -2,18 +2,15 @@
 looked at.
 
 What belongs to one effect stands with the effect (`EffectKind`). Every other room whose numbers
-decide has such a table (`options.py` in `answer`, `admission`, `estimation`, `evidence`,
-`score_tests`, `selection`, `assessment`, `experiment` and `pipelines`). How long the search may go
-on stands in `estimation.options`.
+decide has such a table (`options.py` in `observations`, `admission`, `plants.delta`, `estimation`,
+`evidence`, `score_tests`, `selection`, `assessment`, `experiment`, `pipelines` and `answer`). How
+long the search may go on stands in `estimation.options`.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-
-PRIORS_KNOWN_TO = 3.0
-"""The factor to which priors of size are known: answers say what changes within it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +136,8 @@ class SizePriorOptions:
 
     width: float = math.log(3.0)
     """Standard deviation of the log of a size: a factor of three either way."""
+    known_to: float = 3.0
+    """The factor to which that spread itself is known: answers say what changes within it."""
     reach_sigma: float = 4.0
     """Standard deviations of the log of a size out to which is integrated,"""
     points: int = 41

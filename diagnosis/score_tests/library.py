@@ -17,8 +17,8 @@ from diagnosis.estimation.splines import SplineTerm, spline_terms
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate, Shape, Term
 from diagnosis.plants.contract import Model
+from diagnosis.score_tests.options import SCORE_TESTS
 
-LEAST_CHANGE = 1e-9
 PARTS = 8
 """In which the columns are whitened side by side."""
 
@@ -184,7 +184,7 @@ def _columns_of(model: Model, candidate: Candidate, nominal: FloatArray) -> dict
     columns = {}
     for number, shape in enumerate(candidate.shapes):
         raw = regressors(model, candidate, shape, nominal)
-        if np.abs(raw).max(initial=0.0) * shape.reach > LEAST_CHANGE:
+        if np.abs(raw).max(initial=0.0) * shape.reach > SCORE_TESTS.least_change:
             columns[number] = _laid_out(raw)
     return columns
 

@@ -32,6 +32,8 @@ class ScoreTestOptions:
     """Of pure noise, by which the smallest p of all tests is calibrated."""
     seed: int = 20260101
     """The same draws each time, so that the same recording has the same answer."""
+    least_change: float = 1e-9
+    """m or rad: an effect that at its usual reach changes every channel by less does not show."""
     collinear_scores: float = 1e-6
     """Share of a column that must be left after projection for a test to be possible."""
     past_s: tuple[float, ...] = (0.06, 0.3, 1.5)

@@ -17,24 +17,16 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.splines import SplineTerm
 from diagnosis.evidence.detection import Detection
 from diagnosis.observations.readings import FloatArray
-from diagnosis.priors.options import PRIORS_KNOWN_TO
+from diagnosis.priors.options import SIZE_PRIORS
 from diagnosis.priors.penalties import spline_penalty
 from diagnosis.priors.size_priors import odds_cost, score_log_odds, size_cost
 from diagnosis.score_tests.library import Entry
 from diagnosis.search.search import Search
 from diagnosis.selection.ambiguity import Standing
+from diagnosis.selection.options import CREDIBLE
 
 Name = tuple[str, str]
 """Effect and component."""
-LAPSE = 0.02
-"""Chance that the search ended at a wrong set and nothing it compared around that shows it. Of 111
-claims that the comparison alone made with more than 0.95, on proof cases of two old seeds, three
-were wrong."""
-IMITATED = 0.2
-"""Chance, for each effect that is named beside unknown physics, that all of them only imitate a
-part of it. Of 27 such claims above 0.95 in 104 proof cases, 12 were true: 10 of 12 of one name
-beside an unknown, a third of what stood in a pile of names; of 116 claims without an unknown, 114.
-"""
 MOST = 700.0
 """Exponents beyond which a weight is as good as nothing or everything."""
 
@@ -51,7 +43,7 @@ class Credible:
     """Of each spline term: that something outside the vocabulary acts."""
     nothing: float
     under: list[tuple[float, float]]
-    """Of each term, with all priors of size `PRIORS_KNOWN_TO` times narrower and wider."""
+    """Of each term, with all priors of size narrower and wider by as much as they are known to."""
 
 
 def preferred(search: Search, solution: Solution, stands: Sequence[Standing]) -> Solution | None:
@@ -69,10 +61,10 @@ def preferred(search: Search, solution: Solution, stands: Sequence[Standing]) ->
 def credible(search: Search, solution: Solution, stands: Sequence[Standing]) -> Credible:
     """Weigh what the search compared around its solution."""
     weights = _weigh(solution, stands)
-    narrower = _weigh(solution, stands, 1.0 / PRIORS_KNOWN_TO)
-    wider = _weigh(solution, stands, PRIORS_KNOWN_TO)
+    narrower = _weigh(solution, stands, 1.0 / SIZE_PRIORS.known_to)
+    wider = _weigh(solution, stands, SIZE_PRIORS.known_to)
     rivals = []
-    real = (1.0 - IMITATED) ** len(solution.terms) if solution.frees else 1.0
+    real = (1.0 - CREDIBLE.imitated) ** len(solution.terms) if solution.frees else 1.0
     for stand, each, total in zip(stands, weights.rivals, weights.totals, strict=True):
         chances = [real * weight / total for weight in each]
         rivals.append(_by_name(solution, list(zip(stand.rivals, chances, strict=True))))
@@ -107,7 +99,7 @@ class _Weights:
 
     def of_terms(self, real: float) -> list[float]:
         """Probability of each term. real: that a name is more than an imitation."""
-        return [real * (1.0 - LAPSE) / total for total in self.totals]
+        return [real * (1.0 - CREDIBLE.lapse) / total for total in self.totals]
 
     def absent(self) -> list[float]:
         """Probability of each term that nothing stands in its place."""
@@ -157,15 +149,16 @@ def _by_name(solution: Solution, weighed: Sequence[tuple[Solution, float]]) -> d
 def _of_shape(search: Search, solution: Solution, free: SplineTerm) -> float:
     """Of a spline term: against nothing, and against the best named effect in its place."""
     others = tuple(one for one in solution.frees if one is not free)
-    bare = search.fitter.solve(solution.terms, others, solution.nuisances, steps=2)
+    fitter, steps = search.fitter, CREDIBLE.bare_steps
+    bare = fitter.solve(solution.terms, others, solution.nuisances, steps=steps)
     cost = spline_penalty(free)
     weights = [_weight(bare.cost - solution.cost - cost)]
     for trial in search.tests.trials(bare)[:1]:
         # Fitted, for a score promises more than a bent effect can keep.
-        named = search.fitter.solve((*solution.terms, trial.start), others, solution.nuisances)
+        named = fitter.solve((*solution.terms, trial.start), others, solution.nuisances)
         behind = named.cost + trial.penalty + search.options.choice
         weights.append(_weight(behind - solution.cost - cost))
-    return (1.0 - LAPSE) / (1.0 + sum(weights))
+    return (1.0 - CREDIBLE.lapse) / (1.0 + sum(weights))
 
 
 def _nothing(tests: Detection, solution: Solution, cost: float) -> float:

@@ -17,10 +17,6 @@ from diagnosis.evidence.laplace import Explanation, Laplace
 from diagnosis.selection.options import SELECTION
 from foundation.errors import RecordingError
 
-BETTER = 1e-6
-NEARLY = 2.0
-"""Sets behind the best by less in log evidence are tried without each of their regressors."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Posterior:
@@ -87,9 +83,9 @@ class HillClimb:
         here = self.evidence(self.kept)
         while True:
             best = max(self._moves(here), key=lambda e: e.log_evidence, default=here)
-            if not best.log_evidence > here.log_evidence + BETTER:
+            if not best.log_evidence > here.log_evidence + SELECTION.better_by:
                 best = max(self._smaller(here), key=lambda e: e.log_evidence, default=here)
-            if not best.log_evidence > here.log_evidence + BETTER:
+            if not best.log_evidence > here.log_evidence + SELECTION.better_by:
                 break
             here = best
         return posterior(self._mine())
@@ -111,7 +107,9 @@ class HillClimb:
 
         Friction that grows with the load stands for friction and an offset.
         """
-        close = [e for e in self._mine() if here.log_evidence - e.log_evidence < NEARLY]
+        close = [
+            e for e in self._mine() if here.log_evidence - e.log_evidence < SELECTION.nearly_best
+        ]
         sets = {e.keys - {key}: e for e in close for key in e.keys - self.kept}
         return [self.evidence(s, [e]) for s, e in sets.items() if self.allowed(s)]
 

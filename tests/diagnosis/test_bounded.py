@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 
 from diagnosis.admission import excerpt as admission
 from diagnosis.admission.excerpt import excerpt, excerpts, thinned
+from diagnosis.admission.options import ADMISSION
 from diagnosis.api import diagnose, diagnose_recordings
 from diagnosis.plants.delta.safe_poses import MotionLimits
 from diagnosis.report.sentences.summary import plain_lines
@@ -97,11 +99,11 @@ def test_an_excerpt_is_stretches_of_it(rows: int, most: int) -> None:
         assert kept is whole
         return
     assert kept.taken_from == rows
-    assert len(kept) > 0.9 * most - admission.STRETCHES
+    assert len(kept) > 0.9 * most - ADMISSION.stretches
     np.testing.assert_array_equal(kept.t_s, whole.t_s[kept.columns["position"].astype(int)])
     # In every tenth of the recording there is something of it.
-    tenths = np.unique((kept.columns["position"] * admission.STRETCHES / rows).astype(int))
-    assert len(tenths) == admission.STRETCHES
+    tenths = np.unique((kept.columns["position"] * ADMISSION.stretches / rows).astype(int))
+    assert len(tenths) == ADMISSION.stretches
 
 
 def test_stretches_are_those_in_which_something_moves() -> None:
@@ -114,7 +116,7 @@ def test_stretches_are_those_in_which_something_moves() -> None:
 
 def test_each_stretch_starts_afresh() -> None:
     kept = excerpt(ramp(50_000), 5000)
-    assert len(kept.stretches()) == admission.STRETCHES
+    assert len(kept.stretches()) == ADMISSION.stretches
     assert thinned([ramp(10), kept])[0].model_dump() == {
         "recording": 2, "rows_used": 5000, "rows": 50_000, "stretches": 10,
         "span_s": pytest.approx(kept.t_s[-1] - kept.t_s[0]),
@@ -132,7 +134,7 @@ def test_the_longest_of_several_are_cut_to_one_length() -> None:
 def test_the_answer_says_what_was_left_out(
     delta: DeltaRobot, record: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(admission, "DELTA_ROWS", 900)
+    monkeypatch.setattr(admission, "ADMISSION", replace(ADMISSION, delta_rows=900))
     path = tmp_path / "long.csv"
     write_flat(record(seconds=24.0), path)
     answer = diagnose([path], ZHAO)
