@@ -71,17 +71,17 @@ def correct(
         robot=robot,
         changed=changed,
         coverage=robot_coverage(robot),
-        held_back=tuple(_held_back(answer, before, all_of_them, tables)),
+        held_back=tuple(held_back(answer, before, all_of_them, tables)),
         network=learned[1] if learned else None,
         network_error_deg=learned[2] if learned else None,
         instead_of=learned[0] if learned else "",
     )
 
 
-def _held_back(
+def held_back(
     answer: Diagnosis, robot: RobotFile, all_of_them: bool, tables: Tables
 ) -> list[tuple[Finding, str]]:
-    """Findings that were not written, and why."""
+    """Findings that are not written into a robot file, and why."""
     held = []
     for finding in answer.findings:
         if finding.effect == "unknown":

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from diagnosis.answer.corrected_robot import save_corrected
-from diagnosis.answer.records import Diagnosis
+from diagnosis.answer.records import Diagnosis, Finding
+from diagnosis.answer.tables import Tables
 from diagnosis.api import diagnose
 from firmware_py.planner.check import plan_of
 from firmware_py.robot_file import load_robot
 from proof.hidden.hidden import Hidden
 from recording.tables.flat_files import write_flat
+from repair.correct import held_back
 from repair.coverage import Coverage, coverage_of
 from repair.limit import Limit, limit_of
 from repair.machine import conceal
@@ -33,6 +35,8 @@ class Demonstration:
     possible: Drawn
     diagnosis: Diagnosis
     coverage: Coverage
+    held_back: Sequence[tuple[Finding, str]]
+    """Findings that were not written into the corrected file, and why."""
     limit: Limit | None
     """What the corrected robot file says is possible."""
     robot_file: Path
@@ -89,6 +93,7 @@ def demonstrate(
         possible=possible,
         diagnosis=answer,
         coverage=covered,
+        held_back=held_back(answer, believed, False, Tables.NONE),
         limit=limit_of(plan, covered),
         robot_file=robot_file,
         corrected=corrected,

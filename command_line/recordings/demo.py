@@ -98,6 +98,8 @@ def _say(shown: Demonstration) -> None:
     from command_line.robot.check import say_covered
 
     say_covered(shown.coverage)
+    for finding, why in shown.held_back:
+        say(f"not written: {finding.effect} on {finding.component}: {why}")
 
 
 def _as_json(shown: Demonstration, page: Path) -> dict[str, Any]:
@@ -109,6 +111,10 @@ def _as_json(shown: Demonstration, page: Path) -> dict[str, Any]:
         "possible_rms_m": shown.possible.rms_m,
         "limit": None if shown.limit is None else shown.limit.as_json(),
         "effects": [one.as_json() for one in shown.coverage.effects],
+        "not_written": [
+            {"effect": finding.effect, "component": finding.component, "why": why}
+            for finding, why in shown.held_back
+        ],
         "page": str(page),
         "robot": str(shown.corrected),
         "recording": str(shown.recording),

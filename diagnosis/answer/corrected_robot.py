@@ -105,28 +105,38 @@ def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
     alone does not keep it out. One in the sensors would have nothing corrected.
     """
     alike = [one for one in finding.alternatives if _corrected_alike(finding, one)]
-    if len(alike) == len(finding.alternatives) and _exceeds_unknowns(finding, diagnosis):
+    if len(alike) == len(finding.alternatives) and _stands_beside_unknowns(finding, diagnosis):
         return True
     if finding.probability is None:
         return len(alike) == len(finding.alternatives)
     return finding.probability + sum(one.probability or 0.0 for one in alike) >= VERDICT.sure_enough
 
 
-def _exceeds_unknowns(finding: Finding, diagnosis: Diagnosis) -> bool:
-    """Whether it is what an unknown at a joint, which lowers its probability, cannot imitate.
+def _stands_beside_unknowns(finding: Finding, diagnosis: Diagnosis) -> bool:
+    """Whether what is unknown, which lowers its probability, cannot be what imitates it.
 
-    Such an unknown moves the arms too: it asks for the same correction, as far as it is smaller
-    than the finding and the two together foretell what was left out of the fit.
+    And what was left out of the fit is foretold better.
     """
     unknown = [one for one in diagnosis.findings if one.effect == "unknown"]
     fit = diagnosis.fit
     return (
         bool(unknown)
         and _moves(finding.effect)
-        and all(one.component in MOTORS for one in unknown)
-        and all(finding.evidence.delta_chi2 > one.evidence.delta_chi2 for one in unknown)
+        and not any(_may_imitate(one, finding) for one in unknown)
         and fit.holdout_rms_after_m < fit.holdout_rms_before_m
     )
+
+
+def _may_imitate(unknown: Finding, finding: Finding) -> bool:
+    """One at a joint moves the arms too, and asks for the same correction unless it is the larger.
+
+    One in a sensor moves nothing: the finding must show most in another sensor.
+    """
+    if unknown.component in MOTORS:
+        return finding.evidence.delta_chi2 <= unknown.evidence.delta_chi2
+    if unknown.component in unknown.where.axes:
+        return unknown.component in finding.where.axes[:1]
+    return True
 
 
 def _corrected_alike(finding: Finding, other: Alternative) -> bool:

@@ -32,8 +32,8 @@ EFFECT = EffectKind(
     ),
     operate=_operate,
     says=lambda component, v: (
-        f"{'all joints yield' if component == 'joints' else component + ' yields'} under load, "
-        f"with a stiffness of {v['stiffness']:.4g} N m/rad"
+        f"{'all joints yield' if component.endswith('joints') else component + ' yields'} under "
+        f"load, with a stiffness of {v['stiffness']:.4g} N m/rad"
     ),
     order=5,
     nothing=float("inf"),

@@ -129,27 +129,32 @@ def test_rivals_that_ask_for_the_same_correction_are_no_doubt(robot_file: Path) 
 
 
 @pytest.mark.parametrize(
-    ("unknown", "its_evidence", "rival", "held_out", "written"),
+    ("unknown", "its_evidence", "shows_in", "rival", "held_out", "written"),
     [
-        ("motor1", 0.5, None, 0.5, True),
-        ("motor1", 0.5, "gear_ratio motor3", 0.5, True),
-        ("motor1", 2.0, None, 0.5, False),  # what is found may be a part of it
-        ("range_z", 0.5, None, 0.5, False),  # may be all there is, and moves nothing
-        ("motor1", 0.5, "sensor_offset range_z", 0.5, False),
-        ("motor1", 0.5, None, 1.0, False),  # foretells nothing
+        ("motor1", 0.5, "range_z", None, 0.5, True),
+        ("motor1", 0.5, "range_z", "gear_ratio motor3", 0.5, True),
+        ("motor1", 2.0, "range_z", None, 0.5, False),  # what is found may be a part of it
+        ("range_z", 0.5, "range_z", None, 0.5, False),  # may be all there is, and moves nothing
+        ("range_z", 2.0, "range_x", None, 0.5, True),  # where nothing unknown is
+        ("platform", 0.5, "range_z", None, 0.5, False),
+        ("motor1", 0.5, "range_z", "sensor_offset range_z", 0.5, False),
+        ("motor1", 0.5, "range_z", None, 1.0, False),  # foretells nothing
     ],
 )
-def test_an_unknown_at_a_joint_asks_for_what_it_cannot_imitate(
+def test_what_an_unknown_beside_it_cannot_imitate_is_corrected(
     robot_file: Path,
     unknown: str,
     its_evidence: float,
+    shows_in: str,
     rival: str | None,
     held_out: float,
     written: bool,
 ) -> None:
     beside = finding("unknown", unknown, size_rms=0.002)
     beside.evidence.delta_chi2 = its_evidence
+    beside.where.axes = ["range_z"]
     home = finding("home_offset", "motor2", angle=0.02).model_copy(update={"probability": 0.2})
+    home.where.axes = [shows_in, "range_y"]
     if rival is not None:
         effect, component = rival.split()
         home.alternatives.append(
