@@ -32,8 +32,14 @@ def spline_terms(
     """
     low, high = (float(x) for x in np.quantile(covariate[rows], [0.002, 0.998]))
     basis = spline_basis(covariate, pieces, low, high)
-    if not basis.shape[1]:
-        return basis
+    return less_spanned(basis, spanned, rows) if basis.shape[1] else basis
+
+
+def less_spanned(basis: FloatArray, spanned: FloatArray, rows: IntArray) -> FloatArray:
+    """Shapes (n, k) less their projection on others (n, j) over some rows, of unit variance.
+
+    Directions that vanish are left out.
+    """
     share, *_ = np.linalg.lstsq(spanned[rows], basis[rows], rcond=1e-10)
     left = basis - spanned @ share
     _, size, across = np.linalg.svd(left[rows], full_matrices=False)

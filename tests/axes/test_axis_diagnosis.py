@@ -114,7 +114,7 @@ def test_with_known_gravity_the_gain_is_told_from_the_mass(rigs: ModuleType) -> 
         ({"lag_s": 0.05}, "following_lag", "time", 0.049, "viscous_friction"),
         ({"dead_s": 0.04}, "following_lag", "dead_time", 0.04, "sensor_latency"),
         ({"play": 0.01}, "joint_friction", "width", 0.01, "gear_backlash"),
-        ({"offset": 0.003}, "home_offset", "angle", 0.003, "joint_compliance"),
+        ({"offset": 0.003}, "home_offset", "angle", 0.003, None),
         ({"scale": 1.01}, "gear_ratio", "scale", 1.01, None),
     ],
 )

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from diagnosis.observations.readings import FloatArray
-from diagnosis.plants.lone.recorded_axis import LAG_SPREAD_S, RecordedAxis
+from diagnosis.plants.lone.recorded_axis import LAG_SPREAD_S, LONGEST_LAG_S, RecordedAxis
 from diagnosis.plants.regression import Equivalent, Regressor, Size, Sizes
 from models.robot import StepperAxis
 
@@ -18,6 +18,12 @@ COARSEST_STEPS = 4.0
 MOST_WAVES = 60.0
 FEWEST_WAVES = 2.0
 WIDEST_PLAY = 0.6
+SLIP_LOG_ODDS = -6.0
+"""Of a slip of an axis that counts no steps: as of lost steps, at one moment of all there were."""
+OF_REVERSALS = ("friction", "rubbing", "play")
+"""Regressors that show where the command turns back; on a one-way travel they are a constant."""
+OF_MOVES = ("lag", "ringing")
+"""Regressors that are over before the next row where rows are read long after each move."""
 OF_TURNS = ("lag", "ringing", "friction", "rubbing", "play")
 """Regressors that show where the speed changes; of an axis at one speed they would fit how the
 recording begins."""
@@ -32,8 +38,8 @@ def begins_of(axis: RecordedAxis) -> list[str]:
 def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     """Every named effect that this recording can tell anything of."""
     lag = (
-        Size("time", "half", LAG_SPREAD_S, 0.0, 2.0, 1e-3),
-        Size("dead_time", "half", LAG_SPREAD_S, 0.0, 2.0, 1e-3),
+        Size("time", "half", LAG_SPREAD_S, 0.0, LONGEST_LAG_S, 1e-3),
+        Size("dead_time", "half", LAG_SPREAD_S, 0.0, LONGEST_LAG_S, 1e-3),
     )
     width = Size("width", "half", max(2.0 * axis.mismatch, 0.02 * axis.span),
                  0.0, WIDEST_PLAY * axis.span, 0.01 * axis.mismatch)  # fmt: skip
@@ -49,8 +55,7 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
         Regressor("lag", "following_lag", -1.0, sizes=lag, equivalents=late),
     ]
     if axis.robot.zero == "absolute":
-        yields = () if known_pull else (Equivalent("joint_compliance", -1.5),)
-        found.append(Regressor("offset", "home_offset", -1.0, equivalents=yields))
+        found.append(Regressor("offset", "home_offset", -1.0))
     if known_pull:
         found += [
             Regressor("droop", "joint_compliance", -1.0),
@@ -76,7 +81,12 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     places = (_gear(axis), _jump(axis), _ringing(axis))
     found += [one for one in places if one is not None]
     found.append(Regressor("drift", "unknown", -4.0, follows=("time",), alone=False))
-    return [one for one in found if not (axis.steady and one.key in OF_TURNS)]
+    blind = set(OF_TURNS) if axis.steady else set()
+    if not axis.turns_back:
+        blind |= set(OF_REVERSALS)
+    if axis.arrived:
+        blind |= set(OF_MOVES)
+    return [one for one in found if one.key not in blind]
 
 
 def _grip(axis: RecordedAxis, width: Size) -> Size:
@@ -113,10 +123,13 @@ def _gear(axis: RecordedAxis) -> Regressor | None:
 
 
 def most_waves(axis: RecordedAxis) -> float:
-    """Waves over the travel that samples can follow: two a wave at the usual speed."""
+    """Waves over the travel that samples can follow: two a wave, of rows and of places alike.
+
+    Many readings at few places (a table of arrivals) show no wave between them.
+    """
     pace = float(np.median(np.abs(np.diff(axis.commanded[axis.rows]))))
     finest = max(2.0 * pace, COARSEST_STEPS * axis.resolution, 1e-300)
-    return min(MOST_WAVES, axis.span / finest)
+    return min(MOST_WAVES, axis.span / finest, 0.5 * axis.places)
 
 
 def highest_hz(axis: RecordedAxis) -> float:
@@ -124,12 +137,14 @@ def highest_hz(axis: RecordedAxis) -> float:
     return min(0.2 / axis.readings.period_s, 25.0)
 
 
-def _jump(axis: RecordedAxis) -> Regressor | None:
-    if not axis.rad_per_step:
-        return None
+def _jump(axis: RecordedAxis) -> Regressor:
+    """Lost steps of a motor that counts them; of any other axis a slip, which has no name here."""
     choices = max(float(axis.readings.span_s), 4.0)
     moment = Size("moment", "flat", axis.readings.span_s, float(axis.t_s[0]),
                   float(axis.t_s[-1]), 1.0, smooth=False, choices=choices)  # fmt: skip
+    if not axis.rad_per_step:
+        return Regressor("jump", "unknown", SLIP_LOG_ODDS, sizes=(moment,),
+                         follows=("time",), alone=False)  # fmt: skip
     return Regressor("jump", "lost_steps", -6.0, sizes=(moment,), alone=False)  # fmt: skip
 
 
@@ -159,7 +174,7 @@ def impossible(
         waves = sizes["gear.waves"]
         if not 1.01 * FEWEST_WAVES < waves < 0.99 * most_waves(axis):
             return True
-    if "lag" in keys and sizes["lag.time"] + sizes["lag.dead_time"] > 1.9:
+    if "lag" in keys and sizes["lag.time"] + sizes["lag.dead_time"] > 0.95 * LONGEST_LAG_S:
         return True
     if "jump" in keys and abs(float(linear["jump"][0])) < axis.full_step:
         return True

@@ -21,11 +21,17 @@ from diagnosis.plants.lone.axis_starts import starts
 from diagnosis.plants.lone.drive_chain import DriveChain
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
 from diagnosis.plants.regression import Columns, Shown, Sizes
+from diagnosis.plants.spline_terms import less_spanned
 from models.robot import ServoAxis, StepperAxis
 from recording.tables.flat import FlatRecording
 
 AXIS_PIECES = 6
+FEWEST_PIECES = 2
+ROWS_A_PIECE = 15
+"""Readings that a piece of a spline term stands on at least."""
 FREE_SPREAD = 1e3
+OF_REVERSALS = ("gear_backlash", "joint_friction")
+"""Effects that are a constant on an axis whose command never turns back."""
 OF_ONE_SPEED = ("following_lag", "gear_backlash", "joint_friction")
 """Effects that are a constant on an axis that turns at one speed."""
 
@@ -62,18 +68,35 @@ class CommandedAxis(RecordedAxis, LeftOver):
     @cached_property
     def covariates(self) -> dict[str, FloatArray]:
         """What a mismatch may follow, name -> (n,)."""
-        velocity = np.gradient(self.commanded, self.t_s)
-        found = {"position": self.commanded, "time": self.t_s, "velocity": velocity}
+        found = {"position": self.commanded, "time": self.t_s}
+        if not self.arrived:
+            found["velocity"] = np.gradient(self.commanded, self.t_s)
         if self.steady:
             del found["time"]
         if np.ptp(self.pull[self.rows]) > 0.0:
             found["load"] = self.pull
+        if self.turns_back:
+            found["direction"] = self.direction
         return found
+
+    def unknown(self, key: str) -> Columns:
+        """Of the direction: a difference between both ways, which may change over the travel."""
+        return self._by_direction if key == UNKNOWN + "direction" else super().unknown(key)
+
+    @property
+    def _by_direction(self) -> Columns:
+        at = (self.commanded - self.commanded[self.rows].mean()) / max(self.span, 1e-300)
+        powers = np.stack([np.ones_like(at), at, at**2], axis=1)
+        named = np.concatenate([self._named, self.beside], axis=1)
+        shapes = less_spanned(self.direction[:, None] * powers, named, self.rows)
+        return Columns(shapes, np.full(shapes.shape[1], self.unknown_spread))
 
     @cached_property
     def _named(self) -> FloatArray:
         """A constant, the travel, a small lag (the command's own speed) and the load, (n, j)."""
-        named = [np.ones_like(self.t_s), self.commanded, -np.gradient(self.commanded, self.t_s)]
+        named = [np.ones_like(self.t_s), self.commanded]
+        if not self.arrived:
+            named.append(-np.gradient(self.commanded, self.t_s))
         if np.ptp(self.pull[self.rows]) > 0.0:
             named.append(self.pull)
         return np.stack(named, axis=1)
@@ -83,8 +106,9 @@ class CommandedAxis(RecordedAxis, LeftOver):
         return self._named[:, :2] if name == "time" else self._named
 
     def pieces(self, name: str) -> int:
-        """Twice as many over time, in which anything may come and go."""
-        return AXIS_PIECES if name != "time" else 2 * AXIS_PIECES
+        """Twice as many over time, in which anything may come and go; fewer of a short table."""
+        most = AXIS_PIECES if name != "time" else 2 * AXIS_PIECES
+        return int(np.clip(len(self.rows) // ROWS_A_PIECE, FEWEST_PIECES, most))
 
     @property
     def unknown_spread(self) -> float:
@@ -117,7 +141,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
                 Shown("phase", "rad", lambda v: np.arctan2(v["cosine"], v["sine"])),
             ],
             "jump": [Shown("steps", "microsteps", lambda v: -v["shift"] / lost),
-                     Shown("time", "s", lambda v: v["moment"])],
+                     Shown("time", "s", lambda v: v["moment"])] if self.rad_per_step else [],
             "ringing": [
                 Shown("frequency", "Hz", lambda v: v["frequency"]),
                 Shown("damping", "1", lambda v: v["damping"]),
@@ -134,6 +158,11 @@ class CommandedAxis(RecordedAxis, LeftOver):
             "joint_compliance": "the load on the axis is not known (no gravity, no load column)",
             "home_offset": "the zero of the reading is arbitrary",
         }
+        if self.arrived:
+            reasons["following_lag"] = "rows are further apart than a drive takes to arrive"
+        if not self.turns_back:
+            one_way = "the command never turns back: there it is a constant"
+            reasons |= dict.fromkeys(OF_REVERSALS, one_way)
         if self.steady:
             one_speed = "the axis turns at one speed and never back: there it is a constant"
             reasons |= dict.fromkeys(OF_ONE_SPEED, one_speed)

@@ -16,6 +16,7 @@ from diagnosis.observations.needed_columns import (
     refuse_still,
 )
 from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather, step_of
+from diagnosis.plants.lone.travel import arrivals, count_places, direction_of, turns
 from foundation.errors import RecordingError
 from models.chain.axis import AxisChain
 from models.chain.commands import Commands
@@ -33,8 +34,12 @@ MOVING = 0.05
 """Share of the top speed above which a row counts as in motion."""
 LAG_SPREAD_S = 0.1
 """A drive's lag is tens of milliseconds; a hobby servo's a tenth of a second (SO-101, STS3250)."""
+LONGEST_LAG_S = 2.0
+"""Longest lag, and longest dead time, that a drive is looked for: beyond, it has arrived."""
 STEADY = 0.999
 """Correlation of command and time above which an axis turns steadily and they are one."""
+LEAST_MOVE = 1e-6
+"""Of the travel: a command that changes by less stands still."""
 FULL_STEPS = 200.0
 """Of a turn of the usual stepper motor (1.8 degrees each)."""
 
@@ -148,6 +153,28 @@ class RecordedAxis:
         """Whether the command is a straight line: position and time tell the same."""
         chosen = self.commanded[self.rows], self.t_s[self.rows]
         return abs(float(np.corrcoef(*chosen)[0, 1])) > STEADY
+
+    @cached_property
+    def direction(self) -> FloatArray:
+        """Way of the last move of the command (n,): 1 up, -1 down, 0 where nobody knows."""
+        hair = max(self.resolution, LEAST_MOVE * self.span)
+        way = direction_of(self.commanded, self.readings.fresh, hair)
+        return arrivals(self.commanded, way, hair) if self.arrived else way
+
+    @cached_property
+    def turns_back(self) -> bool:
+        """Whether the command turns back within a stretch."""
+        return turns(self.direction, self.readings.fresh)
+
+    @property
+    def arrived(self) -> bool:
+        """Whether rows are so far apart that every move is over before the next is read."""
+        return self.readings.period_s > LONGEST_LAG_S
+
+    @cached_property
+    def places(self) -> int:
+        """How many places the axis was read at."""
+        return count_places(self.commanded[self.rows])
 
     @cached_property
     def span(self) -> float:

@@ -79,6 +79,7 @@ _FOLLOWED: tuple[tuple[str, str], ...] = (
     (r"time|t", "the time since the start"),
     (r"position|angle", "the position"),
     (r"speed|velocity", "the speed"),
+    (r"direction", "the direction of motion"),
     (r"acceleration", "the acceleration"),
     (r"effort|torque|force", "the effort"),
     (r"load", "the load"),

@@ -1,0 +1,61 @@
+"""What the course of a command (n,) lets an axis tell: where it went, which way, and back."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from diagnosis.observations.readings import BoolArray, FloatArray
+
+CELLS = 200
+"""Of the travel: commands within one are one place."""
+
+
+def count_places(commanded: FloatArray) -> int:
+    """How many places a command visits: the travel in cells, and how many of them it stands in."""
+    low, span = float(np.min(commanded)), float(np.ptp(commanded))
+    if not span > 0.0:
+        return 1
+    return len(np.unique(np.round((commanded - low) * (CELLS / span))))
+
+
+def direction_of(commanded: FloatArray, fresh: BoolArray, hair: float) -> FloatArray:
+    """Way of the last move, (n,): 1 up, -1 down, kept while it stands; 0 until the first move.
+
+    fresh (n,): rows that begin a stretch. hair: how far a command must turn back to have turned.
+    """
+    found = np.zeros(len(commanded))
+    way, furthest = 0.0, 0.0
+    for row, (here, begins) in enumerate(zip(commanded.tolist(), fresh.tolist(), strict=True)):
+        if begins or row == 0:
+            way, furthest = 0.0, here
+        moved = here - furthest
+        if (way == 0.0 and abs(moved) > hair) or way * moved < -hair:
+            way, furthest = (1.0 if moved > 0.0 else -1.0), here
+        elif way * moved > 0.0:
+            furthest = here
+        found[row] = way
+    return found
+
+
+def arrivals(commanded: FloatArray, direction: FloatArray, hair: float) -> FloatArray:
+    """Way that each row of a table was come to, (n,); 0 where nobody knows.
+
+    A place that is read twice running was left in between. At an end of the travel it was come
+    back to from beyond, as bidirectional tests of positioning do (ISO 230-2); elsewhere from
+    either side.
+    """
+    stays = np.abs(np.diff(commanded, prepend=np.inf)) <= hair
+    ahead = np.append(direction[1:], 0.0)
+    once = stays & ~np.append(stays[1:], False) & ~np.append(False, stays[:-1])
+    found: FloatArray = np.where(
+        stays, np.where(once & (ahead == -direction), ahead, 0.0), direction
+    )
+    return found
+
+
+def turns(direction: FloatArray, fresh: BoolArray) -> bool:
+    """Whether a command turns back within any stretch: only there does play or friction show."""
+    known = np.flatnonzero(direction)
+    stretch = np.cumsum(fresh)[known]
+    back = direction[known][1:] * direction[known][:-1] < 0.0
+    return bool(np.any(back & (stretch[1:] == stretch[:-1])))
