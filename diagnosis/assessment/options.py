@@ -27,6 +27,9 @@ class AssessmentOptions:
     unlikely: float = 0.05
     """Chance of a gain by luck up to which an effect is claimed where the evidence, too, leaves
     'nothing is missing' less than the alarm's level: by itself a level for a single question."""
+    foretold: float = 0.5
+    """Of the mismatch of blocks left out: less than this share left says more than the test, where
+    the evidence, too, is that sure."""
     bent: float = 0.15
     """Standard deviation of a logarithm from which on its interval follows the likelihood."""
     share_of_axis: float = 0.2

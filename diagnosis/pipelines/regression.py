@@ -83,9 +83,12 @@ def _claimed(selected: Selected, first_p: float, blocks: Blocks) -> bool:
 
     Of a coarse encoder's few hundred readings eight may be independent; a test that estimates the
     noise from those few and counts all that was tried sees nothing in a lag of half the motion.
+    Where sizes that were fitted elsewhere take most of the mismatch of every block away, no such
+    test is needed.
     """
-    likely = first_p <= ASSESSMENT.unlikely and selected.nothing <= ALARM
-    return first_p <= ALARM or (likely and blocks.after < blocks.before)
+    likely = first_p <= ASSESSMENT.unlikely and blocks.after < blocks.before
+    foretold = blocks.after < ASSESSMENT.foretold * blocks.before
+    return first_p <= ALARM or (selected.nothing <= ALARM and (likely or foretold))
 
 
 def _first_p(selected: Selected) -> float:

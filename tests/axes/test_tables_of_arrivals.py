@@ -119,3 +119,17 @@ def test_places_are_counted_not_rows() -> None:
     assert count_places(np.repeat(PLACES_M, 30)) == 5
     assert count_places(np.full(4, 0.1)) == 1
     assert count_places(np.linspace(0.0, 1.0, 5000)) > 100
+
+
+def test_what_foretells_blocks_left_out_is_claimed() -> None:
+    """Rounding that repeats leaves six independent readings, of which no test sees anything."""
+    places_m = np.repeat([0.015, 0.035, 0.055], 10)
+    commanded_m = np.stack([places_m - 2e-3, places_m, places_m + 2e-3, places_m], 1).ravel()
+    up_m, down_m = np.repeat([[5e-7, 8e-7, 1e-6], [-9e-7, -7e-7, -5e-7]], 10, axis=1)
+    unread = np.full(30, np.nan)
+    lead_m = np.stack([unread, up_m, unread, down_m], 1).ravel()
+    t_s = 5.0 * np.arange(len(commanded_m))
+    position_m = np.round(commanded_m + lead_m, 7)
+    columns = {"t": t_s, "command": commanded_m, "position": position_m}
+    answer = diagnose_axis(SLIDE, [from_columns(columns, "arrivals")])
+    assert [one.depends_on for one in answer.findings] == [["direction"]]
