@@ -98,9 +98,13 @@ class SearchOptions:
 
     # Ends of loops that hardly ever come to them.
     most_turns: int = 8
+    """Of adding, exchanging and leaving out."""
     most_swaps_of_ties: int = 2
+    """How often a finding is exchanged for a rival that is far more probable."""
     most_noise_rounds: int = 3
+    """How often the noise is estimated anew beside what was found."""
     most_final_fits: int = 6
+    """Of the chosen set, each from where the last one ended."""
 
 
 @dataclass(frozen=True, slots=True)

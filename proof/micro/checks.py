@@ -81,7 +81,7 @@ def _sway(rods: Rods, period_s: float) -> tuple[float, float]:
 
 def main() -> None:
     """Print the table of docs/micro-delta.md."""
-    print("| rods | period [us] | loops apart, most [nm] | energy error | CPU a step [us] |")
+    print("| rods | period [us] | largest loop-closure error [nm] | energy error | CPU/step [us] |")
     print("|---|---|---|---|---|")
     for rods in Rods:
         for period_s in (PERIOD_S, PERIOD_S / 2, PERIOD_S / 5):
