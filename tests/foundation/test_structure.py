@@ -83,3 +83,22 @@ def test_a_room_holds_no_more_than_one_reader_holds(top: Path) -> None:
         assert not known or files > 15, f"{room} is no fuller than the others any more"
         said = ast.get_docstring(ast.parse((room / "__init__.py").read_text(encoding="utf-8")))
         assert said, f"{room}: its __init__ says what comes in and what goes out"
+
+
+def test_every_number_in_a_table_has_its_reason() -> None:
+    """Below the field, or below the next where two belong together."""
+    bare = []
+    for file in sorted((ROOT / "diagnosis").rglob("*.py")):
+        for table in ast.parse(file.read_text("utf-8")).body:
+            if isinstance(table, ast.ClassDef) and table.name.endswith("Options"):
+                said = [_is_words(part) for part in table.body] + [False, False]
+                bare += [
+                    f"{file.name}: {table.name}.{ast.unparse(part.target)}"
+                    for at, part in enumerate(table.body)
+                    if isinstance(part, ast.AnnAssign) and not (said[at + 1] or said[at + 2])
+                ]
+    assert bare == []
+
+
+def _is_words(part: ast.stmt) -> bool:
+    return isinstance(part, ast.Expr) and isinstance(part.value, ast.Constant)
