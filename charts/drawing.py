@@ -131,10 +131,14 @@ def numbers(packed: dict[str, Any]) -> FloatArray:
 
 
 def home(spec: dict[str, Any]) -> tuple[float, float]:
-    """What the x axis shows at first: all of it."""
+    """What the x axis shows at first: all of it.
+
+    By the numbers as they are drawn: a first or last point that rounding puts outside would not
+    count for the y axis, which holds the points between.
+    """
     low, high = np.inf, -np.inf
     for series in spec["series"]:
-        x = unpack(series["x"])
+        x = numbers(series["x"]).astype(np.float64)
         x = x[np.isfinite(x)]
         room = _bar_width(x) / 2 if series["style"] == "bars" else 0.0
         if len(x):

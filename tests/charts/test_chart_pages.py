@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from charts import drawing
 from charts.document import library
 from charts.figures import Bar, BarChart, HeatStrip, LineChart, histogram
 from charts.page import THINNED, columns, facts, folded, heading, page, paragraph, table
-from charts.spec import Colour, Mark, Series, Span, Style, unpack
+from charts.spec import Colour, Mark, Series, Span, Style, pack, unpack
 
 NASTY = "</script><script>alert('x')</script> & \"quoted\" \u2028"
 VOID = {"meta", "br"}
@@ -267,3 +268,12 @@ def test_bars_start_at_zero() -> None:
     found = re.findall(r"left:([\d.]+)%;width:([\d.]+)%", html)
     assert found == [("20.000", "60.000"), ("60.000", "40.000"), ("0.000", "20.000")]
     assert "30 %" in html
+
+
+def test_the_first_and_the_last_point_lie_within_the_axis_as_drawn() -> None:
+    x = np.array([0.1, 0.7, 180.0 + 1.0 / 3.0])
+    spec = {"series": [{"x": pack(x), "style": "line"}]}
+    low, high = drawing.home(spec)
+    drawn = drawing.numbers(pack(x)).astype(np.float64)
+    assert low <= drawn.min()
+    assert drawn.max() <= high

@@ -230,7 +230,34 @@ def test_a_driver_that_stands_still_draws_nothing() -> None:
     assert len(binned(np.full(4000, np.nan), one).x) == 0
     mostly = np.zeros(4000)
     mostly[:100] = np.linspace(0, 1, 100)
-    assert 1 <= len(binned(mostly, one).x) <= 24
+    assert len(binned(mostly, one).x) == 0
+    mostly[:1000] = np.linspace(0, 1, 1000)
+    assert 2 <= len(binned(mostly, one).x) <= 24
+    assert len(binned(20.0 + 1e-9 * np.arange(4000), one).x) == 0
+
+
+def test_noise_alone_stays_within_the_band_at_all_points_together() -> None:
+    random = np.random.default_rng(8)
+    covariate = np.tile(np.arange(24.0), 20)
+    held = []
+    for _ in range(200):
+        noise = 1e-3 * random.standard_normal(len(covariate))
+        t_s = np.arange(float(len(noise)))
+        (one,) = mismatches(Picture(t_s=t_s, channels=[channel(noise, 0 * noise, 0 * noise)]))
+        curve = binned(covariate, one)
+        held.append(bool(np.all(np.abs(curve.before) < curve.band)))
+    assert 0.9 < np.mean(held) < 0.99
+
+
+def test_the_figures_of_regimes_count_readings_that_lie_too_far_out_to_be_drawn() -> None:
+    t_s = np.arange(2000.0)
+    miss = 1e-3 * np.sin(t_s)
+    miss[::400] = 0.1
+    picture = Picture(t_s=t_s, channels=[channel(miss, 0 * miss, 0 * miss)])
+    channels = mismatches(picture)
+    assert channels[0].far_out == 5
+    (all_the_time,) = regimes(t_s, {}, channels)
+    assert all_the_time.before == pytest.approx(1e3 * np.sqrt(np.mean(miss**2)))
 
 
 def workspace() -> tuple[Any, Any, Any]:

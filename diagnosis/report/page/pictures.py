@@ -161,8 +161,9 @@ def _driver_section(
     if not charts:
         return []
     about = (
-        "Mean of all readings with the same value; the clearest dependence first. What lies "
-        "outside the grey band is more than noise."
+        "Mean of all readings with the same value; the clearest dependence first. Noise alone "
+        "keeps a whole curve within the grey band in 19 of 20 charts: one of many may leave it a "
+        "little by chance, a curve that leaves it far shows more than noise."
     )
     parts = [heading(title), paragraph(about), columns(charts[:SHOWN_FIRST])]
     if rest := charts[SHOWN_FIRST:MOST_DRIVER_CHARTS]:
@@ -187,7 +188,7 @@ def _ranked(
 
 def _driver_chart(name: str, unit: str, one: Mismatch, curve: Curve, lone: bool) -> LineChart:
     covariate = words.followed(name)
-    wide = 2.0 * curve.spread
+    wide = curve.band
     series = [
         Series("noise alone", curve.x, np.zeros(len(curve.x)), Colour.QUIET, low=-wide, high=wide),
         Series("before", curve.x, curve.before, Colour.SECOND),
@@ -217,7 +218,8 @@ def _by_regime(
     found[1:] = sorted(found[1:], key=lambda one: -one.before)
     nothing = all(one.unchanged for one in chosen)
     pairs = [Pair(one.name, one.before, math.nan if nothing else one.after) for one in found]
-    note = "Root mean square of measured minus predicted while the robot did this."
+    note = "Root mean square of measured minus predicted while the robot did this"
+    note += "; readings that lie far out count too." if any(o.far_out for o in chosen) else "."
     parts = [
         heading("The mismatch by what the robot was doing"),
         pair_bars("", pairs[:SHOWN_REGIMES], noise, chosen[0].unit, note),

@@ -31,15 +31,18 @@ class Regime:
 def regimes(
     t_s: FloatArray, covariates: Mapping[str, FloatArray], channels: list[Mismatch]
 ) -> list[Regime]:
-    """RMS over the given channels (all in one unit) in every regime that occurs."""
+    """RMS over the given channels (all in one unit) in every regime that occurs.
+
+    Over all readings, also those that lie too far out to be drawn: as the figures of the fit.
+    """
     found = []
     for name, chosen in _selections(t_s, covariates):
-        seen = sum(int((chosen & np.isfinite(one.before)).sum()) for one in channels)
+        seen = sum(int((chosen & np.isfinite(one.all_before)).sum()) for one in channels)
         if seen < FEWEST:
             continue
         before, after = (
             rms(
-                np.concatenate([getattr(one, which) for one in channels]),
+                np.concatenate([getattr(one, f"all_{which}") for one in channels]),
                 np.tile(chosen, len(channels)),
             )
             for which in ("before", "after")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,12 @@ SMOOTHED_OVER = 5
 FEWEST_IN_BUCKET = (2, 3)
 """At least two: a bucket that is empty by chance is a gap, and a line between two gaps is none."""
 BINS = 24
+FEWEST_BINS = 2
+"""A curve has two points at least."""
+HARDLY = 1e-6
+"""A covariate that varies by less than this part of its size does not vary."""
+WITHIN = 0.95
+"""Chance of noise alone to stay within the band at all points of a curve."""
 FEWEST_IN_BIN = 12
 NARROWEST = 0.01
 """Share of a covariate's range that a bin spans at least."""
@@ -31,6 +38,7 @@ class Mismatch:
     """One channel. before, after: shape (n,), NaN where nothing valid was read or it lies far out.
 
     far_out: readings that stand so far out that they would hide everything else.
+    all_before, all_after: shape (n,), with those that lie far out, as the figures of the fit.
     """
 
     name: str
@@ -42,6 +50,8 @@ class Mismatch:
     after: FloatArray
     noise: float
     far_out: int
+    all_before: FloatArray
+    all_after: FloatArray
 
     @property
     def unchanged(self) -> bool:
@@ -64,12 +74,20 @@ class Curve:
     after: FloatArray
     spread: FloatArray
 
+    @property
+    def band(self) -> FloatArray:
+        """Half the width that noise alone keeps to at all points of a curve together (Sidak)."""
+        if not len(self.x):
+            return self.spread
+        each = WITHIN ** (1.0 / len(self.x))
+        return NormalDist().inv_cdf(0.5 * (1.0 + each)) * self.spread
+
 
 def mismatches(picture: Picture, found_nothing: bool = False) -> list[Mismatch]:
     """All channels with at least one valid reading; after is before where nothing was found."""
     found = (_mismatch(channel) for channel in picture.channels)
     if found_nothing:
-        found = (replace(one, after=one.before) for one in found)
+        found = (replace(one, after=one.before, all_after=one.all_before) for one in found)
     return [one for one in found if np.isfinite(one.before).any()]
 
 
@@ -87,6 +105,8 @@ def _mismatch(channel: Channel) -> Mismatch:
         after=np.where(far | ~np.isfinite(after), np.nan, after),
         noise=channel.noise * scale.factor,
         far_out=int(far.sum()),
+        all_before=before,
+        all_after=after,
     )
 
 
@@ -138,18 +158,23 @@ def _rolling(where: Any, values: FloatArray, count: int, buckets: int) -> FloatA
 
 
 def binned(covariate: FloatArray, one: Mismatch) -> Curve:
-    """Mean mismatch over stretches of a covariate that hold equally many readings."""
+    """Mean mismatch over stretches of a covariate that hold equally many readings.
+
+    Empty where fewer than two stretches hold enough of them: the covariate hardly varies.
+    """
     nothing = np.zeros(0)
     good = np.isfinite(covariate) & np.isfinite(one.before) & np.isfinite(one.after)
-    if good.sum() < 2 * FEWEST_IN_BIN or np.ptp(covariate[good]) <= 0.0:
-        return Curve(nothing, nothing, nothing, nothing)
     values = covariate[good]
+    if good.sum() < 2 * FEWEST_IN_BIN or np.ptp(values) <= HARDLY * np.abs(values).max():
+        return Curve(nothing, nothing, nothing, nothing)
     bins = int(np.clip(good.sum() // FEWEST_IN_BIN, 2, BINS))
     # A covariate that mostly holds one value (a speed of 0) gives fewer, fuller bins.
     edges = _apart(np.quantile(values, np.linspace(0.0, 1.0, bins + 1)))
     where = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
     numbers = np.bincount(where, minlength=len(edges) - 1)
     filled = numbers >= min(FEWEST_IN_BIN, int(numbers.max()))
+    if filled.sum() < FEWEST_BINS:
+        return Curve(nothing, nothing, nothing, nothing)
 
     def mean(of: FloatArray) -> FloatArray:
         sums = np.bincount(where, weights=of, minlength=len(numbers))
