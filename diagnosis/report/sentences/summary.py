@@ -56,7 +56,7 @@ def headline(diagnosis: Diagnosis) -> str:
         shown.append(f"{len(named) - len(shown)} more")
     what = words.listed(shown)
     if diagnosis.verdict == "nothing_missing":
-        return "Nothing is missing: the robot behaves as its robot file says, within the noise."
+        return "Nothing is missing: the machine behaves as its robot file says, within the noise."
     if diagnosis.verdict == "explained" and named:
         return words.sentence(f"the mismatch is explained by {what}")
     if diagnosis.verdict == "partly_explained" and named:

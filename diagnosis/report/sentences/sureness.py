@@ -13,6 +13,8 @@ SURE_P = 0.01
 LIKELY_P = 0.05
 SETTLED = 0.95
 """A finding more probable than this is not called open, whatever its alternatives."""
+FEW = "Likely, though by one test on few independent readings"
+"""Where the evidence as a whole is sure and the test alone sees nothing."""
 CERTAIN = 0.995
 """A probability that would be rounded to all or nothing is said to lie above or below one percent
 of it: no engine knows its own mistakes better."""
@@ -62,7 +64,7 @@ def by_priors(one: PriorSensitivity) -> str:
 def evidence(finding: Finding) -> str:
     """How sure a finding is, in words and figures."""
     p, gain = finding.evidence.p, finding.evidence.delta_chi2
-    said = word(p)
+    said = FEW if p >= LIKELY_P and _settled(finding) else word(p)
     if math.isfinite(p):
         said += f": {_by_noise(p)}"
     if math.isfinite(gain):
@@ -81,8 +83,11 @@ def _by_noise(p: float) -> str:
 
 def _is_open(finding: Finding) -> bool:
     """Whether something acts, and the finding is not settled against its alternatives."""
-    settled = finding.probability is not None and finding.probability > SETTLED
-    return bool(finding.alternatives) and finding.evidence.p < LIKELY_P and not settled
+    return bool(finding.alternatives) and finding.evidence.p < LIKELY_P and not _settled(finding)
+
+
+def _settled(finding: Finding) -> bool:
+    return finding.probability is not None and finding.probability > SETTLED
 
 
 def false_alarm(diagnosis: Diagnosis) -> str:
