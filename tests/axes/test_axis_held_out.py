@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -25,6 +25,8 @@ class Slope:
     unit = "m"
     rounding = 0.0
     averages = False
+
+    covariates: ClassVar[dict[str, np.ndarray]] = {}
 
     def __init__(self, seed: int, size: float):
         rng = np.random.default_rng(seed)
