@@ -17,7 +17,9 @@ from typing import Any
 import numpy as np
 
 from diagnosis.estimation.side_by_side import alone
+from firmware_py.compensation.ways import AHEAD, AT_REVERSALS, WARMING
 from foundation.errors import DeltactlError
+from models.calibrated_inverse import INVERTIBLE
 from proof.hidden.build_in import SINGLES
 from proof.prove.workers import workers
 from repair.case import Case, run
@@ -27,6 +29,9 @@ ENOUGH, ENOUGH_M = 1.3, 0.15e-3
 WORSE, WORSE_M = 1.05, 0.02e-3
 """Beyond both, correcting made a job worse."""
 EXTRA = ("pair", "pair", "pair", "unknown", "nothing")
+BESIDE_FROM = 104
+"""From this case on: an effect that is compensated, and an unknown beside it."""
+COMPENSATED = tuple(name for name in SINGLES if name in INVERTIBLE | AHEAD | AT_REVERSALS | WARMING)
 Show = Callable[[int, int], None]
 
 
@@ -79,8 +84,11 @@ class Row:
 def kinds_of(seed: int, number: int) -> tuple[list[str], bool]:
     """What is concealed in a case, and whether something unknown as well.
 
-    Every effect alone first, then pairs, an unknown and nothing in turn.
+    Every effect alone first, then pairs, an unknown and nothing in turn; at last an effect with an
+    unknown beside it.
     """
+    if number >= BESIDE_FROM:
+        return [COMPENSATED[(number - BESIDE_FROM) % len(COMPENSATED)]], True
     if number < len(SINGLES):
         return [SINGLES[number]], False
     group = EXTRA[(number - len(SINGLES)) % len(EXTRA)]

@@ -12,7 +12,7 @@ from diagnosis.api import diagnose
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from foundation.errors import RecordingError
 from recording.tables.flat_files import write_flat
-from repair.campaign import Row, kinds_of
+from repair.campaign import BESIDE_FROM, Row, kinds_of
 from repair.correct import correct
 from repair.machine import conceal
 
@@ -49,6 +49,9 @@ def test_every_effect_comes_first_then_pairs_unknowns_and_nothing() -> None:
     assert any(len(names) == 2 for names, _ in groups)
     assert ([], True) in groups
     assert ([], False) in groups
+    beside, unknown = kinds_of(1, BESIDE_FROM)
+    assert len(beside) == 1
+    assert unknown
 
 
 def test_enough_is_near_the_possible_and_worse_is_worse_than_before() -> None:
