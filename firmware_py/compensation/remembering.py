@@ -22,6 +22,7 @@ from models.calibrated_inverse import INVERTIBLE, CalibratedInverse
 from models.chain import Chain, Commands
 from models.chain.active import at, of_entries
 from models.effects.flow import Flow
+from models.effects.joint_friction import without_swing
 from models.effects.port import Port
 from models.linkage import Linkage, forward, inverse
 from models.robot import ARMS, EffectEntry, FloatArray
@@ -51,7 +52,7 @@ class Remembering:
         self._plain = robot.model_copy(update={"effects": ()})
         self._static = CalibratedInverse(robot)
         joint = INVERTIBLE | AT_REVERSALS
-        at_joints = [_steadily(one) for one in robot.effects if one.effect in joint]
+        at_joints = [without_swing(one) for one in robot.effects if one.effect in joint]
         hangs = [Hanging.is_one(active) for active in of_entries(at_joints)]
         hanging = (one for one, it_is in zip(at_joints, hangs, strict=True) if it_is)
         self._hanging = [Hanging(active) for active in of_entries(hanging)]
@@ -145,16 +146,6 @@ class Remembering:
     @cached_property
     def _chain(self) -> Chain:
         return Chain(self._plain)
-
-
-def _steadily(entry: EffectEntry) -> EffectEntry:
-    """Friction without the swing of an arm whose motor stops dead, which no path asks for.
-
-    Found from stops of a survey, it would be seen wherever whole ticks make a slow arm's speed
-    uneven, and be answered by a motor that turns to and fro.
-    """
-    kept = {name: size for name, size in entry.parameters.items() if name != "overshoot"}
-    return entry.model_copy(update={"parameters": kept})
 
 
 def _widths_rad(effects: tuple[EffectEntry, ...]) -> FloatArray:

@@ -19,6 +19,7 @@ from firmware_py.robot_file import RobotFile
 from firmware_py.simulation.nominal import NominalRobot, Three
 from foundation.clock import NS_PER_S, ns
 from models.chain import OnlineChain
+from models.effects.joint_friction import without_swing
 from models.robot import AXES, FloatArray
 
 CountsAt = Callable[[int], tuple[float, float, float]]
@@ -86,7 +87,8 @@ class SimulatedRobot:
 
     def _put(self, counts: FloatArray) -> None:
         self._zero_steps = self._zero_at(counts)
-        robot, real = self._robot, self._robot.effects_as_built
+        robot = self._robot
+        real = tuple(without_swing(one) for one in robot.effects_as_built)
         self._chain = OnlineChain(robot.model_copy(update={"effects": ()}), real)
         plain = robot.sensors is not None and not real
         self._nominal = NominalRobot(robot) if plain else None

@@ -14,7 +14,17 @@ from models.effects.flow import Flow
 from models.effects.kind import MOTORS, Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 from models.effects.recursion import clipped
-from models.robot import FloatArray
+from models.robot import EffectEntry, FloatArray
+
+
+def without_swing(entry: EffectEntry) -> EffectEntry:
+    """The same effect of arms whose motors do not stop dead.
+
+    The swing is found from stops, in readings 20 ms apart. In samples as near as single steps, or
+    timed by whole ticks, a slow motor seems to stop at every one.
+    """
+    kept = {name: size for name, size in entry.parameters.items() if name != "overshoot"}
+    return entry.model_copy(update={"parameters": kept})
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

@@ -12,6 +12,7 @@ from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.planner.plan import Plan
 from firmware_py.planner.stream import MotionStream
 from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
+from firmware_py.simulation.world import SimulatedRobot
 from foundation.clock import NS_PER_S
 from models.chain import Chain, Commands
 from models.robot import EffectEntry, FloatArray
@@ -119,6 +120,15 @@ def test_how_far_a_stopped_arm_swings_on_does_not_make_a_moving_one_rattle() -> 
         for known in (friction, {**friction, "overshoot": 0.009})
     ]
     np.testing.assert_array_equal(*told)
+
+
+def test_a_simulated_arm_on_a_soft_shaft_does_not_swing_at_every_step() -> None:
+    friction = ("joint_friction", "motor1", {"width": 0.0088, "overshoot": 0.009})
+    robot = with_effects(friction)
+    step_ns, steps = 6_000_000, 100
+    world = SimulatedRobot(robot, lambda t_ns: (t_ns // step_ns, 0, 0), lambda: 0)
+    before, after = (world.truth(count * step_ns).angles_rad[0] for count in (0, steps))
+    assert after - before == pytest.approx(steps * STEP_RAD - 0.0044, abs=2.0 * STEP_RAD)
 
 
 @pytest.mark.parametrize(
