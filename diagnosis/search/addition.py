@@ -25,8 +25,10 @@ def add(search: Search, solution: Solution, other: Solution | None = None) -> So
     trials = search.tests.trials(solution)
     if not search.tests.any_shows(trials):
         return None
-    strongest = trials[0].gain
-    worthy = [t for t in trials[: options.tried] if t.gain > options.tried_share * strongest]
+    least = options.tried_share * trials[0].gain
+    surest = sorted(trials, key=lambda t: t.log_p)[: options.tried_by_p]
+    worthy = [t for t in trials if t in trials[: options.tried] or t in surest]
+    worthy = [t for t in worthy if t.gain > least]
     if other is not None:
         told = {term.candidate.key for term in other.terms}
         likely = worthy[: options.tried_of_rivals]

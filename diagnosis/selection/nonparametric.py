@@ -13,6 +13,7 @@ from diagnosis.priors.build_tolerances import effects_of_building
 from diagnosis.priors.options import PENALTIES
 from diagnosis.priors.penalties import penalty, penalty_of, spline_penalty
 from diagnosis.search.addition import falls_short
+from diagnosis.search.outside_contact import gain_elsewhere, local_terms
 from diagnosis.search.removal import drop
 from diagnosis.search.search import Search
 
@@ -94,9 +95,19 @@ def _best_grown(
         [partial(_grown, search, rival, solution, best) for rival in rivals],
         [free for rival in rivals for free in rival.frees],
     )
-    return min(
-        [best, *(one for one in grown if one is not None)], key=search.criterion.fully_penalised
-    )
+    fit = [one for one in grown if one is not None and _seen_apart(search, solution, one)]
+    return min([best, *fit], key=search.criterion.fully_penalised)
+
+
+def _seen_apart(search: Search, solution: Solution, rival: Solution) -> bool:
+    """Whether a shape beside what acts only now and then also shows where that does not act.
+
+    How a table yields under the platform follows the place as well, and is no second cause.
+    """
+    if not local_terms(rival.terms) or len(rival.frees) <= len(solution.frees):
+        return True
+    gained = gain_elsewhere(search.fitter, solution, rival)
+    return gained > spline_penalty(rival.frees[-1])
 
 
 def _least_penalised(rival: Solution) -> float:
