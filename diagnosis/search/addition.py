@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from diagnosis.estimation.estimate import Solution
-from diagnosis.priors.penalties import spline_penalty
+from diagnosis.priors.options import SearchOptions
+from diagnosis.priors.penalties import Trial, spline_penalty
 from diagnosis.search.begun_fits import followed, promising, tried
 
 if TYPE_CHECKING:
@@ -25,20 +27,27 @@ def add(search: Search, solution: Solution, other: Solution | None = None) -> So
     trials = search.tests.trials(solution)
     if not search.tests.any_shows(trials):
         return None
-    least = options.tried_share * trials[0].gain
-    surest = sorted(trials, key=lambda t: t.log_p)[: options.tried_by_p]
-    worthy = [t for t in trials if t in trials[: options.tried] or t in surest]
-    worthy = [t for t in worthy if t.gain > least]
+    worthy = likely(trials, options)
     if other is not None:
         told = {term.candidate.key for term in other.terms}
-        likely = worthy[: options.tried_of_rivals]
-        worthy = [t for t in worthy if t in likely or t.start.candidate.key in told]
+        first = worthy[: options.tried_of_rivals]
+        worthy = [t for t in worthy if t in first or t.start.candidate.key in told]
     search.progress(f"trying {len(worthy)} explanations")
     starts = [((*solution.terms, t.start), solution) for t in worthy]
     begun = promising(solution, tried(search.fitter, starts, options), options)
     best = min(followed(search.fitter, begun), key=search.criterion.penalised)
     new = best.terms[-1].candidate
     return best if search.criterion.earns(solution, best, new) else None
+
+
+def likely(trials: Sequence[Trial], options: SearchOptions) -> list[Trial]:
+    """Those to be fitted, of trials that are sorted by what they promise."""
+    surest = sorted(trials, key=lambda t: t.log_p)[: options.tried_by_p]
+    return [
+        t
+        for number, t in enumerate(trials)
+        if (number < options.tried or t in surest) and t.gain > options.tried_share * trials[0].gain
+    ]
 
 
 def is_pile(search: Search, solution: Solution) -> bool:

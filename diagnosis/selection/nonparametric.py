@@ -95,11 +95,11 @@ def _best_grown(
         [partial(_grown, search, rival, solution, best) for rival in rivals],
         [free for rival in rivals for free in rival.frees],
     )
-    fit = [one for one in grown if one is not None and _seen_apart(search, solution, one)]
+    fit = [one for one in grown if one is not None and seen_apart(search, solution, one)]
     return min([best, *fit], key=search.criterion.fully_penalised)
 
 
-def _seen_apart(search: Search, solution: Solution, rival: Solution) -> bool:
+def seen_apart(search: Search, solution: Solution, rival: Solution) -> bool:
     """Whether a shape beside what acts only now and then also shows where that does not act.
 
     How a table yields under the platform follows the place as well, and is no second cause.

@@ -10,15 +10,18 @@ import pytest
 from diagnosis.api import diagnose_recordings
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import estimate
+from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.priors.options import OPTIONS, PENALTIES
-from diagnosis.priors.penalties import penalty, penalty_of
+from diagnosis.priors.penalties import penalty, penalty_of, spline_penalty
 from diagnosis.search.outside_contact import (
     clear_rows,
     gain_elsewhere,
     left_alone,
 )
+from diagnosis.search.search import Search
+from diagnosis.selection.nonparametric import seen_apart
 from models.robot import DeltaRobot, EffectEntry
 from recording.tables.flat import FlatRecording
 
@@ -75,6 +78,28 @@ def test_what_is_small_beside_a_stop_is_found(delta: DeltaRobot, record: Record)
         ("contact", "platform"),
         ("resonance", "platform"),
     }
+
+
+@pytest.mark.parametrize("everywhere", [False, True])
+def test_a_shape_beside_a_stop_shows_where_that_does_not_act(
+    delta: DeltaRobot, record: Record, everywhere: bool
+) -> None:
+    recording = record(_stop(), seconds=30.0)
+    z_m = recording.columns["range_z"]
+    sag_m = 0.004 * np.sin(9.0 * (z_m - z_m.max()))
+    lowest = np.quantile(z_m, [0.0, 1.0])[0] + 0.01
+    recording.columns["range_y"] += np.where(everywhere | (z_m < lowest), sag_m, 0.0)
+    model = DeltaModel(delta, [recording])
+    search = Search(prepare(model, model.readings.valid.copy()), 0.0)
+    solution = search.fitter.solve((_term(model, ("contact", "platform"), [HEIGHT_M, 0.0]),))
+    free = next(
+        free
+        for free, _, _ in search.tests.fine_scores(solution)
+        if (free.location, free.covariate) == ("range_y", "range_z")
+    )
+    shaped = search.fitter.solve(solution.terms, (free,), solution.nuisances)
+    assert solution.cost - shaped.cost > spline_penalty(free)
+    assert seen_apart(search, solution, shaped) == everywhere
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from diagnosis.evidence.noise_estimation import prepare
-from diagnosis.plants.candidate import Term
+from diagnosis.plants.candidate import Candidate, Term
 from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.priors.penalties import penalty
+from diagnosis.priors.penalties import Trial, penalty
 from diagnosis.score_tests.pair_scores import best_pairs, leading
+from diagnosis.search.addition import likely
 from diagnosis.search.search import Search
 from diagnosis.selection.equivalents import equivalents_of
 from models.robot import DeltaRobot, EffectEntry
@@ -37,6 +38,25 @@ def test_the_best_pair_is_the_truth_and_the_search_takes_it(
     assert [pair.value for pair in others] == sorted((p.value for p in others), reverse=True)
     assert first.value >= others[0].value
     assert {term.candidate.key for term in search.run().terms} == TRUTH
+
+
+def test_what_tolerances_cannot_explain_is_tried_though_others_promise_more(quiet: Search) -> None:
+    candidates = quiet.prepared.model.candidates
+    lengths = [c for c in candidates if c.effect in ("forearm_length", "upper_arm_length")]
+    lengths += [c for c in candidates if c.effect == "home_offset"]
+    friction = next(c for c in candidates if c.key == ("joint_friction", "motor2"))
+
+    def trial(one: Candidate, gain: float, log_p: float) -> Trial:
+        return Trial(Term(one, np.zeros(len(one.coordinates))), gain, log_p, penalty(one))
+
+    promising = [trial(one, 150.0 - n, -10.0) for n, one in enumerate(lengths)]
+    sure, faint = trial(friction, 80.0, -40.0), trial(friction, 50.0, -40.0)
+    assert len(promising) > quiet.options.tried
+    assert likely([*promising, sure], quiet.options) == [
+        *promising[: quiet.options.tried],
+        sure,
+    ]
+    assert faint not in likely([*promising, faint], quiet.options)
 
 
 @pytest.fixture(scope="module")
