@@ -55,9 +55,9 @@ class SearchOptions:
     # What is tried: more takes longer, and was not seen to find more.
     tried: int = 6
     """Candidates fitted for one more effect,"""
-    tried_by_p: int = 4
-    """and of those that build tolerances are least able to explain: where an arm is a little off
-    anyway, friction of the same arm promises less than six lengths and homes do."""
+    tried_by_p: int = 3
+    """and, where those miss it, of what build tolerances are least able to explain: an arm that is
+    a little off makes six lengths and homes promise more than friction of that arm does."""
     tried_share: float = 0.4
     """Of the best candidate's linearised gain, with which another is fitted."""
     tried_of_rivals: int = 2

@@ -41,13 +41,16 @@ def add(search: Search, solution: Solution, other: Solution | None = None) -> So
 
 
 def likely(trials: Sequence[Trial], options: SearchOptions) -> list[Trial]:
-    """Those to be fitted, of trials that are sorted by what they promise."""
-    surest = sorted(trials, key=lambda t: t.log_p)[: options.tried_by_p]
-    return [
-        t
-        for number, t in enumerate(trials)
-        if (number < options.tried or t in surest) and t.gain > options.tried_share * trials[0].gain
-    ]
+    """Those to be fitted, of trials that are sorted by what they promise.
+
+    Where these miss what build tolerances are least able to explain, it is tried as well.
+    """
+    first = list(trials[: options.tried])
+    lasting = [t for t in trials if not t.start.candidate.kind.event]
+    surest = sorted(lasting, key=lambda t: t.log_p)[: options.tried_by_p]
+    if surest and surest[0] not in first:
+        first += [t for t in surest if t not in first]
+    return [t for t in first if t.gain > options.tried_share * trials[0].gain]
 
 
 def is_pile(search: Search, solution: Solution) -> bool:

@@ -57,6 +57,9 @@ def test_what_tolerances_cannot_explain_is_tried_though_others_promise_more(quie
         sure,
     ]
     assert faint not in likely([*promising, faint], quiet.options)
+    first, *others = promising
+    surest = trial(first.start.candidate, first.gain, -50.0)
+    assert sure not in likely([surest, *others, sure], quiet.options)
 
 
 @pytest.fixture(scope="module")
