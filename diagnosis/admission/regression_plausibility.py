@@ -6,7 +6,7 @@ import numpy as np
 
 from diagnosis.admission.options import ADMISSION
 from diagnosis.answer.records import Finding, Fit
-from diagnosis.observations.readings import Readings
+from diagnosis.observations.readings import FloatArray, Readings
 from diagnosis.plants.lone.commanded_axis import CommandedAxis
 from diagnosis.plants.lone.forced_axis import ForcedAxis
 from foundation.errors import RecordingError
@@ -39,6 +39,39 @@ def check_direction(plant: CommandedAxis, source: str) -> None:
                 f"{source}: {plant.name} moves against its command (correlation {alike:.2f}); "
                 "is a sign or a column wrong?"
             )
+
+
+def check_order(plant: CommandedAxis, source: str) -> None:
+    """Refuse a reading that moves before its command does. Raises RecordingError."""
+    for part in plant.parts:
+        known = np.asarray(part, dtype=bool) & plant.readings.valid[:, 0]
+        ahead_s = lead_s(plant.t_s[known], plant.commanded[known], plant.observed[known])
+        if ahead_s > 0.0:
+            raise RecordingError(
+                f"{source}: {plant.name} moves {ahead_s:.2g} s before its command does; are the "
+                "two columns swapped, or their times those of two clocks?"
+            )
+
+
+def lead_s(t_s: FloatArray, commanded: FloatArray, observed: FloatArray) -> float:
+    """By how long a reading (n,) leads its command (n,); 0 where it does not."""
+    most_s = min(ADMISSION.most_ahead_s, 0.1 * float(np.ptp(t_s)))
+    period_s = float(np.median(np.diff(t_s)))
+    inside = (t_s > t_s[0] + most_s) & (t_s < t_s[-1] - most_s)
+    if not 0.0 < period_s < most_s or inside.sum() < ADMISSION.fewest_valid:
+        return 0.0
+    seen = observed[inside]
+
+    def left(shift_s: float) -> float:
+        told = np.interp(t_s[inside] - shift_s, t_s, commanded)
+        shapes = np.column_stack([told, np.ones(len(told))])
+        return float(np.std(seen - shapes @ np.linalg.lstsq(shapes, seen, rcond=None)[0]))
+
+    shifts = np.geomspace(period_s, most_s, ADMISSION.shifts)
+    later = min(left(shift) for shift in (0.0, *shifts))
+    earlier = [left(-shift) for shift in shifts]
+    best = int(np.argmin(earlier))
+    return float(shifts[best]) if earlier[best] < ADMISSION.ahead * later else 0.0
 
 
 def check_together(plant: CommandedAxis, fit: Fit, found: list[Finding], source: str) -> None:

@@ -6,9 +6,11 @@ linear, and with S the evidence of a set under spreads s S is known in closed fo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from diagnosis.answer.records import PriorSensitivity
+from diagnosis.answer.records import Finding, PriorSensitivity
 from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import FloatArray
@@ -34,6 +36,26 @@ def prior_sensitivity(selected: Selected) -> list[PriorSensitivity]:
                 )
             )  # fmt: skip
     return found
+
+
+def as_found(
+    changes: Sequence[PriorSensitivity], found: Sequence[Finding]
+) -> list[PriorSensitivity]:
+    """Those of findings, on the scale of the probability that each finding states.
+
+    An effect that acts like others shares its probability with them, under any prior.
+    """
+    stated = {(one.effect, one.component): one.probability for one in found}
+    told = []
+    for one in changes:
+        now = stated.get((one.effect, one.component))
+        if now is not None and one.probability > 0.0:
+            share = now / one.probability
+            narrower, wider = min(share * one.narrower, 1.0), min(share * one.wider, 1.0)
+            update = {"probability": now, "narrower": narrower, "wider": wider}
+            if max(abs(narrower - now), abs(wider - now)) > ASSESSMENT.matters:
+                told.append(one.model_copy(update=update))
+    return told
 
 
 def probabilities(selected: Selected, factor: float) -> dict[str, float]:

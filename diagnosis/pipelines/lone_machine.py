@@ -9,6 +9,7 @@ import numpy as np
 from diagnosis.admission.regression_plausibility import (
     check_direction,
     check_force,
+    check_order,
     check_times,
     check_together,
 )
@@ -56,6 +57,7 @@ def diagnose_axis(
     check_times(plant.readings, source)
     if isinstance(plant, CommandedAxis):
         check_direction(plant, source)
+        check_order(plant, source)
     if isinstance(plant, ForcedAxis):
         check_force(plant)
     several = len(recordings) > 1

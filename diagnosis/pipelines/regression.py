@@ -12,7 +12,7 @@ from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis
 from diagnosis.answer.verdict import ALARM
 from diagnosis.assessment.options import ASSESSMENT
-from diagnosis.assessment.prior_sensitivity import prior_sensitivity
+from diagnosis.assessment.prior_sensitivity import as_found, prior_sensitivity
 from diagnosis.assessment.regression_holdout import Blocks, beyond_noise, on_blocks
 from diagnosis.assessment.significance import chance
 from diagnosis.pipelines.agreement import agreement, widened
@@ -52,7 +52,7 @@ def diagnose_plant(
         not_testable=plant.not_testable(),
         smallest_detectable=detection_limits(selected),
         agreement=compared,
-        prior_sensitivity=prior_sensitivity(searched),
+        prior_sensitivity=as_found(prior_sensitivity(searched), found),
         picture=picture_of(selected, plant),
     )
 

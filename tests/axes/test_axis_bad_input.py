@@ -8,6 +8,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from diagnosis.admission.regression_plausibility import lead_s
 from diagnosis.observations.column_mapping import load_mapping, read_mapped
 from diagnosis.pipelines.lone_machine import diagnose_axis
 from foundation.errors import ConfigError, RecordingError
@@ -44,6 +45,19 @@ def test_bad_columns_get_one_line(
     with pytest.raises(RecordingError, match=message) as caught:
         diagnose_axis(robot, [recording])
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_reading_that_moves_before_its_command_is_refused(rigs: ModuleType, seed: int) -> None:
+    recording = rigs.FollowingRig(lag_s=0.1, play=0.01).record(seed)
+    columns = recording.columns
+    t_s, command, position = recording.t_s, columns["command"], columns["position"]
+    assert lead_s(t_s, command, position) == 0.0
+    assert lead_s(t_s, command, command) == 0.0
+    assert lead_s(t_s, position, command) > 0.02
+    columns["command"], columns["position"] = position, command
+    with pytest.raises(RecordingError, match="before its command does; are the two columns"):
+        diagnose_axis(FOLLOWS, [recording])
 
 
 def test_milliseconds_are_refused() -> None:

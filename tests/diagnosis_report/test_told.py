@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from diagnosis.answer.records import Finding, Unexplained
+from diagnosis.answer.records import Finding, PriorSensitivity, Unexplained
+from diagnosis.assessment.prior_sensitivity import as_found
 from diagnosis.report.sentences.telling import NOISE, told
 
 
@@ -46,7 +47,7 @@ def test_what_cannot_be_told_apart_is_said(make: Any, parts: Any) -> None:
         ),
         (
             Unexplained(share_of_mismatch=0.2, p=0.4),
-            "What is left is more than noise (p = 0.4), and no test tells what it follows.",
+            "What is left is more than noise, and no test tells what it follows.",
         ),
     ],
 )
@@ -58,3 +59,17 @@ def test_sentences_that_are_there_stay(make: Any) -> None:
     answer = make("explained", says=["As the lone axis says."])
     assert told(answer).says == answer.says
     assert told(answer).findings == answer.findings
+
+
+def test_a_probability_is_told_once_and_of_findings_only(parts: Any) -> None:
+    play = parts["backlash"](probability=0.5)
+    changes = [
+        PriorSensitivity(
+            effect=effect, component=play.component, probability=0.8, narrower=0.2, wider=0.96
+        )
+        for effect in (play.effect, "joint_compliance")
+    ]
+    (told,) = as_found(changes, [play])
+    assert (told.effect, told.probability) == (play.effect, 0.5)
+    assert (told.narrower, told.wider) == pytest.approx((0.125, 0.6))
+    assert not as_found(changes, [parts["backlash"](probability=0.05)])

@@ -174,8 +174,8 @@ def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.
 def share_line(finding: Finding) -> str:
     """What the other findings cannot take over: each is left out and the others fitted again."""
     share = 100.0 * finding.share_of_mismatch
-    shown = f"{share:.0f} %" if share >= 1.0 else "Under 1 %"
-    return f"{shown} of the mismatch is explained by this alone."
+    shown = f"{share:.0f} %" if share >= 1.0 else "under 1 %"
+    return f"Without it {shown} of the mismatch comes back, the other findings fitted again."
 
 
 def where_line(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding
+from diagnosis.answer.verdict import seen
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.regime_words import regime
 from diagnosis.report.sentences.sizes import quantity
@@ -80,7 +81,7 @@ def unexplained(answer: Diagnosis) -> str:
         return NOISE
     floor = fit.noise_floor_m
     times = fit.rms_after_m / floor if floor > 0.0 else math.inf
-    how = [] if rest.p is None else [f"p = {rest.p:.2g}"]
+    how = [f"p = {rest.p:.2g}"] if rest.p is not None and seen(rest.p) else []
     if times > VERDICT.at_floor:
         how.append(f"{times:.2g} times the noise floor")
     told_how = f" ({', '.join(how)})" if how else ""
