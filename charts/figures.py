@@ -18,6 +18,8 @@ from charts.thin import MAXIMUM_POINTS, FloatArray
 
 LINE_HEIGHT_PX = 260
 EQUAL_HEIGHT_PX = 460
+HIDDEN = "<small>(hidden; click to show)</small>"
+"""Beside the name of a curve that is not shown at first; gone once it is."""
 HEAT_ROW_PX = 26
 HEAT_AROUND_PX = 84
 """Tools above a strip, and its axis below."""
@@ -220,6 +222,7 @@ def _legend(spec: dict[str, Any]) -> str:
             f"{html.escape(entry['name'])}"
         )
         pressed = "false" if entry.get("hidden") else "true"
+        text += HIDDEN if entry.get("hidden") else ""
         rows.append(
             f'<button type="button" data-series="{number}" aria-pressed="{pressed}">{text}</button>'
         )

@@ -43,6 +43,7 @@ class RobotPage:
         self._shown: tuple[object, ...] = ()
         ui.colors(primary="#1d4ed8")
         ui.add_css(STYLE)
+        ui.add_head_html(f"<script>{WEBGL}</script>")
         self._header()
         self._stop_button()
         self._latch()
@@ -205,6 +206,10 @@ def tell_problem(text: str) -> None:
     ui.notify(text, type="negative", multi_line=True, timeout=12_000, close_button="Close")
 
 
+WEBGL = """if (!document.createElement("canvas").getContext("webgl2"))
+  document.documentElement.classList.add("without-webgl");"""
+"""Marks the page of a browser that cannot draw in 3D, where words stand instead."""
+
 STYLE = """
 .stop-button { position: fixed; top: 4px; right: 8px; z-index: 7000; min-width: 7rem;
   font-size: 1.15rem; font-weight: 800; height: 42px; box-shadow: 0 0 0 2px white; }
@@ -212,6 +217,8 @@ STYLE = """
 .latch { background: #b91c1c; color: white; padding: 8px 12px; border-radius: 6px; }
 .news { background: #fef3c7; color: #78350f; padding: 8px 12px; border-radius: 6px; }
 .scene-box { height: min(56vh, 520px); min-height: 260px; }
+.no-webgl { display: none; color: #78350f; } .without-webgl .no-webgl { display: block; }
+.without-webgl .scene-box { display: none; }
 .figures { font-variant-numeric: tabular-nums; }
 .jog .q-btn { min-width: 46px; min-height: 42px; }
 @media (max-width: 599px) { .scene-box { height: 36vh; min-height: 220px; }

@@ -31,6 +31,10 @@ SIMULATED = " (Simulated: switching off drops them onto their stops.)"
 """Nobody has hands at the simulated robot."""
 
 DRAWN = "Blue: where the step counts put it, green its way. Amber ball: where the sensors see it."
+NO_WEBGL = (
+    "No drawing: this browser offers no WebGL (switch on hardware acceleration, or use another "
+    "browser). Everything else on this page works without it."
+)
 NOT_HOMED = "Not homed: the arms are drawn as if the counts were right. Amber ball: the sensors."
 
 BUTTONS: tuple[tuple[str, str, Request, str], ...] = (
@@ -56,6 +60,7 @@ class StateCard:
         with ui.row().classes("w-full items-stretch gap-2"):
             with ui.card().classes("p-1 grow basis-96 min-w-0 overflow-hidden"):
                 self._box = ui.element("div").classes("scene-box w-full")
+                ui.label(NO_WEBGL).classes("no-webgl text-sm px-1").props("data-testid=no-webgl")
                 self._texts["caption"] = ui.label().classes("text-xs text-gray-600 px-1")
             with ui.column().classes("grow basis-80 gap-2"):
                 self._state_and_buttons()

@@ -277,3 +277,11 @@ def test_the_first_and_the_last_point_lie_within_the_axis_as_drawn() -> None:
     drawn = drawing.numbers(pack(x)).astype(np.float64)
     assert low <= drawn.min()
     assert drawn.max() <= high
+
+
+def test_a_curve_that_is_hidden_at_first_says_so_at_the_legend() -> None:
+    x = np.arange(3.0)
+    series = [Series("target", x, x), Series("commanded", x, x, hidden=True)]
+    legend = LineChart("plane", "x", "y", series).html().split("</div>")[0]
+    assert "commanded<small>(hidden; click to show)</small></button>" in legend
+    assert legend.count("click to show") == 1

@@ -281,6 +281,23 @@ def test_a_map_shows_where_the_mismatch_is() -> None:
     assert np.nanmean(grid.after) < 0.2
 
 
+def test_a_map_draws_all_of_a_path_that_was_passed_once() -> None:
+    """Two readings in each cell on the way round a square, and a corner reached in one leap."""
+    way = np.linspace(-0.03, 0.03, 2 * CELLS)
+    end = np.full(len(way), 0.03)
+    x = np.concatenate([way, end, -way, -end, [0.0]])
+    y = np.concatenate([-end, way, end, -way, [0.0]])
+    miss = 0.02 * x
+    picture = Picture(t_s=np.arange(len(x)) * 0.02, channels=[channel(miss, 0 * x, miss)])
+    grid = grid_of(x, y, mismatches(picture))
+    assert grid is not None
+    for side in (grid.before[0], grid.before[-1], grid.before[:, 0], grid.before[:, -1]):
+        assert np.isfinite(side).all()
+    assert grid.before[CELLS // 2, -1] == pytest.approx(0.6, abs=0.05)
+    assert np.isnan(grid.before[4:-4, 4:-4]).all()
+    assert grid.passed.sum() == 1
+
+
 def test_maps_need_positions_that_change() -> None:
     x, y, channels = workspace()
     drawn = place_maps({"range_x": x, "range_y": y}, channels)

@@ -262,3 +262,14 @@ def test_bars_are_as_long_as_their_values() -> None:
     assert re.findall(r"width:([\d.]+)%", bars) == ["100.00", "25.00", "0.00", "50.00"]
     assert bars.count("left:12.50%") == 2
     assert "4.00 \u2192 1.00 mm" in bars
+
+
+@pytest.mark.parametrize(
+    ("share", "p", "said"), [(0.004, 1e-9, 1), (0.004, 0.2, 0), (0.4, 1e-9, 0)]
+)
+def test_a_small_share_of_a_sure_finding_is_explained(
+    make: Any, parts: Any, share: float, p: float, said: int
+) -> None:
+    finding = parts["backlash"](share_of_mismatch=share, evidence=Evidence(p=p, delta_chi2=200.0))
+    page = report_html(make("explained", findings=[finding]), parts["delta"]())
+    assert page.count("Without it the others would fit almost as well") == said

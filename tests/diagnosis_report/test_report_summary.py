@@ -153,7 +153,7 @@ def test_plain_and_marked_up_lines_say_the_same(make: Any) -> None:
 
 def test_many_findings_are_counted_in_the_headline(make: Any, parts: Any) -> None:
     many = [parts["backlash"](component=f"motor{k % 3 + 1}") for k in range(12)]
-    assert "and 8 more" in headline(make("explained", findings=many))
+    assert "and 10 more" in headline(make("explained", findings=many))
     numbered = [
         x for x in plain_lines(make("explained", findings=many)) if x[:2].strip(".").isdigit()
     ]

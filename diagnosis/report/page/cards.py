@@ -19,6 +19,12 @@ NOT_FROM_ZERO = frozenset(
 )
 """Parameters for which zero is not 'nothing wrong', so that a bar from zero would mislead."""
 
+LITTLE = 0.01
+WHY_LITTLE = (
+    " Without it the others would fit almost as well, yet what they would leave is more than noise."
+)
+"""Where a share below LITTLE stands beside a finding that is sure."""
+
 
 def finding_cards(diagnosis: Diagnosis, span: tuple[float, float]) -> list[str]:
     """All findings as cards, the strongest first as the answer has them."""
@@ -81,7 +87,8 @@ def _smallest(
 def _share(finding: Finding) -> str:
     if not math.isfinite(finding.share_of_mismatch):
         return ""
-    return _text(share_line(finding))
+    small = finding.share_of_mismatch < LITTLE and finding.evidence.p < sureness.SURE_P
+    return _text(f"{share_line(finding)}{WHY_LITTLE if small else ''}")
 
 
 def _depends(finding: Finding) -> str:

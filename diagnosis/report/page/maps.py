@@ -14,9 +14,13 @@ from diagnosis.report.page.residuals import BoolArray, Mismatch
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.sizes import number, significant
 
+IntArray = np.ndarray[Any, np.dtype[np.int_]]
+
 CELLS = 24
 FEWEST = 4
 """Readings a cell needs."""
+JOINED = (2, 4)
+"""Cells a side that are taken together where each alone has too few readings."""
 LEVELS = 6
 TOP_SHARE = 0.98
 """The darkest colour starts at this quantile of the cells before; one wild cell does not rule."""
@@ -28,12 +32,16 @@ LEFT_PX, BOTTOM_PX = 46.0, 34.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grid:
-    """Size of the mean mismatch in each cell, shape (cells, cells), NaN where nobody was."""
+    """Size of the mean mismatch in each cell, shape (cells, cells), NaN where it is not known.
+
+    passed: cells with so few readings around them that they say nothing.
+    """
 
     across: FloatArray
     up: FloatArray
     before: FloatArray
     after: FloatArray
+    passed: BoolArray
 
 
 def place_maps(covariates: Mapping[str, FloatArray], channels: Sequence[Mismatch]) -> str:
@@ -61,7 +69,8 @@ def place_maps(covariates: Mapping[str, FloatArray], channels: Sequence[Mismatch
         return ""
     about = (
         "How far measured and predicted are apart on average at each place, beyond what noise "
-        "does to an average of so few readings. The redder, the further apart."
+        "does to an average of so few readings. The redder, the further apart; cells are larger "
+        "where readings are few."
     )
     return paragraph(about) + f'<div class="maps">{columns(parts)}</div>'
 
@@ -80,24 +89,55 @@ def grid_of(across: FloatArray, up: FloatArray, channels: Sequence[Mismatch]) ->
         for e, v, m in zip(edges, (across, up), middle, strict=True)
     ]
     flat = which[1] * CELLS + which[0]
-    squares = [_squares(flat, known, channels, when) for when in ("before", "after")]
-    if not np.isfinite(squares[0]).any():
+    read = known & np.any([np.isfinite(one.before) for one in channels], axis=0)
+    numbers = np.bincount(flat[read], minlength=CELLS * CELLS)
+    groups = grouped(numbers.reshape(CELLS, CELLS)).ravel()
+    drawn = known & (groups[flat] >= 0)
+    squares = [_squares(groups[flat], drawn, channels, when) for when in ("before", "after")]
+    before, after = (
+        np.where(groups >= 0, np.sqrt(square)[groups], np.nan).reshape(CELLS, CELLS)
+        for square in squares
+    )
+    if not np.isfinite(before).any():
         return None
-    before, after = (np.sqrt(square).reshape(CELLS, CELLS) for square in squares)
-    return Grid(edges[0], edges[1], before, after)
+    passed = (numbers > 0).reshape(CELLS, CELLS) & ~np.isfinite(before)
+    return Grid(edges[0], edges[1], before, after, passed)
+
+
+def grouped(numbers: IntArray) -> IntArray:
+    """Which cells are averaged together, as one number for each group; -1 where nothing is.
+
+    numbers: readings in each cell, shape (cells, cells). A cell with enough stands alone. Of the
+    rest, those in a square of JOINED cells a side go together; the square is filled, unless a
+    cell in it stands alone and so shows where the robot went.
+    """
+    cells = np.arange(CELLS * CELLS).reshape(CELLS, CELLS)
+    rows, columns_ = np.divmod(cells, CELLS)
+    groups = np.where(numbers >= FEWEST, cells, -1)
+    for turn, side in enumerate(JOINED, 1):
+        shape = (CELLS // side, side, CELLS // side, side)
+        left = np.where(groups < 0, numbers, 0)
+        enough = left.reshape(shape).sum(axis=(1, 3)) >= FEWEST
+        empty = (groups < 0).reshape(shape).all(axis=(1, 3))
+        enough, empty = (np.kron(x, np.ones((side, side))) > 0 for x in (enough, empty))
+        first = rows // side * side * CELLS + columns_ // side * side
+        joined = enough & (groups < 0) & ((left > 0) | empty)
+        groups = np.where(joined, turn * CELLS * CELLS + first, groups)
+    return groups
 
 
 def _squares(
-    flat: Any, known: BoolArray, channels: Sequence[Mismatch], when: str
+    groups: IntArray, known: BoolArray, channels: Sequence[Mismatch], when: str
 ) -> FloatArray:  # fmt: skip
-    """Sum over channels of the squared mean of each cell, less what noise adds to it."""
-    total = np.zeros(CELLS * CELLS)
-    seen = np.zeros(CELLS * CELLS, dtype=np.bool_)
+    """Sum over channels of the squared mean of each group, less what noise adds to it."""
+    most = (1 + len(JOINED)) * CELLS * CELLS
+    total = np.zeros(most)
+    seen = np.zeros(most, dtype=np.bool_)
     for one in channels:
         values: FloatArray = getattr(one, when)
         good = known & np.isfinite(values)
-        numbers = np.bincount(flat[good], minlength=CELLS * CELLS)
-        sums = np.bincount(flat[good], weights=values[good], minlength=CELLS * CELLS)
+        numbers = np.bincount(groups[good], minlength=most)
+        sums = np.bincount(groups[good], weights=values[good], minlength=most)
         enough = numbers >= FEWEST
         total[enough] += (sums[enough] / numbers[enough]) ** 2 - one.spread**2 / numbers[enough]
         seen |= enough
@@ -106,27 +146,31 @@ def _squares(
 
 
 def _map(caption: str, grid: Grid, values: FloatArray, top: float, x: str, y: str) -> str:
-    size = SIDE_PX / CELLS
-    paths = []
+    paths = [_cells("passed", grid.passed)]
     for level in range(LEVELS):
         low, high = level / LEVELS * top, (level + 1) / LEVELS * top
         last = level == LEVELS - 1
-        rows, cols = np.nonzero((values >= low) & ((values < high) | last))
-        # Painted a little larger, so that no gap shows between cells.
-        cells = "".join(
-            f"M{LEFT_PX + col * size:.1f} {SIDE_PX - (row + 1) * size:.1f}"
-            f"h{size + 0.3:.1f}v{size + 0.3:.1f}h-{size + 0.3:.1f}z"
-            for row, col in zip(rows.tolist(), cols.tolist(), strict=True)
-        )
-        if cells:
-            paths.append(f'<path class="level{level}" d="{cells}"/>')
+        paths.append(_cells(f"level{level}", (values >= low) & ((values < high) | last)))
     width, height = LEFT_PX + SIDE_PX + 6.0, SIDE_PX + BOTTOM_PX
     frame = f'<rect class="frame" x="{LEFT_PX}" y="0" width="{SIDE_PX}" height="{SIDE_PX}"/>'
     return (
         f'<figure class="map"><figcaption>{caption}</figcaption>'
         f'<svg viewBox="0 -2 {width:.0f} {height + 2:.0f}" role="img" aria-label="{caption}">'
-        f"{frame}{''.join(paths)}{_axes(grid, x, y)}</svg>{_key(top)}</figure>"
+        f"{frame}{''.join(paths)}{_axes(grid, x, y)}</svg>"
+        f"{_key(top, bool(grid.passed.any()))}</figure>"
     )
+
+
+def _cells(kind: str, chosen: BoolArray) -> str:
+    """The chosen cells, painted a little larger, so that no gap shows between them."""
+    size = SIDE_PX / CELLS
+    rows, cols = np.nonzero(chosen)
+    cells = "".join(
+        f"M{LEFT_PX + col * size:.1f} {SIDE_PX - (row + 1) * size:.1f}"
+        f"h{size + 0.3:.1f}v{size + 0.3:.1f}h-{size + 0.3:.1f}z"
+        for row, col in zip(rows.tolist(), cols.tolist(), strict=True)
+    )
+    return f'<path class="{kind}" d="{cells}"/>' if cells else ""
 
 
 def _axes(grid: Grid, x: str, y: str) -> str:
@@ -147,7 +191,8 @@ def _axes(grid: Grid, x: str, y: str) -> str:
     )
 
 
-def _key(top: float) -> str:
+def _key(top: float, passed: bool) -> str:
     swatches = "".join(f'<i class="level{level}"></i>' for level in range(LEVELS))
     upper = number(top, max(0, significant(top, 2)))
-    return f'<p class="note ramp">0 {swatches} {upper} mm and more</p>'
+    few = ' <i class="passed"></i> too few readings to say' if passed else ""
+    return f'<p class="note ramp">0 {swatches} {upper} mm and more{few}</p>'

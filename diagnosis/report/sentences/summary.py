@@ -24,6 +24,8 @@ ENDED_EARLY = (
 LOOSE = "In addition, lengths and angles deviate slightly everywhere, within build tolerances."
 MOST_NAMED = 4
 """Things of one kind that a sentence names; the rest are counted."""
+IN_HEADLINE = 2
+"""Findings that the headline names; all have their own title below."""
 
 
 def summary_lines(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]:
@@ -51,7 +53,7 @@ def headline(diagnosis: Diagnosis) -> str:
     """The verdict in one sentence."""
     findings = diagnosis.findings
     named = [_either(finding) for finding in findings if finding.effect != "unknown"]
-    shown = named[:MOST_NAMED]
+    shown = named[:IN_HEADLINE]
     if len(named) > len(shown):
         shown.append(f"{len(named) - len(shown)} more")
     what = words.listed(shown)
