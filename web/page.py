@@ -218,7 +218,7 @@ STYLE = """
 .news { background: #fef3c7; color: #78350f; padding: 8px 12px; border-radius: 6px; }
 .scene-box { height: min(56vh, 520px); min-height: 260px; }
 .no-webgl { display: none; color: #78350f; } .without-webgl .no-webgl { display: block; }
-.without-webgl .scene-box { display: none; }
+.without-webgl .scene-box, .without-webgl .scene-caption { display: none; }
 .figures { font-variant-numeric: tabular-nums; }
 .jog .q-btn { min-width: 46px; min-height: 42px; }
 @media (max-width: 599px) { .scene-box { height: 36vh; min-height: 220px; }

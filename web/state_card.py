@@ -61,7 +61,9 @@ class StateCard:
             with ui.card().classes("p-1 grow basis-96 min-w-0 overflow-hidden"):
                 self._box = ui.element("div").classes("scene-box w-full")
                 ui.label(NO_WEBGL).classes("no-webgl text-sm px-1").props("data-testid=no-webgl")
-                self._texts["caption"] = ui.label().classes("text-xs text-gray-600 px-1")
+                self._texts["caption"] = ui.label().classes(
+                    "scene-caption text-xs text-gray-600 px-1"
+                )
             with ui.column().classes("grow basis-80 gap-2"):
                 self._state_and_buttons()
                 self._figures()
