@@ -27,7 +27,7 @@ def demo(
     conceal: Annotated[
         str, typer.Option(help="Effects to conceal, separated by commas; '' for none.")
     ] = USUAL,
-    seed: Annotated[int, typer.Option(min=0, help="Draws components and sizes.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Draws components and sizes.")] = 3,
     unknown: Annotated[
         bool, typer.Option("--unknown", help="Conceal something that has no name as well.")
     ] = False,
@@ -46,7 +46,7 @@ def demo(
 
     ```
     deltactl demo
-    deltactl demo --conceal joint_friction,upper_arm_length --seed 3
+    deltactl demo --conceal joint_friction,upper_arm_length --seed 1
     deltactl demo --conceal "" --unknown
     ```
     """
