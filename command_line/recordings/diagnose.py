@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from command_line.output import print_json, say, waiting
+from command_line.output import print_json, say, waiting, warn
 from command_line.wrapped import print_wrapped
 from firmware_py.robot_file import CONFIG_FOLDER, find
 from foundation.errors import ConfigError
@@ -71,7 +71,7 @@ def read_with(columns: list[str]) -> Callable[[Path], FlatRecording]:
         return read_flat
     with needs("diagnosis", "--set"):
         from diagnosis.observations.column_mapping import read_mapped
-    return partial(read_mapped, mapping=mapping_of(columns))
+    return partial(read_mapped, mapping=mapping_of(columns), tell=warn)
 
 
 def mapping_of(columns: list[str]) -> Mapping:

@@ -20,14 +20,15 @@ from __future__ import annotations
 
 import difflib
 import re
+from collections.abc import Callable, Sequence
 from collections.abc import Mapping as AnyMapping
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
+from diagnosis.observations.column_names import read_name
 from diagnosis.observations.readings import FloatArray
 from foundation.errors import ConfigError, RecordingError
 from foundation.explain import explain
@@ -40,8 +41,12 @@ IN_SI = {
     "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "m": 1.0, "cm": 0.01, "mm": 1e-3,
     "um": 1e-6, "inch": 0.0254, "rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180.0, "turn": 2.0 * np.pi,
     "N": 1.0, "mN": 1e-3, "Nm": 1.0, "mNm": 1e-3, "Ncm": 0.01, "1": 1.0, "A": 1.0, "mA": 1e-3,
+    "rad/s": 1.0, "deg/s": np.pi / 180.0, "m/s": 1.0, "mm/s": 1e-3, "rpm": np.pi / 30.0,
 }  # fmt: skip
 """Units by their size in the contract's."""
+ROTARY_SPEEDS, LINEAR_SPEEDS = ("rad/s", "deg/s", "rpm"), ("m/s", "mm/s")
+SPEEDS = (*ROTARY_SPEEDS, *LINEAR_SPEEDS)
+"""Of `velocity` alone."""
 STANDS_IN = {
     "t": "rate_hz (rows are evenly spaced), or any time column with its unit",
     "command": "effort, with `inertia` in the robot file",
@@ -55,7 +60,7 @@ STANDS_IN = {
 OF_THE_TABLE = ("rate_hz", "skip_lines", "heading", "separator", "decimal")
 """What `--set` takes beside columns; separators also by name: tab, space, comma, semicolon."""
 _OPTION = re.compile(
-    r"(?P<name>\w+)=(?P<from>[^*+]+?)(\[(?P<unit>\w+)\])?"
+    r"(?P<name>\w+)=(?P<from>[^*+]+?)(\[(?P<unit>\w+|(rad|deg|m|mm)/s)\])?"
     r"(\*(?P<scale>[-+]?[.\d]+([eE][-+]?\d+)?))?"
     r"(?P<offset>[+-][.\d][.\deE+-]*)?"
 )
@@ -125,9 +130,12 @@ def _of_the_table(name: str, text: str, option: str) -> Any:
     return {"tab": "\t", "space": " ", "comma": ",", "semicolon": ";"}.get(text, text)
 
 
-def read_mapped(path: Path, mapping: Mapping) -> FlatRecording:
+def read_mapped(
+    path: Path, mapping: Mapping, tell: Callable[[str], None] = lambda _: None
+) -> FlatRecording:
     """Read a table or a log through a mapping; columns that it does not name keep theirs.
 
+    tell: takes a sentence for each unit that nobody gave and the heading says.
     Raises RecordingError that says which column is missing and what could stand for it.
     """
     table = _table(path, mapping)
@@ -140,7 +148,10 @@ def read_mapped(path: Path, mapping: Mapping) -> FlatRecording:
             continue
         column = named_column(path, table, name, source)
         used.add(column)
-        factor = source.scale * IN_SI[source.unit]
+        unit = unit_of(column, source)
+        if IN_SI[unit] != IN_SI[source.unit]:
+            tell(f"{path.name}: {name} is read in {unit}, as the heading '{column}' says")
+        factor = source.scale * IN_SI[unit]
         named[name] = table[column] * factor + source.offset
     for name, values in table.items():
         if name not in used and name not in named:
@@ -199,6 +210,13 @@ def named_column(path: Path, table: AnyMapping[str, AnyArray], name: str, source
     return alike[0]
 
 
+def unit_of(column: str, source: Source) -> str:
+    """The unit that was given; else that in brackets in the heading, where it is a known one."""
+    if "unit" in source.model_fields_set or source.scale != 1.0:
+        return source.unit
+    return read_name(column).unit or "1" if without_unit(column) != column else "1"
+
+
 def without_unit(name: str) -> str:
     """A column's name without a unit in brackets at its end."""
     return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name)
@@ -214,6 +232,13 @@ def _missing(path: Path, name: str, wanted: str, there: list[str]) -> RecordingE
     near += difflib.get_close_matches(wanted, there, n=1, cutoff=0.6)
     way = f"; {other} could stand for it" if other else ""
     way = f"; did you mean '{near[0]}'?" if near else way
+    plain = without_unit(wanted)
+    if plain != wanted and plain in there:
+        unit = wanted[len(plain) :].strip().strip("[]()")
+        return RecordingError(
+            f"{path}: --set {name}={wanted}: the unit '{unit}' is not known; it must be one of"
+            f" {', '.join(IN_SI)}"
+        )
     of = f" (for {name})" if wanted != name else ""
     return RecordingError(
         f"{path}: column '{wanted}'{of} is missing{way}; the table has {', '.join(there)[:200]}"
@@ -225,18 +250,21 @@ def _source(option: str) -> Source:
     if match is None or match["name"] not in UNITS:
         raise ConfigError(
             f"--set {option}: must be NAME=COLUMN, NAME=COLUMN[unit], NAME=COLUMN*FACTOR+OFFSET or "
-            "NAME=VALUE with NAME one of the contract's columns"
+            f"NAME=VALUE with NAME one of {', '.join((*OF_THE_TABLE, *UNITS))}"
         )
     unit = match["unit"] or "1"
     if unit not in IN_SI:
         raise ConfigError(f"--set {option}: unit must be one of {', '.join(IN_SI)}")
+    if unit in SPEEDS and match["name"] != "velocity":
+        raise ConfigError(f"--set {option}: {unit} is a unit of velocity, not of {match['name']}")
+    given = {} if match["unit"] is None else {"unit": unit}
     scale = 1.0 if match["scale"] is None else _number(match["scale"], option)
     offset = 0.0 if match["offset"] is None else _number(match["offset"], option)
     try:
         return Source(value=float(match["from"]) * scale * IN_SI[unit] + offset)
     except ValueError:
         return Source.model_validate(
-            {"from": match["from"].strip(), "scale": scale, "offset": offset, "unit": unit}
+            {"from": match["from"].strip(), "scale": scale, "offset": offset, **given}
         )
 
 

@@ -35,7 +35,8 @@ UNIT_WORDS: dict[str, str] = {
     "um": "um µm micron microns", "rad": "rad rads radian radians", "mrad": "mrad",
     "deg": "deg degs degree degrees grad °", "turn": "turn turns rev revs", "A": "a amp amps",
     "mA": "ma milliamp milliamps", "Nm": "nm n.m newtonmeter", "N": "n newton", "Ncm": "ncm",
-    "mNm": "mnm", "min": "min minutes",
+    "mNm": "mnm", "min": "min minutes", "rad/s": "rad/s", "deg/s": "deg/s °/s", "m/s": "m/s",
+    "mm/s": "mm/s", "rpm": "rpm 1/min u/min",
 }  # fmt: skip
 """Unit of a mapping -> how it is written in names, in lower case."""
 UNIT_OF = {word: unit for unit, words in UNIT_WORDS.items() for word in words.split()}

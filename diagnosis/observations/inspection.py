@@ -23,6 +23,7 @@ from diagnosis.observations.column_mapping import (
     Mapping,
     Source,
     named_column,
+    unit_of,
     without_unit,
 )
 from diagnosis.observations.options import GUESSES
@@ -205,7 +206,8 @@ def _as_said(
         column = named_column(path, table, name, source)
         numbered = _LAST.fullmatch(name)
         role, index = (numbered[1], numbered[2]) if numbered else (name, None)
-        unit = None if source.unit == "1" else source.unit
+        said_unit = unit_of(column, source)
+        unit = None if said_unit == "1" else said_unit
         sure[column] = Guess(column, role, index, unit, "as you say", source.scale)
     names = {guess.name for guess in sure.values()}
     left = {column: one for column, one in guesses.items() if one.name not in names}

@@ -149,6 +149,8 @@ class GuessOptions:
     """Steps of time that are larger are milliseconds, whole or not."""
     near_unit: float = 0.15
     """How near the ratio of two travels must be to a factor between units to be put down to it."""
+    other_unit: float = 1.5
+    """Times d(position)/dt from which a velocity has another unit: filters make a few per cent."""
     widest_rad: float = 13.0
     """Two turns: more is degrees, millimetres or counts far more often than radians or metres."""
     said_factor: float = 4.0

@@ -8,9 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.observations.column_guess import Guess
+from diagnosis.observations.column_mapping import IN_SI, LINEAR_SPEEDS, ROTARY_SPEEDS, SPEEDS
 from diagnosis.observations.needed_columns import travel
 from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
+from diagnosis.observations.slope import slope_ratio
 
 RATIOS: tuple[tuple[float, str, str], ...] = (
     (180.0 / np.pi, "deg", "rad"), (1000.0, "mm", "m"), (100.0, "cm", "m"),
@@ -52,7 +54,34 @@ def with_units(
             out[name], warning = _of_motion(guess, values)
             warnings += [warning] if warning else []
     warnings += _pairs(out, table)
+    warnings += _of_slope(out, table)
     return out, warnings
+
+
+def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:
+    """The unit of a velocity follows from the position that it is the slope of."""
+    by_name = {guess.name: guess for guess in guesses.values()}
+    if not {"t", "position", "velocity"} <= set(by_name) or by_name["velocity"].scale != 1.0:
+        return []
+    place, speed = by_name["position"], by_name["velocity"]
+    t_s = table[by_name["t"].source] * IN_SI[by_name["t"].unit or "s"]
+    place_si = table[place.source] * place.scale * IN_SI[place.unit or "1"]
+    ratio = slope_ratio(t_s, place_si, table[speed.source])
+    if ratio is None:
+        return []
+    own = ROTARY_SPEEDS if place.unit in ROTARY else LINEAR_SPEEDS if place.unit in LINEAR else ()
+    fits = [u for u in own or SPEEDS if abs(ratio * IN_SI[u] - 1.0) < GUESSES.near_unit]
+    unit = next(iter(fits), None)
+    words = f"{speed.source}: is {ratio:.3g} times the slope of {place.source}"
+    if speed.unit is not None:
+        good = abs(ratio * IN_SI[speed.unit] - 1.0) < GUESSES.near_unit
+        return [] if good else [f"{words}, which does not go with {speed.unit}"]
+    if unit is None:
+        return [f"{words} in SI units, which is no unit known here: multiply one of them"]
+    shown = unit if own or IN_SI[unit] != 1.0 else None  # rad or m cannot be told
+    why = f"{speed.why}, in {unit} by its size" if shown else speed.why
+    guesses[speed.source] = replace(speed, unit=shown, why=why)
+    return []
 
 
 def _of_motion(guess: Guess, values: FloatArray) -> tuple[Guess, str]:

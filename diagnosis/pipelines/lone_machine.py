@@ -14,6 +14,7 @@ from diagnosis.admission.regression_plausibility import (
     check_together,
 )
 from diagnosis.answer.records import Channel, Diagnosis, Finding, Picture
+from diagnosis.observations.slope import check_velocity
 from diagnosis.pipelines.regression import diagnose_plant
 from diagnosis.plants.lone.commanded_axis import CommandedAxis
 from diagnosis.plants.lone.forced_axis import ForcedAxis
@@ -59,6 +60,7 @@ def diagnose_axis(
         check_direction(plant, source)
         check_order(plant, source)
     if isinstance(plant, ForcedAxis):
+        check_velocity([*recordings, *holdout])
         check_force(plant)
     several = len(recordings) > 1
     singles = [plant_of(robot, [one]) for one in recordings if several]

@@ -15,7 +15,9 @@ from recording.tables.text_file import read_text
 SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "spaces"}
 """Sought in this order; a space stands for any run of spaces and tabs."""
 MANY_LINES = 400
-UNIT_CELL = re.compile(r"[\[(]?(°|[numkcM]?(s|m|rad|A|V|N|Nm|N\.m|Hz)|deg|turn|min|1|-|%)?[\])]?")
+UNIT_CELL = re.compile(
+    r"[\[(]?(°|[numkcM]?(s|m|rad|A|V|N|Nm|N\.m|Hz)(/s)?|deg(/s)?|turn|min|1|-|%)?[\])]?"
+)
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|nan|", re.IGNORECASE)
 _TIME_OF_DAY = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[-+]\d\d:?\d\d)?")
 

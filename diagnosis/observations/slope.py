@@ -1,0 +1,73 @@
+"""A velocity against the position that it is the slope of: the factor between their units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from diagnosis.observations.options import GUESSES
+from diagnosis.observations.readings import FloatArray
+from foundation.errors import RecordingError
+from recording.tables.flat import GAP_PERIODS, FlatRecording
+
+ROWS_APART = (1, 3, 10, 30, 100)
+"""Over so many rows the motion is compared: over few the noise of the position rules, over many
+the drift of the velocity."""
+PER_TURN = 180.0 / np.pi
+FACTORS: tuple[tuple[float, str], ...] = (
+    (PER_TURN, "give its unit: velocity=COLUMN[deg/s]"),
+    (1000.0, "give its unit: velocity=COLUMN[mm/s]"),
+    (1.0 / PER_TURN, "is it the position that is in degrees: position=COLUMN[deg]?"),
+    (1e-3, "is it the position that is in mm: position=COLUMN[mm]?"),
+    (60.0 / (2.0 * np.pi), "give its unit: velocity=COLUMN[rpm]"),
+)
+"""How many times too large the velocity is, and what is to be written then."""
+
+
+def slope_ratio(t_s: FloatArray, position: FloatArray, velocity: FloatArray) -> float | None:
+    """How many times d(position)/dt the velocity is; None where it is no slope of it.
+
+    All of shape (n,), NaN for empty cells. Moves over some rows are compared with the integral of
+    the velocity, so that neither rounding of the position nor uneven times count.
+    """
+    known = np.isfinite(position) & np.isfinite(velocity) & np.isfinite(t_s)
+    t_s, position, velocity = t_s[known], position[known], velocity[known]
+    if len(t_s) < GUESSES.fewest_in_common + max(ROWS_APART):
+        return None
+    step = np.diff(t_s)
+    longest = GAP_PERIODS * float(np.median(step))
+    between = 0.5 * (velocity[1:] + velocity[:-1]) * step
+    between[step > longest] = np.nan  # and with it whatever spans the gap
+    best, ratio = 0.0, None
+    for rows in ROWS_APART:
+        went = position[rows:] - position[:-rows]
+        whole = np.convolve(between, np.ones(rows), mode="valid")
+        good = np.isfinite(whole)
+        if good.sum() < GUESSES.fewest_in_common or not (
+            np.std(went[good]) and np.std(whole[good])
+        ):
+            continue
+        alike = float(np.corrcoef(went[good], whole[good])[0, 1])
+        if abs(alike) > max(best, GUESSES.alike_slope):
+            best = abs(alike)
+            ratio = float(np.copysign(np.std(whole[good]) / np.std(went[good]), alike))
+    return ratio
+
+
+def check_velocity(recordings: Sequence[FlatRecording]) -> None:
+    """Refuse a velocity in another unit than the position's. Raises RecordingError."""
+    for recording in recordings:
+        name = next((n for n in ("position", "theta_1") if n in recording.columns), None)
+        if name is None or "velocity" not in recording.columns:
+            continue
+        columns = recording.columns
+        ratio = slope_ratio(recording.t_s, columns[name], columns["velocity"])
+        if ratio is None or 1.0 / GUESSES.other_unit < ratio < GUESSES.other_unit:
+            continue
+        near = [says for factor, says in FACTORS if abs(ratio / factor - 1.0) < GUESSES.near_unit]
+        other = f"is a gear or a sign between them? Else velocity=COLUMN*{1.0 / ratio:.4g}"
+        raise RecordingError(
+            f"{recording.source}: velocity is {ratio:.3g} times d({name})/dt of the same recording;"
+            f" {near[0] if near else other}"
+        )
