@@ -15,7 +15,7 @@ ROWS_APART = (1, 3, 10, 30, 100)
 """Over so many rows the motion is compared: over few the noise of the position rules, over many
 the drift of the velocity."""
 PER_TURN = 180.0 / np.pi
-FACTORS: tuple[tuple[float, str], ...] = (
+TOO_LARGE: tuple[tuple[float, str], ...] = (
     (PER_TURN, "give its unit: velocity=COLUMN[deg/s]"),
     (1000.0, "give its unit: velocity=COLUMN[mm/s]"),
     (1.0 / PER_TURN, "is it the position that is in degrees: position=COLUMN[deg]?"),
@@ -65,7 +65,7 @@ def check_velocity(recordings: Sequence[FlatRecording]) -> None:
         ratio = slope_ratio(recording.t_s, columns[name], columns["velocity"])
         if ratio is None or 1.0 / GUESSES.other_unit < ratio < GUESSES.other_unit:
             continue
-        near = [says for factor, says in FACTORS if abs(ratio / factor - 1.0) < GUESSES.near_unit]
+        near = [says for factor, says in TOO_LARGE if abs(ratio / factor - 1.0) < GUESSES.near_unit]
         other = f"is a gear or a sign between them? Else velocity=COLUMN*{1.0 / ratio:.4g}"
         raise RecordingError(
             f"{recording.source}: velocity is {ratio:.3g} times d({name})/dt of the same recording;"
