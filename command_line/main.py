@@ -28,6 +28,7 @@ app = typer.Typer(
     name="deltactl",
     cls=Commands,
     no_args_is_help=True,
+    context_settings={"help_option_names": ["--help", "-h"]},
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
     help="""Runs rotary delta robots, and knows when its model of one is wrong.

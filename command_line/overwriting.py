@@ -9,7 +9,18 @@ import typer
 
 from foundation.errors import ConfigError
 
-ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite existing files.")]
+ForceOption = Annotated[
+    bool, typer.Option("--force", help="Overwrite existing files; never a recording.")
+]
+
+
+def refuse_recorded(path: Path | None) -> None:
+    """Raise ConfigError for a recording that is there: --force is for what can be made again."""
+    if path is not None and path.exists():
+        raise ConfigError(
+            f"{path}: exists already; a recording is never written over, not with --force either:"
+            " name another file, or move it away"
+        )
 
 
 def refuse_existing(force: bool, *paths: Path | None) -> None:
@@ -19,3 +30,13 @@ def refuse_existing(force: bool, *paths: Path | None) -> None:
     for path in paths:
         if path is not None and path.is_file() and path.stat().st_size:
             raise ConfigError(f"{path}: exists already; name another file, or add --force")
+
+
+def refuse_other_page(*paths: Path | None) -> None:
+    """Raise ConfigError for a report whose name promises another kind of file."""
+    for path in paths:
+        if path is not None and path.suffix.lower() not in ("", ".html", ".htm"):
+            raise ConfigError(
+                f"{path}: a report is one HTML file; name it {path.with_suffix('.html')}"
+                " (a browser prints it as PDF)"
+            )

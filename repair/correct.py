@@ -47,7 +47,7 @@ def correct(
 ) -> Corrected:
     """Diagnose, write the robot file, train. Raises ConfigError, RecordingError, NetworkError."""
     if out.exists():
-        raise RecordingError(f"{out}: exists already; choose another name")
+        raise RecordingError(f"{out}: exists already; name another file")
     before = load_robot(robot_file)
     answer = diagnose(recordings, robot_file, progress=progress)
     text = corrected_text(robot_file, answer, all_of_them, tables)

@@ -30,6 +30,7 @@ def diagnose_recordings(
     next_job: Path | None,
     thorough: bool,
     save_all: bool = False,
+    force: bool = False,
 ) -> None:
     """Diagnose, print the findings in plain sentences, and write the files asked for."""
     with needs("diagnosis", "diagnose"):
@@ -48,7 +49,7 @@ def diagnose_recordings(
     if next_job is not None and answer.next_experiment is not None:
         write_job(answer.next_experiment, next_job, robot_file, CONFIG_FOLDER)
     if save_robot is not None:
-        save_corrected(robot_file, answer, save_robot, save_all)
+        save_corrected(robot_file, answer, save_robot, save_all, replace=force)
     if report is not None:
         write_report(answer, load_robot_model(robot_file), report)
     if quiet:

@@ -10,7 +10,6 @@ from rich.table import Table
 
 from command_line.output import console, facts, print_json, say, warn
 from command_line.recordings.diagnose import mapping_of
-from foundation.errors import ConfigError
 from foundation.extras import needs
 
 if TYPE_CHECKING:
@@ -40,8 +39,6 @@ def inspect_recordings(
     """
     with needs("diagnosis", "diagnose --inspect"):
         from diagnosis.observations.inspection import inspect
-    if save is not None and save.exists():
-        raise ConfigError(f"--save-columns {save}: exists already; name another file")
     known = mapping_of(columns)
     seen = [inspect(path, known) for path in recordings]
     if as_json:
@@ -125,7 +122,7 @@ def _preview(one: Inspection) -> Table:
             _values(values, guess),
             f"{low:.4g}",
             f"{high:.4g}",
-            guess.why if guess else "kept, not used",
+            guess.why if guess else one.unused(name),
         )
     if len(one.table) > SHOWN_COLUMNS:
         table.caption = f"and {len(one.table) - SHOWN_COLUMNS} more"

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from command_line.overwriting import ForceOption, refuse_existing
+from command_line.overwriting import ForceOption, refuse_existing, refuse_other_page
 from command_line.robot.jobs import JsonOption
 
 
@@ -123,6 +123,7 @@ def diagnose(
     from command_line.recordings.diagnose import diagnose_recordings
 
     refuse_existing(force, json_file, report, save_robot, next_job)
+    refuse_other_page(report)
     diagnose_recordings(
         recordings,
         robot,
@@ -134,6 +135,7 @@ def diagnose(
         next_job,
         thorough,
         save_all,
+        force,
     )
 
 

@@ -7,7 +7,12 @@ from typing import Annotated
 
 import typer
 
-from command_line.overwriting import ForceOption, refuse_existing
+from command_line.overwriting import (
+    ForceOption,
+    refuse_existing,
+    refuse_other_page,
+    refuse_recorded,
+)
 
 JobArgument = Annotated[Path, typer.Argument(help="Job file; sought here, then in config/.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON document instead of tables.")]
@@ -70,6 +75,8 @@ def run(
     from command_line.robot.run import run_job
 
     refuse_existing(force, report)
+    refuse_other_page(report)
+    refuse_recorded(record)
     run_job(
         job, robot, simulate or realtime, realtime, record, report, json_out, socket, accept_unseen
     )
@@ -123,6 +130,7 @@ def report(
 
     page = out or recording.with_suffix(".html")
     refuse_existing(force, page)
+    refuse_other_page(page)
     show_recording(recording, page, json_out)
 
 

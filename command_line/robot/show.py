@@ -22,7 +22,10 @@ def show_tracking(recording: Path, quiet: bool) -> dict[str, Any]:
     run = read_run(recording)
     tracking = track(run, robot_of(run))
     if not quiet:
-        console.print(tracking_table(run.configuration.job_name, tracking))
+        if any(min(one.samples) for one in tracking.all()):
+            console.print(tracking_table(run.configuration.job_name, tracking))
+        else:
+            say(f"{run.configuration.job_name}: no readings along the path, nothing to compare")
         for text in run.damage:
             warn(f"the recording is {text}")
     return {one.name: one.as_json() for one in tracking.all()}

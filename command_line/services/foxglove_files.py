@@ -27,7 +27,7 @@ def show_in_foxglove(
 
     if layout is not None:
         if layout.exists():
-            raise RecordingError(f"{layout}: exists already; choose another name")
+            raise RecordingError(f"{layout}: exists already; name another file")
         layout.write_bytes((files("web.foxglove") / "layout.json").read_bytes())
         say(f"layout: {layout} (in Foxglove: Layouts, Import from file)")
     if recording is not None:

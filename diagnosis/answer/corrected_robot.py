@@ -76,13 +76,18 @@ def save_corrected(
     out: Path,
     all_of_them: bool = False,
     tables: Tables = Tables.NONE,
+    replace: bool = False,
 ) -> None:
-    """Write the corrected robot file. Raises RecordingError when it exists or cannot be written."""
+    """Write the corrected robot file; `replace`: over one that is there.
+
+    Raises RecordingError when it exists or cannot be written.
+    """
+    text = corrected_text(robot_file, diagnosis, all_of_them, tables)
     try:
-        with out.open("x", encoding="utf-8") as file:
-            file.write(corrected_text(robot_file, diagnosis, all_of_them, tables))
+        with out.open("w" if replace else "x", encoding="utf-8") as file:
+            file.write(text)
     except FileExistsError:
-        raise RecordingError(f"{out}: exists already; choose another name") from None
+        raise RecordingError(f"{out}: exists already; name another file") from None
     except OSError as error:
         raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
 

@@ -45,6 +45,7 @@ def guess_columns(
     for name, what in said.items():
         if what.role is not None:
             found[name] = Guess(name, what.role, what.index, what.unit, "by its name")
+    _twins(thin, found)
     _time(thin, said, found)
     if not named or not {"position", "command", "steps", "range"} & {
         g.role for g in found.values()
@@ -52,6 +53,24 @@ def guess_columns(
         for guess in _by_values(thin, said, found):
             found[guess.source] = guess
     return _unique(_numbered(found))
+
+
+def _twins(table: Mapping[str, FloatArray], found: dict[str, Guess]) -> None:
+    """Counts named as a command's but for the stem are what came of it: cmd_counts, pos_counts."""
+    asked = [name for name, guess in found.items() if guess.role == "command"]
+    for name, guess in list(found.items()):
+        stem, _, end = name.rpartition("_")
+        if guess.role != "steps" or read_name(stem).role != "position":
+            continue
+        for twin in asked:
+            if twin.rpartition("_")[2] == end and _same_range(table[name], table[twin]):
+                found[name] = replace(guess, role="position", why=f"named and ranging as {twin}")
+
+
+def _same_range(one: FloatArray, other: FloatArray) -> bool:
+    """Whether most of the wider of two ranges is common to both."""
+    low, high = np.nanmin([one, other], axis=1), np.nanmax([one, other], axis=1)
+    return bool(high.min() - low.max() > 0.5 * (high.max() - low.min()))
 
 
 def rising(values: FloatArray) -> bool:

@@ -41,6 +41,24 @@ UNIT_WORDS: dict[str, str] = {
 """Unit of a mapping -> how it is written in names, in lower case."""
 UNIT_OF = {word: unit for unit, words in UNIT_WORDS.items() for word in words.split()}
 ROLES_IN_NAMES = frozenset(ROLE_OF)
+PULLS = frozenset(
+    [
+        "pull",
+        "load",
+        "torque",
+        "moment",
+        "nm",
+        "n",
+        "force",
+        "current",
+        "effort",
+        "tau",
+        "amps",
+        "ampere",
+        "kraft",
+    ]
+)
+"""Words of what pulls or drives, in names of columns that are not used."""
 _BRACKETED = re.compile(r"\s*[\[(]\s*([^\])]+?)\s*[\])]\s*$")
 _NUMBERED = re.compile(r"^(.*?)(?:_?(?=[0-3])|_(?=[xyz]))([0-3xyz])$")
 
@@ -71,6 +89,12 @@ def read_name(name: str, unit_line: str = "") -> Named:
         if (stemmed := _role(stem)) is not None:
             role, index = stemmed, numbered[2]
     return Named(role, unit, index)
+
+
+def pulls(name: str) -> bool:
+    """Whether a name sounds like a load, a torque or a current, as `pull_Nm` does."""
+    plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name)
+    return not PULLS.isdisjoint(re.split(r"[^a-z]+", f"{name} {plain}".lower()))
 
 
 def _role(words: list[str]) -> str | None:

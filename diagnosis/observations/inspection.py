@@ -26,6 +26,7 @@ from diagnosis.observations.column_mapping import (
     unit_of,
     without_unit,
 )
+from diagnosis.observations.column_names import pulls
 from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
 from diagnosis.observations.unit_guess import LINEAR, ROTARY, with_units
@@ -65,6 +66,14 @@ class Inspection:
         """Whether nothing but an effort says what moves the axis."""
         there = {guess.name for guess in self.guesses.values()}
         return self.kind == "servo_axis" and "effort" in there and "command" not in there
+
+    def unused(self, column: str) -> str:
+        """Words for a column that is kept and not used: what it could be set to."""
+        if not pulls(column):
+            return "kept, not used"
+        names = [n for n in ("load", "effort") if n not in {g.name for g in self.guesses.values()}]
+        example = f"kept, not used; may be {' or '.join(names)}"
+        return f"{example}: --set {names[0]}={without_unit(column)}" if names else "kept, not used"
 
     @property
     def options(self) -> list[str]:
@@ -311,7 +320,9 @@ def _kind(
         if "position" in there
         else ("a position or a reading", "position")
     )
-    example = f"--set {name}={without_unit(left[0]) if left else 'COLUMN'}"
+    likely = [one for one in left if pulls(one) == (name == "effort")]
+    likely = likely or (list(left) if name == "effort" else [])
+    example = f"--set {name}={without_unit(likely[0]) if likely else 'COLUMN'}"
     return (
         None, motion,
         f"not enough is known: {lacking} was not found; say which column it is, here too:"

@@ -15,6 +15,9 @@ from models.linkage.arms import Linkage
 from models.linkage.inverse import inverse
 from models.linkage.status import STATUS_TEXT, Status
 
+LEVELS = 1001
+"""Heights that are tried for a message."""
+
 
 def inverse_one(linkage: Linkage, x_m: float, y_m: float, z_m: float) -> tuple[float, float, float]:
     """Commanded arm angles [rad] of one target [m].
@@ -68,4 +71,19 @@ def _refuse(linkage: Linkage, x_m: float, y_m: float, z_m: float) -> NoReturn:
     status = Status(int(inverse(linkage, np.array([x_m, y_m, z_m])).status))
     # A pose within rounding of the limit can be OK in one form and not in the other.
     reason = STATUS_TEXT[Status.SINGULAR if status == Status.OK else status]
-    raise UnreachablePoint(f"target ({x_m:.6g}, {y_m:.6g}, {z_m:.6g}) m is {reason}")
+    raise UnreachablePoint(
+        f"target ({x_m:.6g}, {y_m:.6g}, {z_m:.6g}) m is {reason}{_in_reach(linkage, x_m, y_m)}"
+    )
+
+
+def _in_reach(linkage: Linkage, x_m: float, y_m: float) -> str:
+    """Which z [m] the linkage reaches at x, y, in words; a wrong unit or sign shows there."""
+    longest_m = float(np.max(linkage.upper_arm_m) + np.max(linkage.forearm_m))
+    z_m = np.linspace(-longest_m, longest_m, LEVELS)
+    places = np.stack([np.full(LEVELS, x_m), np.full(LEVELS, y_m), z_m], axis=1)
+    good = z_m[inverse(linkage, places).status == Status.OK]
+    said = "; job files are in m, goto is in mm"
+    if not len(good):
+        return f" (at this x, y no z is in reach{said})"
+    span = f"z from {good[0]:.3g} to {good[-1]:.3g} m is in reach"
+    return f" (at this x, y {span}, negative below the base{said})"

@@ -78,7 +78,7 @@ def save_calibrated(
         with out.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
-        raise RecordingError(f"{out}: exists already; choose another name") from None
+        raise RecordingError(f"{out}: exists already; name another file") from None
     except OSError as error:
         raise RecordingError(f"{out}: cannot be written ({error.strerror})") from error
 
@@ -92,7 +92,7 @@ def check_new(robot_file: Path, out: Path) -> None:
             "was designed"
         )
     if out.exists():
-        raise RecordingError(f"{out}: exists already; choose another name")
+        raise RecordingError(f"{out}: exists already; name another file")
     if not out.parent.is_dir():
         raise RecordingError(f"{out}: cannot be written (no such folder)")
 

@@ -42,7 +42,13 @@ def read_flat(path: Path, progress: Progress = lambda _: None) -> FlatRecording:
 
     Raises RecordingError (one line, with file and row) for anything that is not one.
     """
-    return READERS[_ending(path, READERS)](path, progress)
+    try:
+        ending = _ending(path, READERS)
+    except RecordingError as error:
+        raise RecordingError(
+            f"{error}; another table is read with --set: type: deltactl diagnose --inspect {path}"
+        ) from None
+    return READERS[ending](path, progress)
 
 
 def write_flat(recording: FlatRecording, path: Path) -> None:

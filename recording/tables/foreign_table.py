@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,6 +13,8 @@ from foundation.errors import RecordingError
 from recording.tables.flat import AnyArray
 from recording.tables.table_format import is_moment, split
 from recording.tables.text_file import read_text
+
+_WITH_COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
 
 
 def read_table(
@@ -41,7 +44,12 @@ def read_table(
             raise RecordingError(
                 f"{path}: about line {line}: has {len(parts)} cells, the heading {len(heading)}"
             )
-    columns = zip(*cells, strict=True)
+    columns = list(zip(*cells, strict=True))
+    for name, column in zip(heading, columns, strict=True):
+        if decimal == "." and all(_WITH_COMMA.fullmatch(cell) for cell in column):
+            raise RecordingError(
+                f"{path}: {name} has a decimal comma ({column[0]}); add: --set decimal=,"
+            )
     return {name: _numbers(column, decimal) for name, column in zip(heading, columns, strict=True)}
 
 

@@ -84,7 +84,7 @@ def _create(path: Path) -> int:
         return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)
     except FileExistsError:
         raise RecordingError(
-            f"{path}: exists already and is not overwritten; choose another name"
+            f"{path}: exists already and is not overwritten; name another file"
         ) from None
     except OSError as error:
         raise RecordingError(f"{path}: cannot be made ({error.strerror})") from error

@@ -117,6 +117,13 @@ def test_a_table_that_is_written_otherwise_says_how_to_look_at_it(tmp_path: Path
         read_mapped(table, load_mapping(None, ["position=angle"]))
 
 
+def test_a_decimal_comma_that_nobody_gave_is_named(tmp_path: Path) -> None:
+    table = tmp_path / "theirs.csv"
+    table.write_text("t;angle\n0,0;1,25\n0,5;1,5\n")
+    with pytest.raises(RecordingError, match=r"t has a decimal comma \(0,0\); .*--set decimal=,"):
+        read_mapped(table, load_mapping(None, ["position=angle", "separator=semicolon"]))
+
+
 @pytest.mark.parametrize("option", ["nonsense", "speed=v", "t=time[furlong]", "t=", "rate_hz=fast"])
 def test_an_option_that_makes_no_sense_is_refused(option: str) -> None:
     with pytest.raises(ConfigError, match="--set"):

@@ -38,3 +38,51 @@ def test_force_writes_over_it(deltactl: Deltactl, tmp_path: Path) -> None:
     deltactl("run", "circle.yaml", "--simulate", "--record", "c.mcap", "--report", "c.html",
              "--force")  # fmt: skip
     assert (tmp_path / "c.html").read_text().startswith("<!")
+
+
+def test_a_recording_is_kept_with_force_too(tmp_path: Path) -> None:
+    from typer.testing import CliRunner
+
+    from command_line.main import app
+
+    kept = tmp_path / "kept.mcap"
+    kept.write_text("mine")
+    words = ["run", "heart.yaml", "--simulate", "--record", str(kept), "--force"]
+    refused = CliRunner().invoke(app, words)
+    assert "a recording is never written over, not with --force either" in str(refused.exception)
+    assert kept.read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("run", "heart.yaml", "--simulate", "--report", "r.pdf"), "name it r.html"),
+        (("report", "x.mcap", "-o", "r.pdf"), "name it r.html"),
+        (
+            ("diagnose", "x.csv", "--robot", "servo-axis.yaml", "--report", "r.pdf"),
+            "name it r.html",
+        ),
+        (("diagnose", "x.txt", "--robot", "servo-axis.yaml"), "deltactl diagnose --inspect x.txt"),
+    ],
+)
+def test_a_kind_of_file_that_is_not_written_or_read_says_what_to_type(
+    words: tuple[str, ...], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from typer.testing import CliRunner
+
+    from command_line.main import app
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "x.txt").write_text("0 1 2\n1 2 3\n")
+    refused = CliRunner().invoke(app, [*words])
+    assert says in str(refused.exception)
+    assert not (tmp_path / "r.pdf").exists()
+
+
+def test_the_short_word_for_help_helps() -> None:
+    from typer.testing import CliRunner
+
+    from command_line.main import app
+
+    assert CliRunner().invoke(app, ["-h"]).exit_code == 0
+    assert "Run a job" in CliRunner().invoke(app, ["run", "-h"]).output

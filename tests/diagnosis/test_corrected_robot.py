@@ -170,3 +170,7 @@ def test_nothing_found_changes_nothing_and_no_file_is_written_over(robot_file: P
     with pytest.raises(RecordingError, match="exists already"):
         save_corrected(robot_file, answer(), robot_file)
     assert robot_file.read_text() == ROBOT
+    other = robot_file.with_name("other.yaml")
+    other.write_text("old")
+    save_corrected(robot_file, answer(), other, replace=True)
+    assert other.read_text() == ROBOT

@@ -128,3 +128,18 @@ def test_the_command_line_says_which_unit_the_heading_gave(
         "command=Soll", status=2,
     ).stderr  # fmt: skip
     assert "position is read in deg, as the heading 'Ist [deg]' says" in said
+
+
+def test_the_twin_of_a_command_in_counts_is_the_position_in_counts(tmp_path: Path) -> None:
+    counts = [np.round(2048 + 300 * part) for part in (ANGLE, np.roll(ANGLE, 3))]
+    path = write(tmp_path / "a.csv", "ts,cmd_counts,pos_counts,pull_Nm", T_S, *counts, CURRENT)
+    found = inspect(path)
+    assert (found.guesses["pos_counts"].name, found.kind) == ("position", "servo_axis")
+    assert found.guesses["pos_counts"].scale == found.guesses["cmd_counts"].scale != 1.0
+    assert "may be load or effort: --set load=pull_Nm" in found.unused("pull_Nm")
+    assert found.unused("note") == "kept, not used"
+
+
+def test_the_advice_never_names_a_load_as_the_position(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", "ts,cmd,pull_Nm", T_S, ANGLE, CURRENT)
+    assert "--set position=COLUMN" in inspect(path).kind_why

@@ -54,6 +54,11 @@ def test_any_numbers_give_angles_or_unreachable_point(x_m: float, y_m: float, z_
 def test_says_which_target_and_why(zhao: Linkage) -> None:
     with pytest.raises(MotionError, match=r"target \(0\.9, 0, -0\.25\) m is out of reach"):
         inverse_one(zhao, 0.9, 0.0, -0.25)
+    for wrong_m in (-200.0, -0.9, 0.9):
+        with pytest.raises(UnreachablePoint, match=r"at this x, y z from -0\.\d+ to .* in mm\)$"):
+            inverse_one(zhao, 0.0, 0.0, wrong_m)
+    with pytest.raises(UnreachablePoint, match="at this x, y no z is in reach"):
+        inverse_one(zhao, 90.0, 0.0, -0.5)
     with pytest.raises(ValueError, match=r"target \(0, 0, 0\) m is singular"):
         inverse_one(zhao, 0.0, 0.0, 0.0)
 

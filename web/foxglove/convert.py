@@ -34,7 +34,7 @@ def convert(recording: Path, out: Path) -> int:
         with foxglove.open_mcap(out, context=context):
             return _write(run, belief, channels)
     except FileExistsError:
-        raise RecordingError(f"{out}: exists already; choose another name") from None
+        raise RecordingError(f"{out}: exists already; name another file") from None
     except OSError as error:
         raise RecordingError(f"{out}: cannot be written ({error.strerror or error})") from error
 

@@ -59,6 +59,6 @@ def _place(name: str, chosen: Path | None, recordings: Path) -> Path:
     if chosen is not None:
         path = chosen if chosen.suffix == ".mcap" else chosen.with_suffix(".mcap")
         if path.exists():
-            raise RecordingError(f"{path}: exists already; choose another name or move it away")
+            raise RecordingError(f"{path}: exists already; name another file, or move it away")
         return path
     return fresh_path(recordings, name)
