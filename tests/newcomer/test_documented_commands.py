@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from typer.testing import CliRunner
 
 from command_line.main import app
 from tests.rigs.documented import PAGES, ROOT, Documented, fenced, inline
@@ -59,6 +60,16 @@ def test_links_lead_somewhere(page: Path) -> None:
     links = re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
     own = [link for link in links if not link.startswith("http")]
     assert not [link for link in own if not (page.parent / link).exists()]
+
+
+def test_the_whole_jobs_on_the_page_of_jobs_may_run(tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "jobs.md").read_text(encoding="utf-8")
+    whole = re.findall(r"```yaml\n(name: .*?)```", text, re.DOTALL)
+    assert whole
+    for job in whole:
+        (tmp_path / "job.yaml").write_text(job, encoding="utf-8")
+        done = CliRunner().invoke(app, ["check", str(tmp_path / "job.yaml")])
+        assert "may run" in done.output, done.exception
 
 
 @pytest.mark.parametrize("one", MAKES, ids=str)
