@@ -48,7 +48,22 @@ def motion_of(
     starts = [*np.flatnonzero(fresh).tolist(), len(t_s)]
     stretches = [slice(a, b) for a, b in pairwise(starts)]
     longest = max(stretches, key=lambda s: s.stop - s.start)
-    cut_off_hz = narrower * cut_off(position[longest], step_s)
+    # A filter counts samples: a logger that takes 10 ms here and 12 there would make it bend time.
+    uneven = any(_uneven(t_s[part], step_s) for part in stretches)
+
+    def on_grid(values: FloatArray, part: slice) -> FloatArray:
+        if not uneven:
+            return values[part]
+        grid_s = np.linspace(t_s[part][0], t_s[part][-1], part.stop - part.start)
+        return np.asarray(CubicSpline(t_s[part], values[part])(grid_s))
+
+    def off_grid(smooth: FloatArray, part: slice) -> FloatArray:
+        if not uneven:
+            return smooth
+        grid_s = np.linspace(t_s[part][0], t_s[part][-1], part.stop - part.start)
+        return np.asarray(CubicSpline(grid_s, smooth)(t_s[part]))
+
+    cut_off_hz = narrower * cut_off(on_grid(position, longest), step_s)
     of_nyquist = min(2.0 * cut_off_hz * step_s, OBSERVATIONS.highest_of_nyquist)
     sections = butter(OBSERVATIONS.low_pass_order, of_nyquist, output="sos")
 
@@ -57,7 +72,8 @@ def motion_of(
         for part in stretches:
             if part.stop - part.start >= OBSERVATIONS.fewest_in_stretch:
                 pad = min(3 * int(1.0 / (cut_off_hz * step_s)) + 9, part.stop - part.start - 2)
-                smooth[part] = sosfiltfilt(sections, values[part], padlen=pad)
+                passed = sosfiltfilt(sections, on_grid(values, part), padlen=pad)
+                smooth[part] = off_grid(passed, part)
         return smooth
 
     def slope(values: FloatArray) -> FloatArray:
@@ -81,6 +97,12 @@ def motion_of(
         smooth, speed, slope(speed), settled, cut_off_hz, float(noise), max(top, 1e-300),
         low_passed, slope,
     )  # fmt: skip
+
+
+def _uneven(t_s: FloatArray, step_s: float) -> bool:
+    """Whether samples of one stretch are not taken at a steady rate."""
+    off = np.abs(np.diff(t_s) - step_s)
+    return bool(off.max(initial=0.0) > OBSERVATIONS.uneven * step_s)
 
 
 def cut_off(position: FloatArray, step_s: float) -> float:
