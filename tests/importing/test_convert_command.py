@@ -125,6 +125,9 @@ def test_goto_on_the_simulated_robot(deltactl: Deltactl) -> None:
     refused = deltactl("goto", "900", "0", "-450", "--robot", "zhao-2023.yaml", status=2)
     assert "out of reach" in refused.stderr
     assert "--robot" in deltactl("goto", "0", "0", "-450", status=2).stderr
+    said = deltactl("goto", "0", "0", "-450", "--robot", "zhao-2023.yaml", "--simulate").stdout
+    assert "nothing to compare" in said
+    assert "nan" not in said
 
 
 def test_a_corner_row_of_numbers_without_a_heading(tmp_path: Path) -> None:
