@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
-from diagnosis.report.sentences.remedies import REMEDIES, remedy
+from diagnosis.report.sentences.remedies import REMEDIES, remedies, remedy
 from diagnosis.report.sentences.words import EFFECTS
 from firmware_py.robot_file import CONFIG_FOLDER
 from models.robot import load_robot_model
@@ -60,6 +62,14 @@ def test_what_looks_the_same_is_to_be_ruled_out_first() -> None:
     one = remedy(found("gear_backlash", "motor1", 0.01, "rad", "joint_friction"), ROBOT)
     assert one is not None
     assert "first rule out bearing friction in motor 1" in one.line
+
+
+def test_what_is_not_certain_is_recorded_only_when_all_is_asked_for(make: Any) -> None:
+    tied = found("transmission_error", "motor1", 0.01, "rad", "sensor_offset")
+    own = found("home_offset", "motor1", 0.01, "rad")
+    lines = remedies(make("explained", findings=[tied, own]), ROBOT)
+    assert ["NEW.yaml --all records it" in line for line in lines] == [True, False]
+    assert all("--save-robot NEW.yaml" in line for line in lines)
 
 
 def test_nothing_is_told_of_what_has_no_name() -> None:

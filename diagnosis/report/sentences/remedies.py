@@ -9,19 +9,21 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from diagnosis.answer.corrected_robot import sure
 from diagnosis.answer.records import Diagnosis, Finding, ParameterResult
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.sizes import quantity
 from models.robot import DeltaRobot, RobotModel, per_arm
 
-NOTE = " (deltactl diagnose ... --save-robot NEW.yaml records it)"
+NOTE = " (deltactl diagnose ... --save-robot NEW.yaml{all} records it)"
 """For what can be described in the robot file instead of being repaired."""
 
 REMEDIES: dict[str, str] = {
     "gear_backlash": "take up the play of {part} ({size} at its output): tighten coupling and set"
     " screws; if it stays, replace the gear",
-    "joint_friction": "free the bearings of {part}: look for what rubs, clean, grease",
-    "viscous_friction": "look at the grease and seals of {part}, or describe its friction",
+    "joint_friction": "free the bearings of {part} (look for what rubs, clean, grease) if {size} of"
+    " friction is more than its maker states; or record it",
+    "viscous_friction": "look at the grease and seals of {part}, or record its friction",
     "stribeck_friction": "grease {part}: it sticks at low speed",
     "joint_compliance": "look for loose clamps and thin shafts at {part}: it yields under load",
     "home_offset": "correct the home stop or jig of {part}, which is {size} off; or record the"
@@ -62,7 +64,7 @@ OF_A_SENSOR_ALONE: dict[str, str] = {
 
 WRITABLE = frozenset({
     "home_offset", "transmission_error", "upper_arm_length", "forearm_length", "motor_azimuth",
-    "base_radius", "frame_tilt", "inertia",
+    "base_radius", "frame_tilt", "inertia", "joint_friction", "viscous_friction",
 })  # fmt: skip
 SIGNED = frozenset({"gear_ratio", "sensor_scale", "effort_gain", "payload", "sensor_offset"})
 _ARM = re.compile(r"(?:arm|motor)([123])")
@@ -83,12 +85,15 @@ class Remedy:
 
 def remedies(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]:
     """One sentence for each finding that can be remedied, the surest and largest first."""
-    found = (remedy(finding, robot) for finding in diagnosis.findings)
+    found = (remedy(one, robot, sure(one, diagnosis)) for one in diagnosis.findings)
     return [one.line for one in found if one is not None]
 
 
-def remedy(finding: Finding, robot: RobotModel | None) -> Remedy | None:
-    """What to do about one finding; None where nobody can say."""
+def remedy(finding: Finding, robot: RobotModel | None, certain: bool = True) -> Remedy | None:
+    """What to do about one finding; None where nobody can say.
+
+    certain: it is written into a robot file without being asked for.
+    """
     alone = OF_A_SENSOR_ALONE if finding.component == "axis" else {}
     text = alone.get(finding.effect, REMEDIES.get(finding.effect))
     main = next(iter(finding.parameters.items()), None)
@@ -102,7 +107,7 @@ def remedy(finding: Finding, robot: RobotModel | None) -> Remedy | None:
     true = _true(finding, robot, largest) or f"{shown} otherwise"
     says = text.format(part=words.part_of(finding.effect, finding.component), size=shown, true=true)
     if finding.effect in WRITABLE:
-        says += NOTE
+        says += NOTE.format(all="" if certain else " --all")
     others = [words.rival(finding.effect, o.effect, o.component) for o in finding.alternatives]
     unsure = f"; but first rule out {others[0]}, which looks the same here" if others else ""
     if len(others) > 1:
