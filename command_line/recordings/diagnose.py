@@ -12,7 +12,7 @@ from command_line.wrapped import print_wrapped
 from firmware_py.robot_file import CONFIG_FOLDER, find
 from foundation.errors import ConfigError
 from foundation.extras import needs
-from models.robot import load_robot_model
+from models.robot import DeltaRobot, load_robot_model
 
 if TYPE_CHECKING:
     from diagnosis.observations.column_mapping import Mapping
@@ -55,10 +55,14 @@ def diagnose_recordings(
     if quiet:
         print_json(answer.to_json())
         return
-    print_wrapped(summary_lines(answer, load_robot_model(robot_file)))
+    described = load_robot_model(robot_file)
+    print_wrapped(summary_lines(answer, described))
     if next_job is not None:
+        why = "no run would tell more"
+        if not isinstance(described, DeltaRobot):
+            why = "only deltas have jobs; the lines above say what would tell more, if anything"
         made = answer.next_experiment is not None
-        say(f"job: {next_job}" if made else "job: none, as no run would tell more")
+        say(f"job: {next_job}" if made else f"job: none, as {why}")
     for name, path in (("report", report), ("answer", json_file), ("robot file", save_robot)):
         if path is not None:
             say(f"{name}: {path}")

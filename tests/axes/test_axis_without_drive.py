@@ -31,9 +31,12 @@ def test_angles_alone_are_diagnosed(tmp_path: Path) -> None:
     robot, rows = _table(tmp_path, "command_1")
     out = tmp_path / "answer.json"
     done = CliRunner().invoke(
-        app, ["diagnose", str(rows), "--robot", str(robot), "--json", str(out)]
-    )
+        app,
+        ["diagnose", str(rows), "--robot", str(robot), "--json", str(out),
+         "--next-job", str(tmp_path / "next.yaml")],
+    )  # fmt: skip
     assert done.exit_code == 0, done.output
+    assert "job: none, as only deltas have jobs" in done.output
     found = json.loads(out.read_text())["findings"]
     assert [one["effect"] for one in found] == ["home_offset"]
     assert found[0]["parameters"]["angle"]["value"] == pytest.approx(0.02, abs=1e-3)
