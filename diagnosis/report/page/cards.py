@@ -114,7 +114,10 @@ def _alternatives(finding: Finding, diagnosis: Diagnosis) -> str:
         for one in finding.alternatives
     )
     apart = _told_apart(finding, diagnosis)
-    return f"This recording cannot tell it from<ul>{rows}</ul>{_text(apart)}"
+    told = (
+        "Far less probable:" if sureness.settled(finding) else "This recording cannot tell it from"
+    )
+    return f"{told}<ul>{rows}</ul>{_text(apart)}"
 
 
 def _worse(other: Alternative) -> str:

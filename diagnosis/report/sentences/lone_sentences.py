@@ -91,8 +91,8 @@ def _summary(answer: Diagnosis) -> list[str]:
             f"{number}. {_upper(one.says)}{_how_sure(one)}."
             for number, one in enumerate(answer.findings, start=1)
         ]
-        lines += [_cannot_tell(one) for one in answer.findings if one.alternatives]
-        lines += telling_apart(answer.findings)
+        tied = [one for one in answer.findings if one.alternatives and not sureness.settled(one)]
+        lines += [*map(_cannot_tell, tied), *telling_apart(tied)]
     lines += [*_agreement(answer), *map(sureness.by_priors, answer.prior_sensitivity)]
     lines.append(
         f"Mismatch {said(fit.rms_before_m, fit.unit)} before, {said(fit.rms_after_m, fit.unit)} "

@@ -13,6 +13,7 @@ from diagnosis.answer.corrected_robot import sure
 from diagnosis.answer.records import Diagnosis, Finding, ParameterResult
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.sizes import quantity
+from diagnosis.report.sentences.sureness import settled
 from models.robot import DeltaRobot, RobotModel, per_arm
 
 NOTE = " (deltactl diagnose ... --save-robot NEW.yaml{all} records it)"
@@ -108,7 +109,8 @@ def remedy(finding: Finding, robot: RobotModel | None, certain: bool = True) -> 
     says = text.format(part=words.part_of(finding.effect, finding.component), size=shown, true=true)
     if finding.effect in WRITABLE:
         says += NOTE.format(all="" if certain else " --all")
-    others = [words.rival(finding.effect, o.effect, o.component) for o in finding.alternatives]
+    likely = [] if settled(finding) else finding.alternatives
+    others = [words.rival(finding.effect, o.effect, o.component) for o in likely]
     unsure = f"; but first rule out {others[0]}, which looks the same here" if others else ""
     if len(others) > 1:
         unsure = f"; but first rule out {len(others)} others that look the same here (below)"

@@ -84,7 +84,7 @@ def _either(finding: Finding) -> str:
     """A finding by name, with what it cannot be told from."""
     name = words.effect(finding.effect, finding.component)
     others = [words.rival(finding.effect, o.effect, o.component) for o in finding.alternatives]
-    if not others:
+    if not others or sureness.settled(finding):
         return name
     if len(others) == 1:
         return f"{name} (or {others[0]})"
@@ -220,6 +220,8 @@ def alternatives_line(finding: Finding) -> str:
         if finding.effect == "unknown":
             return "No known effect matches it."
         return "No other known effect fits these readings as well."
+    if sureness.settled(finding):
+        return f"Far less probable: {words.listed(others)}."
     return f"This recording cannot tell it from {words.listed(others, 'or')}."
 
 

@@ -64,7 +64,7 @@ def by_priors(one: PriorSensitivity) -> str:
 def evidence(finding: Finding) -> str:
     """How sure a finding is, in words and figures."""
     p, gain = finding.evidence.p, finding.evidence.delta_chi2
-    said = FEW if p >= LIKELY_P and _settled(finding) else word(p)
+    said = FEW if p >= LIKELY_P and settled(finding) else word(p)
     if math.isfinite(p):
         said += f": {_by_noise(p)}"
     if math.isfinite(gain):
@@ -83,10 +83,11 @@ def _by_noise(p: float) -> str:
 
 def _is_open(finding: Finding) -> bool:
     """Whether something acts, and the finding is not settled against its alternatives."""
-    return bool(finding.alternatives) and finding.evidence.p < LIKELY_P and not _settled(finding)
+    return bool(finding.alternatives) and finding.evidence.p < LIKELY_P and not settled(finding)
 
 
-def _settled(finding: Finding) -> bool:
+def settled(finding: Finding) -> bool:
+    """Whether it is far more probable than all its alternatives together."""
     return finding.probability is not None and finding.probability > SETTLED
 
 
@@ -98,5 +99,5 @@ def false_alarm(diagnosis: Diagnosis) -> str:
     said = f"If the machine were exactly as its file says, {_by_noise(p)}."
     nothing = diagnosis.probability_nothing_missing
     if nothing is not None:
-        said += f" Probability that nothing is missing in that file: {percent(nothing)}."
+        said += f" Probability that the file is complete: {percent(nothing)}."
     return said
