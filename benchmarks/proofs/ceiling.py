@@ -19,6 +19,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +46,7 @@ def observed(result: dict[str, Any], marks: Score, kept: Path) -> Ceiling:
         folder = Path(name)
         write_blind(case, folder, seed)
         seen = ceiling(folder / RECORDING, folder / ROBOT_FILE, marks.truth, marks.said)
-    kept.write_text(json.dumps({"against": seen.against, "probability": seen.probability}) + "\n")
+    kept.write_text(json.dumps(asdict(seen)) + "\n", encoding="utf-8")
     return seen
 
 

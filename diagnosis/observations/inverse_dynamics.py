@@ -51,19 +51,14 @@ def motion_of(
     # A filter counts samples: a logger that takes 10 ms here and 12 there would make it bend time.
     uneven = any(_uneven(t_s[part], step_s) for part in stretches)
 
-    def on_grid(values: FloatArray, part: slice) -> FloatArray:
-        if not uneven:
-            return values[part]
-        grid_s = np.linspace(t_s[part][0], t_s[part][-1], part.stop - part.start)
-        return np.asarray(CubicSpline(t_s[part], values[part])(grid_s))
+    def even_s(part: slice) -> FloatArray:
+        return np.asarray(np.linspace(t_s[part][0], t_s[part][-1], part.stop - part.start))
 
-    def off_grid(smooth: FloatArray, part: slice) -> FloatArray:
-        if not uneven:
-            return smooth
-        grid_s = np.linspace(t_s[part][0], t_s[part][-1], part.stop - part.start)
-        return np.asarray(CubicSpline(grid_s, smooth)(t_s[part]))
+    def resampled(values: FloatArray, from_s: FloatArray, to_s: FloatArray) -> FloatArray:
+        return np.asarray(CubicSpline(from_s, values)(to_s)) if uneven else values
 
-    cut_off_hz = narrower * cut_off(on_grid(position, longest), step_s)
+    evenly = resampled(position[longest], t_s[longest], even_s(longest))
+    cut_off_hz = narrower * cut_off(evenly, step_s)
     of_nyquist = min(2.0 * cut_off_hz * step_s, OBSERVATIONS.highest_of_nyquist)
     sections = butter(OBSERVATIONS.low_pass_order, of_nyquist, output="sos")
 
@@ -72,8 +67,10 @@ def motion_of(
         for part in stretches:
             if part.stop - part.start >= OBSERVATIONS.fewest_in_stretch:
                 pad = min(3 * int(1.0 / (cut_off_hz * step_s)) + 9, part.stop - part.start - 2)
-                passed = sosfiltfilt(sections, on_grid(values, part), padlen=pad)
-                smooth[part] = off_grid(passed, part)
+                own_s, grid_s = t_s[part], even_s(part)
+                evenly = resampled(values[part], own_s, grid_s)
+                passed = sosfiltfilt(sections, evenly, padlen=pad)
+                smooth[part] = resampled(passed, grid_s, own_s)
         return smooth
 
     def slope(values: FloatArray) -> FloatArray:
