@@ -39,7 +39,6 @@ class MemoryController:
     """
 
     home_s: float = 0.0
-    prepare_s: float = 0.0
     state: State = State.OFF
     why: str = ""
     jobs: list[MemoryJob] = field(default_factory=list)
@@ -48,8 +47,13 @@ class MemoryController:
     frozen: bool = False
     closed: bool = False
     lost: str = ""
+    let_go: threading.Event = field(default_factory=threading.Event)
+    """Homing and checking a job wait for it; set, unless a test clears it."""
     _count: int = 0
     _at_s: float = field(default_factory=time.monotonic)
+
+    def __post_init__(self) -> None:
+        self.let_go.set()
 
     def power_on(self) -> None:
         self._request(Request.ON, State.UNHOMED)
@@ -60,6 +64,7 @@ class MemoryController:
     def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> str:
         self._request(Request.HOME, State.UNHOMED)
         time.sleep(self.home_s)
+        self.let_go.wait(30.0)
         with self.lock:
             if self.state is State.UNHOMED:
                 self.state = State.READY
@@ -70,7 +75,7 @@ class MemoryController:
 
     def submit(self, job: Path, record: Path | None = None) -> int:
         require(Request.RUN, self.state, self.why)
-        time.sleep(self.prepare_s)
+        self.let_go.wait(30.0)
         text = job.read_text()
         if not text.startswith("duration: "):
             raise ConfigError(f"{job}:1: 'duration' is missing")
@@ -167,7 +172,7 @@ class RawClient:
 
     def __init__(self, path: Path):
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        self.socket.settimeout(5.0)
+        self.socket.settimeout(30.0)
         self.socket.connect(str(path))
         self._file = self.socket.makefile("rb")
 
@@ -216,7 +221,7 @@ Serve = Callable[..., Daemon]
 
 @pytest.fixture
 def serve(tmp_path: Path) -> Iterator[Serve]:
-    """Start daemons: `serve(Limits(...), start=..., home_s=..., prepare_s=...)`."""
+    """Start daemons: `serve(Limits(...), start=..., home_s=...)`."""
     daemons: list[Daemon] = []
 
     def make(limits: Limits | None = None, start: bool = True, **options: float) -> Daemon:
@@ -239,7 +244,7 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
 def wait_until() -> Callable[..., None]:
     """Wait for something that happens in another thread; fail when it does not."""
 
-    def wait(condition: Callable[[], bool], limit_s: float = 5.0) -> None:
+    def wait(condition: Callable[[], bool], limit_s: float = 30.0) -> None:
         give_up_s = time.monotonic() + limit_s
         while not condition():
             assert time.monotonic() < give_up_s, f"did not happen within {limit_s:g} s"

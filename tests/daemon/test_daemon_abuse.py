@@ -80,17 +80,17 @@ def test_a_flood_is_slowed_and_others_do_not_notice(serve):
     for thread in threads:
         thread.start()
     with daemon.client() as client:
-        worst_s = 0.0
+        between = []  # requests of the flood that are served before one of another client's
         for _ in range(40):
-            begin_s = time.monotonic()
+            before = sum(served)
             client.status()
-            worst_s = max(worst_s, time.monotonic() - begin_s)
+            between.append(sum(served) - before)
             time.sleep(0.01)
     end.set()
     flood.socket.shutdown(socket.SHUT_RDWR)
     for thread in threads:
-        thread.join(5.0)
-    assert worst_s < 0.5
+        thread.join(30.0)
+    assert sorted(between)[len(between) // 2] <= 2  # others have their turn,
     assert len(served) > sum(served)  # some were refused,
     assert sum(served) <= 20 + 50.0 * (time.monotonic() - start_s)  # the rest kept to the rate
 
@@ -190,15 +190,15 @@ def test_places_become_free_again(serve, wait_until):
 
 
 def test_a_stop_overtakes_a_home_on_the_same_connection(serve, wait_until):
-    daemon = serve(home_s=0.5)
+    daemon = serve()
+    daemon.controller.let_go.clear()
     raw = daemon.raw()
     raw.ask(id=0, do="on")
-    begin_s = time.monotonic()
     raw.send(b'{"id": 1, "do": "home"}\n{"id": 2, "do": "acknowledge"}\n')
     wait_until(lambda: "home" in daemon.controller.calls)
     raw.send(b'{"id": 3, "do": "stop"}\n')
     answers = {answer["id"]: answer for answer in (raw.receive(), raw.receive())}
-    assert time.monotonic() - begin_s < 0.3
+    daemon.controller.let_go.set()  # both answers came while it was homing
     assert answers[3]["ok"] is True
     # The acknowledge came before the stop and must not undo it afterwards.
     assert "stopped the robot" in answers[2]["error"]["message"]
@@ -207,22 +207,22 @@ def test_a_stop_overtakes_a_home_on_the_same_connection(serve, wait_until):
 
 
 def test_a_stop_overtakes_another_clients_slow_check(serve, job):
-    daemon = serve(prepare_s=0.5)
+    daemon = serve()
     with daemon.client() as slow, daemon.client() as quick:
         slow.power_on()
         slow.home()
+        daemon.controller.let_go.clear()
         running = threading.Thread(target=lambda: slow.submit(job))
         running.start()
-        time.sleep(0.05)
-        begin_s = time.monotonic()
         quick.stop("now")
         assert quick.status().state == "stopped"
-        assert time.monotonic() - begin_s < 0.3
+        daemon.controller.let_go.set()  # the check was not over
         running.join()
 
 
 def test_commands_of_a_client_that_has_gone_are_not_begun(serve, wait_until):
-    daemon = serve(home_s=0.3)
+    daemon = serve()
+    daemon.controller.let_go.clear()
     with daemon.client() as client:
         client.power_on()
         homing = daemon.raw()
@@ -231,6 +231,8 @@ def test_commands_of_a_client_that_has_gone_are_not_begun(serve, wait_until):
         gone.send(b'{"id": 1, "do": "off"}\n')
         time.sleep(0.1)
         gone.close()
+        time.sleep(0.1)
+        daemon.controller.let_go.set()
         answer = homing.receive()
         assert (answer["id"], answer["ok"]) == (1, True)
         wait_until(lambda: client.status().state == "ready")
@@ -238,14 +240,17 @@ def test_commands_of_a_client_that_has_gone_are_not_begun(serve, wait_until):
     assert daemon.controller.calls == ["on", "home", "home"]
 
 
-def test_too_many_waiting_commands_are_refused(serve):
-    raw = serve(Limits(waiting_commands=2), home_s=0.4).raw()
+def test_too_many_waiting_commands_are_refused(serve, wait_until):
+    daemon = serve(Limits(waiting_commands=2))
+    daemon.controller.let_go.clear()
+    raw = daemon.raw()
     raw.ask(id=0, do="on")
     raw.send(b'{"id": 1, "do": "home"}\n')
-    time.sleep(0.1)
+    wait_until(lambda: "home" in daemon.controller.calls)
     raw.send(b'{"id": 2, "do": "home"}\n' * 2 + b'{"id": 3, "do": "home"}\n')
     answer = raw.receive()
     assert answer["id"] == 3
+    daemon.controller.let_go.set()
     assert "2 commands are waiting" in answer["error"]["message"]
 
 

@@ -157,7 +157,7 @@ def test_a_heart_through_the_daemon(daemon: Process, wait_until: WaitUntil) -> N
         assert (result.outcome, result.recording_error) == ("done", "")
         commanded = client.status().counts
     daemon.process.send_signal(signal.SIGTERM)
-    assert daemon.process.wait(10.0) == 0
+    assert daemon.process.wait(30.0) == 0
     run = read_run(Path(result.recording))
     assert run.complete
     assert tuple(run.edges.counts[-1]) == commanded == tuple(run.targets.steps[-1])
@@ -222,7 +222,7 @@ def test_stopped_in_the_middle(daemon: Process, wait_until: WaitUntil) -> None:
     before = np.array(bench.counts())
     ended = _in_the_middle_of_a_heart(daemon, wait_until)
     daemon.process.send_signal(signal.SIGTERM)
-    assert daemon.process.wait(10.0) == 0
+    assert daemon.process.wait(30.0) == 0
     run = read_run(ended)
     assert run.complete
     assert tuple(before + run.edges.steps.sum(axis=0)) == bench.counts()

@@ -182,7 +182,7 @@ def test_the_stream_keeps_its_rate(serve):
         times_s = [next(stream).time_s for _ in range(5)]
         stream.close()
     gaps_s = [later - sooner for sooner, later in itertools.pairwise(times_s)]
-    assert 0.18 < sum(gaps_s) < 1.0
+    assert sum(gaps_s) > 0.18
     assert min(gaps_s) > 0.02
 
 
@@ -248,10 +248,10 @@ def test_answers_of_given_up_requests_are_skipped(serve):
     daemon = serve(home_s=0.3)
     with daemon.client() as client:
         client.power_on()
-    line = Line(daemon.path, 1.0)
+    line = Line(daemon.path, 30.0)
     with pytest.raises(ServiceError, match="in time"):
         line.ask({"do": "home"}, 0.05)
-    answer = line.ask({"do": "version"}, 2.0)
+    answer = line.ask({"do": "version"}, 30.0)
     assert answer["protocol"] == 1
     line.close()
 

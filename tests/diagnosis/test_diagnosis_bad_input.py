@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -103,11 +102,9 @@ def test_another_robots_file(
 ) -> None:
     geometry = delta.geometry.model_copy(update=changes)
     other = delta.model_copy(update={"geometry": geometry})
-    begun = time.process_time()
     with pytest.raises(RecordingError, match=f"do not belong together.*{words}") as caught:
         diagnose_recordings(other, [record(seconds=60.0)])
     assert "\n" not in str(caught.value)
-    assert time.process_time() - begun < 5.0
 
 
 def test_another_gear(delta: DeltaRobot, record: Record) -> None:

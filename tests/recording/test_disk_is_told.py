@@ -31,7 +31,7 @@ def synced(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return sizes
 
 
-def wait(condition, limit_s: float = 10.0) -> None:
+def wait(condition, limit_s: float = 30.0) -> None:
     give_up_s = time.monotonic() + limit_s
     while not condition():
         assert time.monotonic() < give_up_s

@@ -47,7 +47,7 @@ class Rig:
         due_ns = start_ns + self.period_ns * np.arange(len(steps), dtype=np.int64)
         return Ticks(due_ns, np.array(steps, dtype=np.int8))
 
-    def wait(self, until: Callable[[], bool], beat: bool = True, limit_s: float = 5.0) -> None:
+    def wait(self, until: Callable[[], bool], beat: bool = True, limit_s: float = 30.0) -> None:
         give_up_ns = self.clock.now_ns() + ns(limit_s)
         while not until():
             assert self.clock.now_ns() < give_up_ns, self.output.status()

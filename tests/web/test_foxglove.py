@@ -101,7 +101,7 @@ def test_the_live_server_announces_the_robot_and_sends_it() -> None:
     try:
         server.look()
         with connect(f"ws://127.0.0.1:{server.port}", subprotocols=["foxglove.sdk.v1"]) as viewer:  # type: ignore[list-item]
-            said = [json.loads(viewer.recv(timeout=10.0)) for _ in range(2)]
+            said = [json.loads(viewer.recv(timeout=30.0)) for _ in range(2)]
             offered = {one["topic"]: one for told in said if told["op"] == "advertise"
                        for one in told["channels"]}  # fmt: skip
             assert offered["/robot"]["schemaName"] == "foxglove.SceneUpdate"
@@ -111,7 +111,7 @@ def test_the_live_server_announces_the_robot_and_sends_it() -> None:
             time.sleep(0.3)
             server._last = -1
             server.look()
-            message = viewer.recv(timeout=10.0)
+            message = viewer.recv(timeout=30.0)
             assert isinstance(message, bytes)
             assert b"robot" in message
     finally:

@@ -171,14 +171,14 @@ def test_who_sends_too_much_hears_why_and_not_a_broken_pipe() -> None:
             time.sleep(0.01)
         port = server.servers[0].sockets[0].getsockname()[1]
         for _ in range(3):
-            asked = http.client.HTTPConnection("127.0.0.1", port, timeout=10.0)
+            asked = http.client.HTTPConnection("127.0.0.1", port, timeout=30.0)
             asked.request("POST", "/do", body=b"x" * 8_000_000)
             answer = asked.getresponse()
             assert (answer.status, answer.read()) == (413, b"more than 128 kB are not taken\n")
             asked.close()
     finally:
         server.should_exit = True
-        thread.join(10.0)
+        thread.join(30.0)
 
 
 def test_of_fifty_clients_forty_get_a_page_and_ten_a_line() -> None:
