@@ -154,7 +154,7 @@ def shipped() -> None:
     for name, value, limit in (
         ("parameters", metadata.parameters, SHIPPED_PARAMETERS),
         ("RMS deg", found.rmse_deg, SHIPPED_RMS_DEG),
-        ("worst found, half as much again, deg", found.bound_deg, MICROSTEP_DEG),
+        ("1.5 times the worst error found, deg", found.bound_deg, MICROSTEP_DEG),
     ):
         table.add_row(name, f"{value:.3g}", f"{limit:g}", "yes" if value <= limit else "NO")
     console.print(table)

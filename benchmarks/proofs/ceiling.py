@@ -89,7 +89,7 @@ def main() -> int:
             seen.append((marks, observed(result, marks, kept)))
         except DeltactlError as error:
             print(f"{marks.case}: {error}", file=sys.stderr)
-    print("| group | exactly those, of all | the recording tells | exactly those, of these |")
+    print("| group | named exactly, of all | the recording tells | named exactly, of these |")
     print("|---|---|---|---|")
     for group in (*GROUPS, ""):
         own = [pair for pair in seen if pair[0].group == group or not group]

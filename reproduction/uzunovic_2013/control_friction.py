@@ -1,4 +1,4 @@
-"""What this project adds to the paper's law: the dry friction one knows of, given ahead.
+"""What this project adds to the paper's law: feedforward of the known dry friction.
 
 At a reversal Coulomb friction changes by twice its size at once, and the observer needs a few of
 its time constants to see it: that is nearly all of the tracking error. The reference says when a

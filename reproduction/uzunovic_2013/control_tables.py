@@ -79,7 +79,7 @@ def floor_note(asked: Sequence[References], drive: ServoDrive) -> str:
         count = 100.0 * drive.rad_per_count / references.peak_to_peak_rad
         parts.append(f"{references.experiment.name}: {_joints(0.5 * count)} %")
     return (
-        "Floor: half an encoder count (0.005 degrees), which no measured error can stay below, is "
+        "Floor: half an encoder count (0.005 degrees), below which no measured error can be, is "
         + ", ".join(parts)
         + " of peak to peak (joints 1, 2, 3)."
     )
@@ -109,12 +109,13 @@ def observer_table(results: Sequence[Result]) -> TextTable:
         "What the disturbance observer buys: largest tracking error of the worst joint, % of peak"
         " to peak",
         (
-            "experiment", "what is wrong", "paper's law", "observer off", "calm", "observer off",
+            "experiment", "what is wrong", "paper's law", "observer off", "slow observers",
+            "observer off",
         ),
         tuple(rows),
-        "calm: observers of 2000 and 1000 rad/s in place of the robot file's, and the Coulomb "
-        "friction of the robot file given ahead by the reference's direction. Observer off: "
-        "gravity alone pulls the arms off by more than the whole motion.",
+        "slow observers: of 2000 and 1000 rad/s in place of the robot file's, and the Coulomb "
+        "friction of the robot file as feedforward, with the sign of the reference's speed. "
+        "Observer off: gravity alone moves the arms by more than the whole motion.",
         names=2,
     )  # fmt: skip
 

@@ -42,7 +42,7 @@ class Control:
 
 PAPER = Control("paper's law")
 OURS = Control(
-    "calm, friction given ahead",
+    "slow observers, friction feedforward",
     lambda settings: replace(
         settings,
         velocity_bandwidth_radps=CALM_VELOCITY_RADPS,

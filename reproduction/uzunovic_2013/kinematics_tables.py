@@ -19,7 +19,7 @@ PAPER_TABLE_1 = {
 """RMSE and MAE [deg], joint by joint."""
 
 Z_SIGN = (
-    "z has the other sign in print. It cannot have that of the paper's own definition: at the "
+    "In print z has the opposite sign, which contradicts the paper's own definition: at the "
     "start all joints are at 30 degrees, where the geometric model with the printed lengths has "
     "z = -71.30 mm, and eq. (1) starts at -70.84 mm: calculated less measured is -455 um, outside "
     "the printed range, +455 um inside it."
@@ -27,20 +27,20 @@ Z_SIGN = (
 CHOSEN = (
     "The robot's errors were chosen for ranges and sizes like the printed ones, so the first two "
     "columns agree by choice, not by proof. That took lengths wrong by up to 5.5 mm of 40 and "
-    "motors turned by up to 9.5 degrees: 1 mm at the borders of a 10 mm cube is far more than a "
-    "workshop's tolerance gives."
+    "motors turned by up to 9.5 degrees: an error of 1 mm at the borders of a 10 mm cube is far "
+    "more than a workshop's tolerances cause."
 )
 NETWORK = (
-    "What the network leaves are errors finer than 25 neurons can follow: play, tooth errors and, "
-    "at joint 1, a worn gear. The paper's joint 1 has a MAE of 0.59 of its RMSE, rarer and larger "
-    "errors than here; what they were is not said."
+    "The network leaves errors too fine for 25 neurons to follow: play, tooth errors and, at "
+    "joint 1, a worn gear. In the paper the MAE of joint 1 is 0.59 of its RMSE, which means "
+    "rarer and larger errors than here; it does not say what they were."
 )
 
 OURS = (
-    "Judged by all samples, as in the paper, or where said by a quarter held out. The gears' "
-    "errors are fitted to what the calibrated geometry leaves: a period and four harmonics an "
-    "arm. What is left then is half the gears' play, which no function of the position can know. "
-    "Whether the real robot's errors were of that kind, only its data could tell."
+    "Judged by all samples, as in the paper, or by a held-out quarter where the row says so. "
+    "The gears' errors are fitted to what the calibrated geometry leaves: a period and four "
+    "harmonics per arm. What remains is half the gears' play, which is no function of the "
+    "position. Whether the real robot's errors were of that kind, only its data could tell."
 )
 
 

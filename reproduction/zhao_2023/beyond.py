@@ -161,8 +161,8 @@ def apart_from_the_limit(study: Study) -> Sheet:
          "ours / Zhao's", "at most half", f"ours, {few}", "no worse than Zhao's"],
         rows,
         1,
-        "Ours is here asked, like the networks, for what the sensors will say: the calibrated "
-        "robot with its sensor errors left in.",
+        "Here ours aims, like the networks, at what the sensors will read: the calibrated robot "
+        "with its sensor errors left in.",
     )  # fmt: skip
 
 

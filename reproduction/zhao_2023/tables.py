@@ -92,8 +92,8 @@ def table_4(study: Study) -> Sheet:
          "mm a step (ours, 3 curves)", "mm a step (printed)"],
         rows,
         1,
-        "The printed speeds times T_PWM are 0.093 mm: one microstep. Ours are of that size; lower "
-        "in the workspace a step moves the platform further to the side.",
+        "The printed speeds times T_PWM are 0.093 mm: one microstep. Ours are of that size; "
+        "lower in the workspace a step moves the platform further sideways.",
     )  # fmt: skip
 
 
@@ -183,6 +183,6 @@ def ablation_trajectory(study: Study) -> Sheet:
          *(f"{name}, true" for name in names)],
         rows,
         1,
-        "While geometry drives, the platform is centimetres off the curve: a network of those "
-        "samples has never seen the points it is asked for.",
+        "While geometry drives, the platform is centimetres off the curve: a network trained on "
+        "those samples has never seen the points it is asked for.",
     )  # fmt: skip

@@ -29,7 +29,7 @@ def test_both_sections_are_printed_and_drawn(
     for figure in (3, 4, 5, 7, 8):
         assert f"Figure {figure}" in page
     # The bound of the paper lies above and below, and is one curve of one name.
-    assert page.count("the paper's 1.1 %") == 2  # one each for the law and the calm one
+    assert page.count("the paper's 1.1 %") == 2  # one each for the law and the slow observers
     assert "| alpha_1s |" in (out / "tables.md").read_text(encoding="utf-8")
 
 
