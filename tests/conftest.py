@@ -17,6 +17,9 @@ import pytest
 
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
 hypothesis.settings.register_profile("explore", deadline=None)
+# That a test fails is enough there: no simpler example is searched for.
+QUICK = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
+hypothesis.settings.register_profile("mutants", derandomize=True, deadline=None, phases=QUICK)
 hypothesis.settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 """The same cases each time, so that a change is not blamed for what was always wrong; new ones are
 drawn on request."""

@@ -12,8 +12,8 @@ NAMED: tuple[Named, ...] = (
     Named(
         "the first stop reason",
         "drivers/steps/player.py",
-        "        if self._state != b.STOPPED:\n            self._words[b.REASON] = reason",
-        "        if True:\n            self._words[b.REASON] = reason",
+        "            return\n        self._state = b.STOPPED\n",
+        "            pass\n        self._state = b.STOPPED\n",
     ),
     Named(
         "the first stop reason, asked for twice",

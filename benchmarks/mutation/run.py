@@ -130,6 +130,7 @@ def _not_ours(name: str) -> bool:
 def _warm_up(folder: Path) -> None:
     """Forks take up the copy, and nothing of the program itself."""
     os.environ |= {"PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": str(folder)}
+    os.environ["HYPOTHESIS_PROFILE"] = "mutants"
     sys.dont_write_bytecode = True
 
 

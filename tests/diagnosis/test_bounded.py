@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from diagnosis.admission import excerpt as admission
 from diagnosis.admission.excerpt import excerpt, excerpts, thinned
 from diagnosis.admission.options import ADMISSION
+from diagnosis.admission.step_counts import check_steps
 from diagnosis.api import diagnose, diagnose_recordings
 from diagnosis.plants.delta.safe_poses import MotionLimits
 from diagnosis.report.sentences.summary import plain_lines
@@ -63,7 +64,7 @@ def peak_mb(code: str, *files: Path) -> float:
 
 
 def ramp(rows: int, period_s: float = 0.02) -> FlatRecording:
-    t_s = period_s * np.arange(rows)
+    t_s = 100.0 + period_s * np.arange(rows)
     return FlatRecording(t_s, {"position": np.arange(rows, dtype=float)}, {}, "ramp")
 
 
@@ -131,6 +132,11 @@ def test_the_longest_of_several_are_cut_to_one_length() -> None:
         excerpts([ramp(1000)] * 40, 9000)
 
 
+def test_many_short_runs_that_fit_are_all_taken_whole() -> None:
+    runs = [ramp(100)] * 90
+    assert excerpts(runs, 9000) == runs
+
+
 def test_the_answer_says_what_was_left_out(
     delta: DeltaRobot, record: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -160,6 +166,17 @@ def test_counts_that_no_controller_sends_are_refused(
     columns["steps_2"][at] = columns["steps_2"][at] + 0.5 if count == 0.5 else count
     with pytest.raises(RecordingError, match=words):
         diagnose_recordings(delta, [FlatRecording(whole.t_s, columns, {}, "bad")])
+
+
+@pytest.mark.parametrize("motor", [1, 2, 3])
+@pytest.mark.parametrize("count", [0.5, 1e7, -1e7])
+def test_every_motor_is_checked(delta: DeltaRobot, motor: int, count: float) -> None:
+    """A column nobody looked at would send a wild size into the answer."""
+    columns = {f"steps_{each}": np.zeros(4) for each in (1, 2, 3)}
+    check_steps(delta, FlatRecording(np.arange(4.0), columns, {}, "sound"))
+    columns[f"steps_{motor}"][2] = count
+    with pytest.raises(RecordingError, match=f"steps_{motor} is .* at 2 s"):
+        check_steps(delta, FlatRecording(np.arange(4.0), columns, {}, "bad"))
 
 
 def test_limits_of_the_robot_file_count(delta: DeltaRobot, record: Record) -> None:

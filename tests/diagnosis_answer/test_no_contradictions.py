@@ -8,10 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diagnosis.answer.assembly import assembled
+from diagnosis.answer.assembly import assembled, sharing
 from diagnosis.answer.consistency import contradictions
 from diagnosis.answer.options import VERDICT
-from diagnosis.answer.records import Diagnosis, Evidence, Finding, Fit, ParameterResult, Where
+from diagnosis.answer.records import (
+    Diagnosis,
+    Evidence,
+    Finding,
+    Fit,
+    ParameterResult,
+    Unexplained,
+    Where,
+)
 from diagnosis.answer.verdict import ALARM, Rest, left_over
 
 RMS = st.floats(1e-6, 1.0)
@@ -72,6 +80,14 @@ def fit_of(**changes: float) -> Fit:
     return sound().fit.model_copy(update=changes)
 
 
+def likely(probability: float) -> Finding:
+    return finding().model_copy(update={"probability": probability})
+
+
+def left(share: float, *depends_on: str) -> Unexplained:
+    return Unexplained(share_of_mismatch=share, depends_on=list(depends_on))
+
+
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
@@ -83,7 +99,11 @@ def fit_of(**changes: float) -> Fit:
         ({"fit": fit_of(rms_after_m=1.01 * VERDICT.at_floor)}, "above the noise floor"),
         ({"fit": fit_of(holdout_rms_after_m=5.01 * VERDICT.grew)}, "held-out mismatch grew"),
         ({"findings": [finding(share=0.6), finding(share=0.6)]}, "add up to 1.2"),
+        ({"findings": [finding(share=0.6)], "unexplained": left(0.6)}, "add up to 1.2"),
+        ({"unexplained": left(0.0, "time")}, "the residual is not above the noise floor"),
+        ({"unexplained": left(0.1)}, "the residual is not above the noise floor"),
         ({"probability_nothing_missing": 1.2}, "between 0 and 1"),
+        ({"probability_nothing_missing": 0.6, "findings": [likely(0.6)]}, "more than certain"),
         ({"says": ["Nothing is missing in the model."]}, "the verdict does not"),
     ],
 )
@@ -165,10 +185,31 @@ def test_an_effect_that_brings_no_held_out_gain_explains_nothing(
     assert assembled([finding(effect)], fit, 1e-9, Rest(0.5)).verdict == said
 
 
+def test_an_event_explains_where_no_reading_is_left_for_the_held_out_figure() -> None:
+    fit = fit_of(holdout_rms_before_m=0.0, holdout_rms_after_m=0.0)
+    assert assembled([finding("lost_steps")], fit, 1e-9, Rest(0.5)).verdict == "explained"
+
+
+@pytest.mark.parametrize(("left_p", "said"), [(0.5, "explained"), (0.0, "partly_explained")])
+def test_what_a_test_still_sees_is_not_explained_when_it_is_much_of_the_mismatch(
+    left_p: float, said: str
+) -> None:
+    """A residual at the floor, and a sixth of the little that was missing is still there."""
+    fit = fit_of(rms_before_m=1.3, rms_after_m=1.05)
+    assert assembled([finding()], fit, 1e-9, Rest(left_p)).verdict == said
+
+
+def test_findings_that_explain_nothing_have_a_share_of_nothing() -> None:
+    assert [one.share_of_mismatch for one in sharing([finding(share=0.0)], 0.0)] == [0.0]
+
+
+@pytest.mark.parametrize("unit_m", [1.0, 1e-3])
 @pytest.mark.parametrize(("after", "left"), [(1.0, 0.0), (2.0, 0.125), (5.0, 1.0), (7.0, 1.0)])
-def test_what_is_left_is_a_share_of_the_power_above_the_noise(after: float, left: float) -> None:
+def test_what_is_left_is_a_share_of_the_power_above_the_noise(
+    after: float, left: float, unit_m: float
+) -> None:
     fit = Fit(
-        rms_before_m=5.0, rms_after_m=after, noise_floor_m=1.0, holdout_rms_before_m=5.0,
-        holdout_rms_after_m=after,
+        rms_before_m=5.0 * unit_m, rms_after_m=after * unit_m, noise_floor_m=unit_m,
+        holdout_rms_before_m=5.0 * unit_m, holdout_rms_after_m=after * unit_m,
     )  # fmt: skip
     assert left_over(fit, Rest(0.0)) == pytest.approx(left)

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.mutation.named import NAMED
+from benchmarks.mutation.table import TABLE
 from benchmarks.structure import (
     ROOT,
     at_odds,
@@ -102,3 +104,12 @@ def test_every_number_in_a_table_has_its_reason() -> None:
 
 def _is_words(part: ast.stmt) -> bool:
     return isinstance(part, ast.Expr) and isinstance(part.value, ast.Constant)
+
+
+def test_mistakes_are_put_where_something_stands() -> None:
+    """A file or line that was renamed would drop out of the mutation run without a word."""
+    files = {f"{row.folder}/{name}" for row in TABLE for name in row.files}
+    files |= {test for row in TABLE for test in row.tests} | {one.path for one in NAMED}
+    assert not [name for name in sorted(files) if not (ROOT / name).exists()]
+    moved = [one for one in NAMED if (ROOT / one.path).read_text().count(one.was) != 1]
+    assert not moved, "benchmarks/mutation/named.py and mended.py quote lines of the program"
