@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from firmware_py.compensation.ways import AHEAD, AT_REVERSALS, WARMING
+from firmware_py.compensation.ways import AHEAD, AT_REVERSALS, RINGING, WARMING
 from firmware_py.job_file import JobFile, NetworkIk
 from firmware_py.planner.kinematics import network_file
 from firmware_py.program.includes import kinematics_in, paths_of, read_whole
@@ -26,10 +26,11 @@ WAYS = {
     **dict.fromkeys(AHEAD, "commanded ahead of time"),
     **dict.fromkeys(AT_REVERSALS, "taken up where the arm turns round"),
     **dict.fromkeys(WARMING, "followed as the arms warm up"),
+    **dict.fromkeys(RINGING, "moved so that it does not ring, where the drives can follow"),
     **dict.fromkeys(READINGS, "expected in the readings; the motion needs nothing"),
 }
+NOT_TOGETHER = "stepping by gpiozero cannot step one motor shortly after the other"
 LEFT = {
-    "resonance": "nothing damps the platform: run slower, or stiffen what rings",
     "contact": "something is in the way: look at the table, or raise the path",
     "lost_steps": "happened once: home the robot, and look why",
     "stale_reading": "happened once: look at the sensor and its cable",
@@ -99,12 +100,12 @@ def coverage(
         warnings.append(warning)
     inside = " and ".join(dict.fromkeys(insides))
     warning = "; ".join(text for text in dict.fromkeys(warnings) if text)
-    return Coverage(tuple(_covered(robot.effects, known, inside)), warning)
+    return Coverage(tuple(_covered(robot, known, inside)), warning)
 
 
 def robot_coverage(robot: RobotFile) -> Coverage:
     """What any job in space does about each effect, with an inverse that knows them all."""
-    return Coverage(tuple(_covered(robot.effects, corrections_of(robot), IN_KINEMATICS)))
+    return Coverage(tuple(_covered(robot, corrections_of(robot), IN_KINEMATICS)))
 
 
 def _learned(file: Path) -> tuple[EffectEntry, ...]:
@@ -114,15 +115,16 @@ def _learned(file: Path) -> tuple[EffectEntry, ...]:
     return NetworkFile.load(file).metadata.robot.effects
 
 
-def _covered(
-    entries: tuple[EffectEntry, ...], known: tuple[EffectEntry, ...], inside: str
-) -> list[Covered]:
+def _covered(robot: RobotFile, known: tuple[EffectEntry, ...], inside: str) -> list[Covered]:
     covered = []
-    for entry in entries:
+    together = robot.steps.backend == "gpiozero"
+    for entry in robot.effects:
         if entry.effect in INVERTIBLE:
             is_known = entry.model_copy(update={"found": None}) in known
             why = "the network does not know it"
             covered.append(_by(entry, inside) if is_known else _left(entry, why))
+        elif together and entry.effect in AHEAD | RINGING:
+            covered.append(_left(entry, NOT_TOGETHER))
         elif entry.effect in WAYS:
             covered.append(_by(entry, WAYS[entry.effect]))
         else:

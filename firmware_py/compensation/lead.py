@@ -74,12 +74,14 @@ class Lead:
         fastest_hz: float,
         acceleration_hzps: float = math.inf,
         jump_hz: float = 0.0,
+        least_smoothed_s: float = 0.0,
     ):
         """No more than `fastest_hz` steps a second, whose rate changes by no more than
         `acceleration_hzps` a second; that of the plan changes by up to `jump_hz` at once.
         """
         self._lag_s = lag_s
-        self._half = round(smoothed_s(lag_s, acceleration_hzps, jump_hz) / GRID_S)
+        smoothed = max(smoothed_s(lag_s, acceleration_hzps, jump_hz), least_smoothed_s)
+        self._half = round(smoothed / GRID_S)
         self._shift_ns = after_ns - round(dead_s * NS_PER_S)
         self._most = fastest_hz * GRID_S
         self._most_change = acceleration_hzps * GRID_S**2
@@ -88,6 +90,8 @@ class Lead:
         self._goal = self._goal_speed = 0.0
         self._grid_ns = round(GRID_S * NS_PER_S)
         self._due, self._sign = NOTHING, NOTHING
+        self._rows = np.zeros(self._half)
+        """Counts to follow, where they are given, from `_half` grid points before `_done` on."""
         self._done = 0
         """Grid points that were turned into commands."""
         self._count = 0
@@ -113,12 +117,26 @@ class Lead:
         self._forget()
         return *made, self._done * self._grid_ns + self._shift_ns
 
+    def along(self, counts: FloatArray) -> tuple[Int64Array, Int64Array, int]:
+        """The same for counts (n,) at the next grid points in place of steps."""
+        self._rows = np.concatenate([self._rows, counts])
+        more = len(self._rows) - 2 * self._half - 1
+        made = (NOTHING, NOTHING)
+        if more > 0:
+            made = self._as_steps(self._told_for(self._rows))
+            self._rows = self._rows[more:]
+            self._done += more
+        return *made, self._done * self._grid_ns + self._shift_ns
+
     def _commands(self, first: int, last: int) -> FloatArray:
         """What to tell at grid points first + 1 to last, in steps."""
         grid = np.arange(first - self._half, last + self._half + 1) * self._grid_ns
         row = np.searchsorted(self._due, grid, side="right")
         total = np.concatenate([[0], np.cumsum(self._sign)])
-        counts = (self._count + total[row]).astype(np.float64)
+        return self._told_for((self._count + total[row]).astype(np.float64))
+
+    def _told_for(self, counts: FloatArray) -> FloatArray:
+        """For all grid points but the first `_half` + 1 and the last `_half`."""
         h = self._half
         triangle = np.concatenate([np.arange(1, h + 1), np.arange(h, 0, -1)[1:]]) / h**2
         smooth = np.convolve(counts, triangle, mode="valid")

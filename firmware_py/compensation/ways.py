@@ -8,3 +8,5 @@ AT_REVERSALS = frozenset({"gear_backlash", "joint_friction"})
 """Play and wound-up shafts are taken up where an arm turns round (`remembering`)."""
 WARMING = frozenset({"thermal_expansion"})
 """Growth is followed with its time constant (`remembering`)."""
+RINGING = frozenset({"resonance"})
+"""What rings is moved so that it does not (`ringing`)."""

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from firmware_py.compensation.ringing import rings
 from firmware_py.paths import reach
 from firmware_py.planner.limits import ROUNDING_M
 from firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
@@ -23,6 +24,9 @@ from firmware_py.robot_file import RobotFile
 from foundation.errors import UnreachablePoint
 from models.linkage import Linkage
 from models.robot import ARMS, FloatArray
+
+GENTLE = 0.05
+"""A platform that rings is brought to its path with this share of the acceleration."""
 
 
 def approach(
@@ -51,7 +55,7 @@ def approach(
         return TogetherSchedule(counts, np.zeros(len(way_rad)), period_s)
     motors = MotorLimits(
         speed_radps=min(limits.approach_speed_radps, limits.joint_speed_radps),
-        acceleration_radps2=limits.joint_acceleration_radps2,
+        acceleration_radps2=limits.joint_acceleration_radps2 * (GENTLE if rings(robot) else 1.0),
         step_rate_hz=limits.step_rate_hz,
         rad_per_step=step_rad,
     )

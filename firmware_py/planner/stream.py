@@ -11,13 +11,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from drivers.steps.contract import Counts, Ticks
+from firmware_py.compensation.ringing import Ringing, knot_s, rings
 from firmware_py.paths.path import Space
 from firmware_py.planner.lead_stream import LeadStream
 from firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached, Schedule
 from firmware_py.planner.plan import Plan, TimedLap
 from firmware_py.planner.step_gate import StepGate
 from firmware_py.planner.targets import Lap
-from foundation.clock import ns
+from foundation.clock import NS_PER_S, ns
 from foundation.errors import MotionError
 from models.inverse_kinematics import TargetMapper
 
@@ -35,7 +36,7 @@ class MotionStream:
         """Find the way to the path's start. Raises UnreachablePoint."""
         self.plan = plan
         self.approach = plan.approach(from_counts)
-        self._lead = LeadStream(plan.robot, plan.jump_hz)
+        self._lead = LeadStream(plan.robot, plan.jump_hz, _ringing(plan, from_counts))
         self.path_start_ns = self.approach.duration_ns + self._lead.after_ns
         """When the first target is reached; before that comes the approach."""
         self.end_ns = _end_ns(plan, self.approach.duration_ns) + 4 * self._lead.after_ns
@@ -130,6 +131,21 @@ def _reached(
         angles_rad=lap.angles_rad[rows],
         counts=lap.counts[rows],
     )
+
+
+def _ringing(plan: Plan, from_counts: Counts) -> Ringing | None:
+    """What keeps the platform from ringing, where it would and the drives can follow."""
+    if plan.first.lap.space is Space.JOINT or not rings(plan.robot):
+        return None
+    begins_s, times_s, rows = 0.0, [], []
+    for timed in [plan.first] if plan.again is None else [plan.first, plan.again]:
+        arrives_s = begins_s + timed.schedule.reached_ns / NS_PER_S
+        times_s.append(np.stack([arrives_s, arrives_s + timed.lap.dwell_s], axis=1).ravel())
+        rows.append(np.repeat(np.hstack([timed.lap.angles_rad, timed.lap.position_m]), 2, axis=0))
+        begins_s += timed.schedule.duration_ns / NS_PER_S
+    angle_rad, place_m = np.hsplit(np.vstack(rows), 2)
+    knot = knot_s(plan.robot, np.concatenate(times_s), angle_rad, place_m)
+    return Ringing(plan.robot, knot, from_counts) if knot > 0.0 else None
 
 
 def _end_ns(plan: Plan, approach_ns: int) -> int:

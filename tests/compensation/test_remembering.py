@@ -72,6 +72,7 @@ CASES = [
     ("thermal_expansion", "arms", {"strain": 0.008, "time_constant": 20.0}),
     ("following_lag", "motor3", {"time": 0.1, "dead_time": 0.04}),
     ("viscous_friction", "motor1", {"coefficient": 60.0, "stiffness": 1000.0}),
+    ("resonance", "platform", {"frequency": 2.5, "damping": 0.08}),
 ]
 
 

@@ -15,7 +15,7 @@ from models.calibrated_inverse import INVERTIBLE, CalibratedInverse
 from models.chain import Chain, Commands
 from models.effects import TABLES, VOCABULARY
 from models.robot import EffectEntry
-from repair.coverage import LEFT, WAYS, coverage_of
+from repair.coverage import LEFT, WAYS, coverage_of, robot_coverage
 
 ROBOT = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
 EFFECTS = """
@@ -23,6 +23,7 @@ effects:
 - {effect: home_offset, component: motor1, parameters: {angle: 0.01}}
 - {effect: joint_friction, component: motor2, parameters: {width: 0.004}}
 - {effect: resonance, component: platform, parameters: {frequency: 5.0, damping: 0.1}}
+- {effect: contact, component: platform, parameters: {height: -0.6}}
 """
 
 
@@ -40,14 +41,14 @@ def test_a_network_that_does_not_know_is_a_warning_and_geometry_knows(
     by_network = coverage_of(heart, corrected)
     assert "home_offset on motor1" in by_network.warning
     assert f"deltactl train --robot {corrected}" in by_network.warning
-    assert {one.effect for one in by_network.left} == {"home_offset", "resonance"}
+    assert {one.effect for one in by_network.left} == {"home_offset", "contact"}
     job = tmp_path / "heart.yaml"
     job.write_text(
         heart.read_text().replace("network  ", "geometry").replace("file: zhao-2023.tflite", "")
     )
     by_geometry = coverage_of(job, corrected)
     assert by_geometry.warning == ""
-    assert [one.effect for one in by_geometry.left] == ["resonance"]
+    assert [one.effect for one in by_geometry.left] == ["contact"]
     assert coverage_of(heart).effects == ()
 
 
@@ -60,11 +61,22 @@ def test_an_included_job_brings_its_own_network(corrected: Path, tmp_path: Path)
     )
     both = coverage_of(job, corrected)
     assert "home_offset on motor1" in both.warning
-    assert {one.effect for one in both.left} == {"home_offset", "resonance"}
+    assert {one.effect for one in both.left} == {"home_offset", "contact"}
 
 
 def test_a_path_in_arm_angles_is_commanded_as_it_is(corrected: Path) -> None:
     assert coverage_of(CONFIG_FOLDER / "survey.yaml", corrected).compensated == ()
+
+
+def test_motors_that_step_together_only_cannot_be_led(corrected: Path) -> None:
+    robot = load_robot(corrected)
+    steps = robot.steps.model_copy(update={"backend": "gpiozero"})
+    left = robot_coverage(robot.model_copy(update={"steps": steps})).left
+    assert {one.effect: "gpiozero" in one.why_not for one in left} == {
+        "resonance": True,
+        "contact": False,
+    }
+    assert "resonance" in {one.effect for one in robot_coverage(robot).compensated}
 
 
 def test_every_effect_of_the_vocabulary_has_its_words() -> None:

@@ -1,0 +1,185 @@
+"""What to command so that a platform that rings goes where it is meant to.
+
+It answers the motion x that the arms make with y'' + 2 d w y' + w^2 y = 2 d w x' + w^2 x. The
+motion is known before it is made, so this is turned round: x = y + e, where T e' + e = y'' / w^2
+with T = 2 d / w. At a corner y'' has no end, so the motion meant is smoothed by a cubic B-spline,
+whose knots are as near to each other as the drives can follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from drivers.steps.contract import MOTORS, Counts, Int64Array, Ticks
+from firmware_py.compensation.lead import GRID_S, lags_s
+from firmware_py.compensation.ways import AT_REVERSALS, RINGING
+from firmware_py.robot_file import RobotFile
+from foundation.clock import NS_PER_S
+from models.calibrated_inverse import INVERTIBLE, CalibratedInverse
+from models.chain import Chain, Commands
+from models.chain.active import Active, at, of_entries
+from models.effects.flow import Flow
+from models.effects.joint_friction import without_swing
+from models.effects.kind import scalar
+from models.effects.port import Port
+from models.effects.recursion import lagged
+from models.robot import FloatArray
+
+BOXES = 4
+"""A cubic B-spline is a box four times over."""
+KNOTS_S = np.arange(0.012, 0.25, 0.004)
+LOOKED_S = 0.004
+SPARE = 0.9
+"""Share of the drives' acceleration for the motion as it is looked at beforehand."""
+MOST_AWAY_M = 0.03
+"""The arms leave the path by no more."""
+GRID_NS = round(GRID_S * NS_PER_S)
+
+
+def rings(robot: RobotFile) -> bool:
+    """Whether it is known to."""
+    return any(one.effect in RINGING for one in robot.effects)
+
+
+def knot_s(robot: RobotFile, t_s: FloatArray, angle_rad: FloatArray, place_m: FloatArray) -> float:
+    """How near the knots may be, in a motion that is at (n, 3) at times (n,); 0: none would do."""
+    stiffness, (_, late_s) = _omega(_mode(robot)) ** 2, lags_s(robot)
+    grid_s = np.arange(t_s[0] - KNOTS_S[-1], t_s[-1] + KNOTS_S[-1], LOOKED_S)
+    angles, places = (
+        np.stack([np.interp(grid_s, t_s, column) for column in of.T], axis=1)
+        for of in (angle_rad, place_m)
+    )
+    knots: list[float] = KNOTS_S.tolist()
+    for knot in knots:
+        boxes = round(knot / LOOKED_S)
+        turns, moves = _smooth(angles, boxes), _smooth(places, boxes)
+        told = turns[1:-1] + np.diff(turns, 2, axis=0) / LOOKED_S**2 / stiffness
+        away_m = np.linalg.norm(np.diff(moves, 2, axis=0), axis=1) / LOOKED_S**2 / stiffness
+        # Drives that follow late are told more than where to be.
+        told = told[1:] + late_s * np.diff(told, axis=0) / LOOKED_S
+        speed = np.abs(np.diff(told, axis=0)).max(initial=0.0) / LOOKED_S
+        change = np.abs(np.diff(told, 2, axis=0)).max(initial=0.0) / LOOKED_S**2
+        if (
+            away_m.max(initial=0.0) <= MOST_AWAY_M
+            and speed <= robot.limits.joint_speed_radps
+            and change <= SPARE * robot.limits.joint_acceleration_radps2
+        ):
+            return knot
+    return 0.0
+
+
+class Ringing:
+    """The motion of one robot: steps go in, counts to follow come out, `reach_s` behind."""
+
+    def __init__(self, robot: RobotFile, knot: float, start: Counts):
+        """knot: as `knot_s` says, above 0 [s]. start: counts before the first step."""
+        mode = _mode(robot)
+        self._stiffness = _omega(mode) ** 2
+        self._late_s = 2.0 * scalar(mode.values, "damping") / _omega(mode)
+        self._kernel = _bspline(max(1, round(knot / GRID_S)))
+        self._margin = len(self._kernel) // 2 + 1
+        self.reach_s = self._margin * GRID_S
+        """So much of the motion has to be known ahead."""
+        self._static = CalibratedInverse(robot)
+        self._chain = Chain(robot.model_copy(update={"effects": ()}))
+        self._joints = _at_joints(robot)
+        self._step_rad = robot.drive.rad_per_step
+        self._start = self._count = np.array(start, dtype=np.int64)
+        self._waiting = Ticks(np.empty(0, dtype=np.int64), np.empty((0, MOTORS), dtype=np.int8))
+        self._known = 0
+        self._rows = np.empty((0, 2 * MOTORS))
+        """Places and counts of the grid points that are still needed."""
+        self._memory: dict[str, FloatArray] = {}
+
+    def counts(self, ticks: Ticks, until_ns: int) -> FloatArray:
+        """Counts since the start at the next grid points, (n, 3); all ticks to `until_ns` known."""
+        planned = self._planned(ticks, until_ns)
+        if not len(planned):
+            return np.empty((0, MOTORS))
+        rows = np.hstack([self._places_m(planned * self._step_rad), planned])
+        if not len(self._rows):
+            rows = np.vstack([np.repeat(rows[:1], self._margin, axis=0), rows])
+        self._rows = np.vstack([self._rows, rows])
+        if len(self._rows) <= 2 * self._margin:
+            return np.empty((0, MOTORS))
+        smooth = _convolved(self._rows, self._kernel)
+        self._rows = self._rows[-2 * self._margin :]
+        meant_m = smooth[:, :MOTORS]
+        pushed = np.diff(meant_m, 2, axis=0) / GRID_S**2 / self._stiffness
+        away_m = lagged(pushed, np.full(len(pushed), GRID_S), self._late_s, self._memory)
+        counts: FloatArray = smooth[1:-1, MOTORS:] + self._more(meant_m[1:-1], away_m)
+        return counts - self._start
+
+    def _more(self, meant_m: FloatArray, away_m: FloatArray) -> FloatArray:
+        """Counts that take the platform off a place (n, 3) by so much (n, 3)."""
+        angles_rad = self._static.angles_rad_at_once(np.vstack([meant_m, meant_m + away_m]))
+        more = (angles_rad[len(meant_m) :] - angles_rad[: len(meant_m)]) / self._step_rad
+        # Beyond what the arms reach there is nothing to be done.
+        return np.where(np.isfinite(more), more, 0.0)
+
+    def _planned(self, ticks: Ticks, until_ns: int) -> Int64Array:
+        """Counts at grid points up to `until_ns`, (n, 3)."""
+        due_ns = np.concatenate([self._waiting.due_ns, ticks.due_ns])
+        steps = np.concatenate([self._waiting.steps, ticks.steps])
+        grid_ns = np.arange(self._known, until_ns // GRID_NS + 1, dtype=np.int64) * GRID_NS
+        total = np.vstack([np.zeros(MOTORS), np.cumsum(steps, axis=0)]).astype(np.int64)
+        row = np.searchsorted(due_ns, grid_ns, side="right")
+        planned: Int64Array = self._count + total[row]
+        done = int(row[-1]) if len(row) else 0
+        self._count = self._count + total[done]
+        self._known += len(grid_ns)
+        self._waiting = Ticks(due_ns[done:], steps[done:])
+        return planned
+
+    def _places_m(self, angles_rad: FloatArray) -> FloatArray:
+        """Where the arms put what rings, (n, 3); with play and friction as they are by then."""
+        if not self._joints:
+            return self._static.position_m(angles_rad)
+        t_s = (self._known - len(angles_rad) + np.arange(len(angles_rad))) * GRID_S
+        fresh = np.zeros(len(t_s), dtype=np.bool_)
+        fresh[0] = t_s[0] == 0.0
+        load = self._chain.course(Commands.of_angles(t_s, angles_rad)).load
+        flow = Flow(t_s, fresh, 0.0, angles_rad.copy(), load, previous_s=t_s[0] - GRID_S)
+        for active in self._joints:
+            active.act(flow)
+        return self._static.place_m(flow.angles_rad)
+
+
+def _mode(robot: RobotFile) -> Active:
+    return of_entries(one for one in robot.effects if one.effect in RINGING)[0]
+
+
+def _omega(mode: Active) -> float:
+    return float(2.0 * np.pi * scalar(mode.values, "frequency"))
+
+
+def _at_joints(robot: RobotFile) -> list[Active]:
+    """What moves arms, in its order, where some of it remembers."""
+    if not any(one.effect in AT_REVERSALS for one in robot.effects):
+        return []
+    known = INVERTIBLE | AT_REVERSALS
+    effects = of_entries([without_swing(one) for one in robot.effects if one.effect in known])
+    return [active for port in (Port.MOTOR, Port.GEAR, Port.ARM) for active in at(effects, port)]
+
+
+def _bspline(knot: int) -> FloatArray:
+    """Weights of an odd number, whose sum is 1."""
+    kernel, box = np.ones(1), np.ones(knot) / knot
+    for _ in range(BOXES):
+        kernel = np.convolve(kernel, box)
+    return kernel
+
+
+def _smooth(values: FloatArray, knot: int) -> FloatArray:
+    """The same by sums, for long motions; shorter by the kernel."""
+    for _ in range(BOXES):
+        total = np.cumsum(np.vstack([np.zeros(values.shape[1]), values]), axis=0)
+        values = (total[knot:] - total[:-knot]) / knot
+    return values
+
+
+def _convolved(rows: FloatArray, kernel: FloatArray) -> FloatArray:
+    columns: Iterable[FloatArray] = rows.T
+    return np.stack([np.convolve(column, kernel, mode="valid") for column in columns], axis=1)
