@@ -207,7 +207,7 @@ class Homing:
         finally:
             with condition.lock:
                 self._busy = False
-                if condition.state is State.UNHOMED and condition.turns == turn:
+                if condition.state is State.UNHOMED:
                     condition.enter(State.UNHOMED)
         condition.note("home", seen.says())
         return seen

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -21,6 +23,29 @@ def test_a_refusal_says_what_to_do(request_: Request, state: State) -> None:
         require(request_, state)
     assert state.value in str(refused.value)
     assert WAY_OUT[state] in str(refused.value)
+
+
+def test_the_controller_refuses_what_the_table_refuses(homed: Controller, write_job) -> None:
+    """In one line that says what to do; a pause with nothing to pause is no crash."""
+    job = write_job()
+    asks = {
+        Request.ON: homed.power_on,
+        Request.OFF: homed.power_off,
+        Request.HOME: homed.home,
+        Request.RUN: lambda: homed.submit(job),
+        Request.PAUSE: homed.pause,
+        Request.RESUME: homed.resume,
+        Request.CANCEL: homed.cancel,
+        Request.ACKNOWLEDGE: homed.acknowledge,
+    }
+    for state, (request_, ask) in product(State, asks.items()):
+        if state not in ALLOWED[request_]:
+            homed.condition.state = state
+            with pytest.raises(NotReady, match=f"cannot .* is {state.value}"):
+                ask()
+            assert homed.condition.state is state
+    homed.condition.state = State.READY
+    assert homed.machine.output.status().queued == 0
 
 
 def test_on_home_off(controller: Controller) -> None:
@@ -53,7 +78,7 @@ def test_homing_is_refused_when_the_sensors_disagree(controller: Controller) -> 
     sleep_s(controller.clock, 0.2)
     with pytest.raises(NotReady, match=r"sensor z reads .* but .* is expected"):
         controller.home()
-    assert controller.status().state == "unhomed"
+    assert (controller.status().state, controller.status().why) == ("unhomed", "")
 
 
 def test_homing_again_drives_back_to_the_home_angles(homed: Controller, write_job, finish) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import time
 from pathlib import Path
@@ -43,6 +44,30 @@ def test_a_sync_reaches_the_kernel(tmp_path: Path, synced: list[int]) -> None:
     file.append(b"1234")
     file.sync()
     assert synced == [4]
+    file.close()
+
+
+def test_a_write_that_failed_half_way_leaves_no_half_piece(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is written once there is room again follows what stood before."""
+    file = AppendFile(tmp_path / "a")
+    file.append(b"before ")
+    whole, told = os.write, [3]
+
+    def full(descriptor: int, data: memoryview) -> int:
+        if not told:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return whole(descriptor, data[: told.pop()])
+
+    with monkeypatch.context() as full_disk:
+        full_disk.setattr(append_file.os, "write", full)
+        with pytest.raises(OSError, match="No space left"):
+            file.append(b"lost in the middle")
+    assert (tmp_path / "a").read_bytes() == b"before "
+    file.append(b"and after")
+    assert (tmp_path / "a").read_bytes() == b"before and after"
+    assert file.size == len(b"before and after")
     file.close()
 
 
