@@ -33,6 +33,9 @@ def main() -> int:
     parser.add_argument("--named", action="store_true", help="only the known mistakes")
     parser.add_argument("--again", action="store_true", help="those that survived, once more")
     parser.add_argument("--list", action="store_true", help="only say which there are")
+    parser.add_argument(
+        "--longest", type=float, default=float("inf"), help="leave out tests that take longer [s]"
+    )
     parser.add_argument("--results", type=Path, help="go on from here, and write here")
     options = parser.parse_args()
     rows = [
@@ -60,7 +63,8 @@ def _row(copy: Copy, row: Row, results: Results, options: argparse.Namespace) ->
     if not due:
         return
     paths = [f"{row.folder}/{name}" for name in row.files]
-    coverage = copy.watched(row.tests, list({*paths, *(one.path for one in due)}))
+    watched = list({*paths, *(one.path for one in due)})
+    coverage = copy.watched(row.tests, watched).no_longer_than(options.longest)
     usual_s = sum(map(coverage.took, coverage.tests))
     print(f"{row.folder}: {len(due)} mutants, {usual_s:.0f} s of tests", flush=True)
     for mutant in due:

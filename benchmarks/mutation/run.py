@@ -78,7 +78,7 @@ class Copy:
         )
         if outcome.verdict != SURVIVED:
             raise SystemExit(f"{' '.join(tests)}: fails without any mistake; see {self.log}")
-        seen = Coverage(left)
+        seen = Coverage.read(left)
         _load(seen.modules)
         return seen
 

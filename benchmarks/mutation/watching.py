@@ -69,13 +69,24 @@ class Watcher:
 class Coverage:
     """What a run of all tests of a folder showed."""
 
-    def __init__(self, path: Path):
+    def __init__(self, tests: dict[str, Seen], modules: list[str]):
+        self.tests = tests
+        self.modules = modules
+
+    @classmethod
+    def read(cls, path: Path) -> Coverage:
+        """As a `Watcher` left it."""
         found = json.loads(path.read_text())
-        self.modules: list[str] = found["modules"]
-        self.tests = {
+        tests = {
             name: Seen(took_s, {file: set(lines) for file, lines in files.items()})
             for name, took_s, files in found["tests"]
         }
+        return cls(tests, found["modules"])
+
+    def no_longer_than(self, longest_s: float) -> Coverage:
+        """Without tests that take longer: fewer mistakes may be noticed, never more."""
+        quick = {name: seen for name, seen in self.tests.items() if seen.took_s <= longest_s}
+        return Coverage(quick, self.modules)
 
     def through(self, file: str, lines: range) -> list[str]:
         """Tests that run through any of these lines, quickest first.

@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import f
 
 from diagnosis.assessment.options import ASSESSMENT
-from diagnosis.assessment.regression_holdout import on_blocks, on_other_runs
+from diagnosis.assessment.regression_holdout import beyond_noise, on_blocks, on_other_runs
 from diagnosis.assessment.significance import chance
 from diagnosis.evidence.effective_size import TemperedNoise
 from diagnosis.evidence.laplace import Laplace
@@ -97,6 +97,94 @@ def test_an_event_is_not_carried_to_another_run_and_the_rest_is() -> None:
     before, after = on_other_runs(selected, [other])  # type: ignore[list-item]
     assert before == pytest.approx(np.sqrt(np.mean(other.observed**2)), rel=1e-6)
     assert after == pytest.approx(0.01, rel=0.1)
+
+
+class Follows(Slope):
+    """Beside the slope, a curve of the place that has no name."""
+
+    def __init__(self, seed: int, size: float):
+        super().__init__(seed, size)
+        self.place = np.random.default_rng(seed + 100).uniform(-1.0, 1.0, COUNT)
+        self.shapes[:, 1] = self.place**2
+        self.observed = self.observed + 3.0 * self.place**2
+        self.regressors = (*self.regressors[:1], Regressor("unknown place", "unknown", -1.0))
+
+    def columns(self, key: str, base: np.ndarray, sizes: dict[str, float]) -> Columns:
+        return super().columns("a" if key == "a" else "jump", base, sizes)
+
+    def followed(self, key: str) -> np.ndarray:
+        return self.place
+
+
+def test_an_unknown_that_follows_the_place_is_carried_to_another_run() -> None:
+    """Where the place was seen; beyond that nothing is said of it."""
+    plant, other = Follows(5, 1.0), Follows(6, 1.0)
+    selected = chosen(plant, ("a", "unknown place"))
+    other.place *= 0.98
+    other.observed += 3.0 * (0.98**2 - 1.0) * other.shapes[:, 1]
+    before, after = on_other_runs(selected, [other])  # type: ignore[list-item]
+    assert before > 1.0
+    assert after == pytest.approx(0.01, rel=0.1)
+    other.place[:100] = np.nan  # there it does not act
+    other.observed[:100] = other.shapes[:100, 0]
+    _, after = on_other_runs(selected, [other])  # type: ignore[list-item]
+    assert after == pytest.approx(0.009, rel=0.1)
+
+
+def test_what_another_run_counts_from_is_taken_over() -> None:
+    """Its file may say nothing of the zero that the first run was held against."""
+
+    class Zeroed(Slope):
+        zero = 0.0
+
+        def base(self, keys: frozenset[str], sizes: dict[str, float]) -> np.ndarray:
+            return np.full(COUNT, self.zero)
+
+        def adopt(self, other: Slope) -> None:
+            self.zero = other.zero  # type: ignore[attr-defined]
+
+    plant, other = Zeroed(7, 1.0), Zeroed(8, 1.0)
+    plant.zero = 5.0
+    for one in (plant, other):
+        one.observed += 5.0
+    assert on_other_runs(chosen(plant, ("a",)), [other])[1] == pytest.approx(0.01, rel=0.1)  # type: ignore[list-item]
+
+
+@pytest.mark.parametrize(
+    ("order", "foretold"), [("rises", True), ("falls", True), ("to and fro", False)]
+)
+def test_of_a_table_sorted_by_distance_each_block_is_spread_over_the_range(
+    order: str, foretold: bool
+) -> None:
+    """What acts only far away is foretold from what stands beside it, not from what is near."""
+    plant = Slope(9, 0.0)
+    far = np.arange(COUNT) >= 4 * COUNT // ASSESSMENT.folds
+    plant.shapes[:, 0] *= far
+    plant.observed += 2.0 * plant.shapes[:, 0]
+    distance = np.arange(COUNT) // 2 / 100.0  # two rows at each
+    if order == "falls":
+        distance = -distance
+    if order == "to and fro":
+        distance[::2] = 0.0
+    plant.covariates = {"distance": distance}  # type: ignore[misc]
+    assert (on_blocks(chosen(plant, ("a",))).after < 0.02) == foretold
+
+
+def test_a_size_that_differs_from_part_to_part_is_known_no_better_than_that() -> None:
+    """The jackknife over fifths, less what is noise; one that does not differ is left as it is."""
+    plant, steady = Slope(10, 1.0), Slope(11, 1.0)
+    fold = np.arange(COUNT) * ASSESSMENT.folds // COUNT
+    x = plant.shapes[:, 0]
+    plant.observed += 0.002 * np.array([1.0, -1.0, 1.2, -1.2, 0.0])[fold] * x
+    without = [x[fold != k] @ plant.observed[fold != k] / (x[fold != k] @ x[fold != k])
+               for k in range(ASSESSMENT.folds)]  # fmt: skip
+    jackknife, noise = (ASSESSMENT.folds - 1) * np.var(without), 0.01**2 / (x @ x)
+    selected = chosen(plant, ("a",))
+    (found,) = beyond_noise(selected.best, on_blocks(selected)).values()
+    assert found == pytest.approx(np.sqrt(jackknife - noise), rel=1e-3)
+    assert found > 1.2 * np.sqrt(noise)
+    even = chosen(steady, ("a",))
+    assert beyond_noise(even.best, on_blocks(even)) == {}
 
 
 @pytest.mark.parametrize("regressors", [1, 7])

@@ -14,6 +14,7 @@ from diagnosis.estimation.blocks import blocks_of
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import ChannelNoise, Whitener
+from diagnosis.estimation.splines import SplineTerm, knots_for, spline_basis
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.priors import file_tolerances
@@ -27,7 +28,9 @@ CHANNELS = [0, 1, 2]
 
 @pytest.fixture(scope="module")
 def recording(record: Record) -> FlatRecording:
-    return record(seconds=30.0, rho=0.0)
+    made = record(seconds=30.0, rho=0.0)
+    # A clock that ran before, as clocks do.
+    return replace(made, t_s=made.t_s + 1000.0)
 
 
 @pytest.fixture(scope="module")
@@ -108,6 +111,40 @@ def test_events_do_not_come_back_in_another_run(
     assert on_another_run(another, solution, lasting, CHANNELS)[1] > 10.0 * before
 
 
+def test_unknowns_that_depend_on_something_come_back_in_another_run(
+    delta: DeltaRobot, recording: FlatRecording, model: DeltaModel
+) -> None:
+    """Two of them, each by its own numbers: a run in which they act the same way is foretold."""
+    covariates, inputs = model.covariates(), model.inputs()
+    frees = []
+    for place, name in (("motor1", "theta_1"), ("range_z", "theta_2")):
+        knots = knots_for(covariates[name], 4)
+        frees.append(SplineTerm(place, name, spline_basis(covariates[name], knots), knots))
+    found = fitter_of(model).solve((), tuple(frees), None)
+    sizes = 0.02 * np.arange(1.0, frees[0].size + frees[1].size + 1.0)
+    read = model.predict(found.nuisances)
+    for free, own in zip(frees, np.split(sizes, [frees[0].size]), strict=True):
+        read = read + free.columns(inputs[free.location]) @ own
+    columns = recording.columns | {f"range_{axis}": read[:, i] for i, axis in enumerate("xyz")}
+    another = DeltaModel(delta, [FlatRecording(recording.t_s, columns, {}, "another")])
+    before, after = on_another_run(another, found, replace(found, coefficients=sizes), CHANNELS)
+    assert before > 0.1
+    assert after < 1e-6
+
+
+def test_one_reading_that_leaps_does_not_make_another_run_look_bad(
+    delta: DeltaRobot, recording: FlatRecording, model: DeltaModel
+) -> None:
+    fitter, solution = fitted(model)
+    rows = np.zeros(len(recording), dtype=bool)
+    rows[700] = True
+    other = changed(delta, recording, rows, 0.4)
+    empty = fitter.solve((), (), None)
+    assert on_another_run(other, empty, solution, CHANNELS)[1] == pytest.approx(
+        on_another_run(model, empty, solution, CHANNELS)[1], rel=0.01
+    )
+
+
 def test_noise_that_comes_in_blocks_widens_an_interval(model: DeltaModel) -> None:
     """The sandwich: whitened residuals with a common part in each block, by the textbook factor."""
     fitter, solution = fitted(model)
@@ -122,6 +159,8 @@ def test_noise_that_comes_in_blocks_widens_an_interval(model: DeltaModel) -> Non
         return float(np.sqrt(cov[-1, -1]))
 
     assert spread(plain + common) > 1.5 * spread(plain)
+    # A few blocks say how much is common only roughly: no more than three times.
+    assert spread(100.0 * common) <= 3.0 * spread(np.zeros(fitter.rows))
 
 
 def test_no_interval_is_finer_than_the_best_machine(
