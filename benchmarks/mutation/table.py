@@ -110,6 +110,7 @@ ASSESSMENT = Row(
     (
         "tests/axes/test_axis_held_out.py",
         "tests/diagnosis/test_held_out.py",
+        "tests/diagnosis/test_interval_ends.py",
         "tests/diagnosis/test_counted_tests.py",
         "tests/diagnosis/test_impossible.py",
     ),

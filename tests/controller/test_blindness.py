@@ -87,6 +87,16 @@ def test_placed_arms_that_are_a_little_off_are_worth_a_second_look() -> None:
     assert check_plausible(ROBOT, seen_m(30.5, 30.5, 30.5)).warning == ""
 
 
+def test_switches_do_not_make_up_for_a_sensor_that_is_refused() -> None:
+    """Only a robot that was built without sensors is homed by its switches alone."""
+    homing = ROBOT.homing.model_copy(update={"method": "switch"})
+    switched = ROBOT.model_copy(update={"homing": homing})
+    with pytest.raises(NotReady, match="no good reading from sensor z"):
+        check_plausible(switched, seen_m(30.0, 30.0, 30.0, missing="z"))
+    nothing = np.full(3, np.nan)
+    assert check_plausible(switched.model_copy(update={"sensors": None}), nothing).warning == ""
+
+
 def blind_one(controller: Controller, axis: str = "z") -> None:
     assert controller.machine.rig is not None
     controller.machine.rig.chips[axis].faults.raw_status = OUT_OF_BOUNDS

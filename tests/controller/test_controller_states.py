@@ -64,6 +64,18 @@ def test_on_home_off(controller: Controller) -> None:
     assert controller.status().state == "unhomed"
 
 
+def test_the_journal_says_what_was_seen_when_homing(
+    controller: Controller, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It opens the next recording: how far off the arms may have been stands there."""
+    events: list[tuple[int, str, str]] = []
+    monkeypatch.setattr(controller.journal, "event", lambda *event: events.append(event))
+    controller.power_on()
+    said = controller.home()
+    assert [text for _, kind, text in events if kind == "home"] == [said]
+    assert [text for _, kind, text in events if kind == "state"] == ["unhomed", "ready"]
+
+
 def test_nothing_runs_unhomed(controller: Controller, write_job) -> None:
     controller.power_on()
     with pytest.raises(NotReady, match=r"unhomed.*deltactl home"):

@@ -10,7 +10,7 @@ import pytest
 from drivers.steps.contract import Ticks
 from firmware_py.controller.jobs.feeder import LEAD_S, LOOKAHEAD_S, Feeder
 from firmware_py.controller.jobs.journal import Journal
-from firmware_py.planner.motion import NOTHING_REACHED, Chunk
+from firmware_py.planner.motion import NOTHING_REACHED, Chunk, Reached
 from firmware_py.planner.time_scaling import TimeScaledMotion
 from foundation.clock import VirtualClock, ns
 from foundation.errors import PulseFault
@@ -108,3 +108,28 @@ def test_what_a_player_that_ran_dry_was_late_by_becomes_part_of_the_plan() -> No
         assert output.pushed[before].due_ns[0] == plain + PERIOD_NS + 3_000_000
         plain = output.pushed[-1].due_ns[-1] - 3_000_000
     assert first < plain
+
+
+def test_every_target_of_the_path_is_noted_and_none_of_the_way_there() -> None:
+    """Numbers count from 0, as in the path file; what was reached is noted when it is due."""
+    rows = np.array([-1, 0, 1])
+    reached = Reached(
+        index=rows + 1, number=rows, repeat=np.ones(3, np.int64), t_ns=PERIOD_NS * (rows + 1),
+        position_m=np.arange(9.0).reshape(3, 3), angles_rad=np.zeros((3, 3)),
+        counts=np.arange(9).reshape(3, 3),
+    )  # fmt: skip
+    noted: list[tuple[object, ...]] = []
+
+    class Noting(Journal):
+        def target(self, *row: object) -> None:
+            noted.append(row)
+
+    chunk = Chunk(Ticks(np.array([0]), np.ones((1, 3), np.int8)), reached, 4 * PERIOD_NS)
+    clock = SlowClock()
+    motion = TimeScaledMotion(iter([chunk]), 0.2)
+    Feeder(Output(), Noting(), motion, clock, HEARTBEAT_NS).feed(clock.now_ns())  # type: ignore[arg-type]
+    start_ns = ns(LEAD_S)
+    assert noted == [
+        (start_ns + PERIOD_NS, 0, (3.0, 4.0, 5.0), (3, 4, 5)),
+        (start_ns + 2 * PERIOD_NS, 1, (6.0, 7.0, 8.0), (6, 7, 8)),
+    ]

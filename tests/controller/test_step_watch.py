@@ -13,7 +13,7 @@ from drivers.fakes.range_noise import RangeNoise
 from drivers.ranging.contract import Gate, Reading
 from drivers.steps.contract import Ticks
 from firmware_py.controller.controller import Controller
-from firmware_py.controller.sensing.step_watch import StepLoss, StepWatch
+from firmware_py.controller.sensing.step_watch import LOOK_S, NOW_S, StepLoss, StepWatch
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from foundation.clock import sleep_s
 from models.linkage import Linkage, forward
@@ -87,6 +87,25 @@ def test_a_jump_is_seen_within_a_second(size: int, sign: int, motor: int, seed: 
     assert 0.0 < after_s < 1.0
     assert loss.steps == pytest.approx(sign * size, abs=60)
     assert loss.late_s == 0.0
+
+
+def test_a_single_look_makes_no_loss_however_often_somebody_asks() -> None:
+    """Half of the readings of `NOW_S` must be new, and two looks `LOOK_S` apart agree on it."""
+    watch, at_ns = StepWatch(ROBOT), 2_000_000_000
+    home_m = forward(Linkage.of(ROBOT.geometry), np.full(3, 0.5)).position_m
+    watch.reset((round(0.5 / ROBOT.drive.rad_per_step),) * 3, 0)
+    for now_ns in range(0, at_ns + 1_000_000_000, 5_000_000):
+        if now_ns % PERIOD_NS == 0:
+            down_m = np.array([0.0, 0.0, -0.02 * (now_ns >= at_ns)])
+            ranges_m = ROBOT.sensors.offsets_m + ROBOT.sensors.axes @ (home_m + down_m)
+            for axis, seen_m in zip(AXES, ranges_m.tolist(), strict=True):
+                watch.reading(Reading(axis, now_ns, seen_m, 0, 9, 5.0, 1.0, 0.001, 0, Gate.GOOD))
+        loss = watch.look(now_ns)
+        if loss is not None:
+            break
+    assert loss is not None
+    assert loss.all_three
+    assert now_ns - at_ns >= (NOW_S / 2.0 + LOOK_S - 0.02) * 1e9
 
 
 def test_small_losses_are_below_its_limit() -> None:

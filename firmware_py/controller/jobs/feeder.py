@@ -39,17 +39,11 @@ class Feeder:
         self._feedback = feedback
         self._start_ns = clock.now_ns() + ns(LEAD_S)
         self._slip_before_ns = output.status().slip_ns
-        self.last_index = -1
 
     @property
     def finished(self) -> bool:
         """Whether everything was handed on and played."""
         return self._motion.pacing() is Pacing.DONE and self._still
-
-    @property
-    def held(self) -> bool:
-        """Whether the arms stand still on the path."""
-        return self._motion.pacing() is Pacing.HELD and self._still
 
     def run_ns(self, now_ns: int) -> int:
         """Run time of the motion at `now_ns`; what the pulses slipped is not counted."""
@@ -81,14 +75,12 @@ class Feeder:
         offset_ns = self._start_ns + self._slip_ns()
         rows = zip(
             reached.t_ns.tolist(),
-            reached.index.tolist(),
             reached.number.tolist(),
             reached.position_m.tolist(),
             reached.counts.tolist(),
             strict=True,
         )
-        for t_ns, index, number, position_m, counts in rows:
-            self.last_index = index
+        for t_ns, number, position_m, counts in rows:
             if number >= 0:
                 self._journal.target(t_ns + offset_ns, number, tuple(position_m), tuple(counts))
 
