@@ -10,6 +10,7 @@ import pytest
 from drivers.steps.contract import Ticks
 from firmware_py.controller.controller import Controller
 from firmware_py.controller.jobs import active_job
+from firmware_py.controller.states import State
 from foundation.clock import sleep_s
 from foundation.errors import DeltactlError, NotReady
 
@@ -181,6 +182,22 @@ def test_a_job_that_was_being_checked_when_the_robot_stopped_is_not_run(
 
     monkeypatch.setattr(homed, "_prepare", slowly)
     with pytest.raises(NotReady, match="cannot run"):
+        homed.submit(write_job())
+    assert homed.status().queued == ()
+
+
+def test_a_job_that_was_being_checked_when_an_arm_was_pushed_is_not_run(
+    homed: Controller, write_job, monkeypatch
+) -> None:
+    """It would be begun from counts that mean nothing any more, once somebody homes."""
+    prepare = homed._prepare
+
+    def slowly(*arguments):
+        homed.condition.enter(State.UNHOMED, "an arm moved")
+        return prepare(*arguments)
+
+    monkeypatch.setattr(homed, "_prepare", slowly)
+    with pytest.raises(NotReady, match=r"unhomed \(an arm moved\)"):
         homed.submit(write_job())
     assert homed.status().queued == ()
 
