@@ -12,7 +12,7 @@ from scipy.sparse import csr_array, diags_array
 from diagnosis.estimation.options import ESTIMATION
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.contract import Model
-from diagnosis.plants.spline_terms import DEGREE
+from diagnosis.plants.options import SPLINE_TERMS
 from diagnosis.plants.traits import traits_of
 
 
@@ -64,14 +64,14 @@ def knots_for(covariate: FloatArray, pieces: int = ESTIMATION.pieces) -> FloatAr
     share = np.linspace(0.0, 1.0, pieces + 1)
     inner = 0.5 * (np.quantile(covariate, share) + covariate.min() + np.ptp(covariate) * share)
     inner = np.maximum.accumulate(inner + 1e-12 * np.arange(len(inner)))
-    return np.concatenate([[inner[0]] * DEGREE, inner, [inner[-1]] * DEGREE])
+    degree = SPLINE_TERMS.spline_degree
+    return np.concatenate([[inner[0]] * degree, inner, [inner[-1]] * degree])
 
 
 def spline_basis(covariate: FloatArray, knots: FloatArray) -> csr_array:
-    """Cubic B-splines of a covariate, constant beyond the outer knots; (n, pieces + DEGREE)."""
-    return csr_array(
-        BSpline.design_matrix(np.clip(covariate, knots[0], knots[-1] - 1e-12), knots, DEGREE)
-    )
+    """Cubic B-splines of a covariate, constant beyond the outer knots; (n, pieces + 3)."""
+    inside = np.clip(covariate, knots[0], knots[-1] - 1e-12)
+    return csr_array(BSpline.design_matrix(inside, knots, SPLINE_TERMS.spline_degree))
 
 
 def waves(t_s: FloatArray, rate_hz: float) -> csr_array:

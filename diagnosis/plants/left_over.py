@@ -7,12 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from diagnosis.observations.readings import FloatArray, IntArray
+from diagnosis.plants.options import SPLINE_TERMS
 from diagnosis.plants.regression import Columns, Regressor
 from diagnosis.plants.spline_terms import KeepsBeside, spline_terms
 
 UNKNOWN = "unknown "
-UNKNOWN_LOG_ODDS = -5.0
-"""Of a mismatch that no named effect makes: one machine in 150 has it, for each covariate."""
 
 
 class LeftOver(KeepsBeside):
@@ -42,7 +41,13 @@ class LeftOver(KeepsBeside):
     def unknowns(self) -> list[Regressor]:
         """The regressors."""
         return [
-            Regressor(UNKNOWN + name, "unknown", UNKNOWN_LOG_ODDS, follows=(name,), left_over=True)
+            Regressor(
+                UNKNOWN + name,
+                "unknown",
+                SPLINE_TERMS.unknown_log_odds,
+                follows=(name,),
+                left_over=True,
+            )
             for name in self.covariates
         ]
 

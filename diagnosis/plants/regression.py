@@ -11,8 +11,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
-import numpy as np
-
 from diagnosis.answer.records import NotTestable
 from diagnosis.observations.readings import FloatArray, IntArray, Readings
 
@@ -103,9 +101,6 @@ class Shown:
     of: Callable[[Draws], FloatArray]
     nothing: float = 0.0
     """Value with which the effect vanishes."""
-
-
-NO_COLUMNS = Columns(np.zeros((0, 0)), np.zeros(0))
 
 
 class RegressionPlant(Protocol):

@@ -7,8 +7,7 @@ from scipy.interpolate import BSpline
 
 from diagnosis.answer.records import NotTestable
 from diagnosis.observations.readings import FloatArray, IntArray
-
-DEGREE = 3
+from diagnosis.plants.options import SPLINE_TERMS
 
 
 def spline_basis(covariate: FloatArray, pieces: int, low: float, high: float) -> FloatArray:
@@ -16,9 +15,10 @@ def spline_basis(covariate: FloatArray, pieces: int, low: float, high: float) ->
     if not high > low:
         return np.zeros((len(covariate), 0))
     inner = np.linspace(low, high, pieces + 1)
-    knots = np.concatenate([[low] * DEGREE, inner, [high] * DEGREE])
+    degree = SPLINE_TERMS.spline_degree
+    knots = np.concatenate([[low] * degree, inner, [high] * degree])
     inside = np.clip(covariate, low, high)
-    basis: FloatArray = BSpline.design_matrix(inside, knots, DEGREE).toarray()
+    basis: FloatArray = BSpline.design_matrix(inside, knots, degree).toarray()
     return basis
 
 
@@ -30,7 +30,7 @@ def spline_terms(
     So a spline term cannot take the place of a named one (Plumlee 2017, J. Am. Stat. Assoc. 112,
     1274-1285). Directions that vanish are left out; the others (n, k) have unit variance.
     """
-    low, high = (float(x) for x in np.quantile(covariate[rows], [0.002, 0.998]))
+    low, high = (float(x) for x in np.quantile(covariate[rows], SPLINE_TERMS.covered))
     basis = spline_basis(covariate, pieces, low, high)
     return less_spanned(basis, spanned, rows) if basis.shape[1] else basis
 
@@ -43,7 +43,7 @@ def less_spanned(basis: FloatArray, spanned: FloatArray, rows: IntArray) -> Floa
     share, *_ = np.linalg.lstsq(spanned[rows], basis[rows], rcond=1e-10)
     left = basis - spanned @ share
     _, size, across = np.linalg.svd(left[rows], full_matrices=False)
-    turned = left @ across[size > 1e-6 * max(float(size[0]), 1e-300)].T
+    turned = left @ across[size > SPLINE_TERMS.vanishing * max(float(size[0]), 1e-300)].T
     shapes: FloatArray = turned / np.maximum(np.std(turned[rows], axis=0), 1e-300)
     return shapes
 
@@ -55,7 +55,7 @@ def carried_over(
 
     Nothing is said beyond the values that were seen.
     """
-    low, high = (float(x) for x in np.quantile(known, [0.002, 0.998]))
+    low, high = (float(x) for x in np.quantile(known, SPLINE_TERMS.covered))
     if not high > low:
         return np.zeros_like(elsewhere)
     size, *_ = np.linalg.lstsq(spline_basis(known, pieces, low, high), shape, rcond=1e-6)

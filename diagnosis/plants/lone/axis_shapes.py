@@ -7,11 +7,16 @@ from functools import cached_property
 import numpy as np
 
 from diagnosis.observations.readings import FloatArray
+from diagnosis.plants.lone.odds import FILE_SPREADS
+from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
 from diagnosis.plants.regression import Columns, Sizes
 
-RATIO_SPREAD = {"stepper_axis": 0.02, "servo_axis": 0.01}
-"""A servo closes its loop over what is read: only another encoder sees another ratio."""
+RATIO_SPREAD = {
+    "stepper_axis": FILE_SPREADS.stepper_ratio_share,
+    "servo_axis": FILE_SPREADS.servo_ratio_share,
+}
+"""By kind of machine."""
 
 
 class AxisShapes:
@@ -68,7 +73,8 @@ class AxisShapes:
     @cached_property
     def _yielding(self) -> float:
         pull = self._axis.pull[self._axis.rows]
-        return 2.0 * self._axis.mismatch / max(float(np.std(pull)), 1e-300)
+        droop = COMMANDED_AXIS.yielding_of_mismatch * self._axis.mismatch
+        return droop / max(float(np.std(pull)), 1e-300)
 
     def _waves(self, base: FloatArray, waves: float) -> Columns:
         """First and second harmonic of a wave that repeats `waves` times over the travel."""
@@ -76,5 +82,6 @@ class AxisShapes:
         shapes = np.stack(
             [np.sin(angle), np.cos(angle), np.sin(2 * angle), np.cos(2 * angle)], axis=1
         )
-        spread = self._axis.mismatch * np.array([1.0, 1.0, 0.5, 0.5])
+        second = COMMANDED_AXIS.second_harmonic
+        spread = self._axis.mismatch * np.array([1.0, 1.0, second, second])
         return Columns(shapes, spread, ("sine", "cosine", "sine2", "cosine2"))

@@ -19,17 +19,13 @@ from diagnosis.plants.lone.axis_regressors import begins_of, impossible, regress
 from diagnosis.plants.lone.axis_shapes import AxisShapes
 from diagnosis.plants.lone.axis_starts import starts
 from diagnosis.plants.lone.drive_chain import DriveChain
+from diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
 from diagnosis.plants.regression import Columns, Shown, Sizes
 from diagnosis.plants.spline_terms import less_spanned
 from models.robot import ServoAxis, StepperAxis
 from recording.tables.flat import FlatRecording
 
-AXIS_PIECES = 6
-FEWEST_PIECES = 2
-ROWS_A_PIECE = 15
-"""Readings that a piece of a spline term stands on at least."""
-FREE_SPREAD = 1e3
 OF_REVERSALS = ("gear_backlash", "joint_friction")
 """Effects that are a constant on an axis whose command never turns back."""
 OF_ONE_SPEED = ("following_lag", "gear_backlash", "joint_friction")
@@ -57,7 +53,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
         if self.robot.zero == "absolute":
             return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
         shapes = np.stack([p.astype(float) for p in self.parts], axis=1)
-        return Columns(shapes, np.full(shapes.shape[1], FREE_SPREAD * self.mismatch))
+        spread = COMMANDED_AXIS.free_constant_spread * self.mismatch
+        return Columns(shapes, np.full(shapes.shape[1], spread))
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Shapes of one regressor around a base."""
@@ -107,13 +104,14 @@ class CommandedAxis(RecordedAxis, LeftOver):
 
     def pieces(self, name: str) -> int:
         """Twice as many over time, in which anything may come and go; fewer of a short table."""
-        most = AXIS_PIECES if name != "time" else 2 * AXIS_PIECES
-        return int(np.clip(len(self.rows) // ROWS_A_PIECE, FEWEST_PIECES, most))
+        most = COMMANDED_AXIS.axis_pieces * (2 if name == "time" else 1)
+        stood_on = len(self.rows) // COMMANDED_AXIS.rows_a_piece
+        return int(np.clip(stood_on, COMMANDED_AXIS.fewest_pieces, most))
 
     @property
     def unknown_spread(self) -> float:
         """Half of what reading and prediction are apart."""
-        return 0.5 * self.mismatch
+        return LONE.unknown_of_mismatch * self.mismatch
 
     def variant(self) -> None:
         """There is one way to prepare it."""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.observations.readings import FloatArray
+from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
 from diagnosis.plants.regression import Regressor, Sizes
 from models.effects.axis_play import loose
@@ -14,7 +15,6 @@ from models.effects.recursion import delayed, lagged, linear
 
 STAGES = ("lag", "ringing", "friction", "rubbing", "play")
 """Parts of the chain from the command to the axis, in their order."""
-MOST_KEPT = 128
 
 
 class DriveChain:
@@ -41,7 +41,7 @@ class DriveChain:
             last = stages[-1]
             earlier = tuple((n, value) for n, value in at if not n.startswith(f"{last}."))
             driven = self._stage(last, self._behind(stages[:-1], earlier), dict(at))
-            if len(self._kept) >= MOST_KEPT:
+            if len(self._kept) >= COMMANDED_AXIS.most_kept:
                 del self._kept[next(iter(self._kept))]
             self._kept[stages, at] = driven
         return self._kept[stages, at]

@@ -20,6 +20,8 @@ from diagnosis.observations.inverse_dynamics import Motion, motion_of
 from diagnosis.observations.needed_columns import filled, first_of, needed, refuse_still
 from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather
 from diagnosis.plants.left_over import UNKNOWN, LeftOver
+from diagnosis.plants.lone.odds import FILE_SPREADS, ODDS
+from diagnosis.plants.lone.options import FORCED_AXIS
 from diagnosis.plants.regression import Columns, Equivalent, Regressor, Shown, Size, Sizes
 from foundation.errors import RecordingError
 from models.chain.axis import gravity_pull
@@ -28,27 +30,6 @@ from models.robot import ServoAxis
 from recording.tables.flat import FlatRecording
 
 MEASURED = ("position", "theta_1", "velocity", "effort")
-FEWEST_FORCED = 60
-INERTIA_SPREAD = 0.3
-"""Share by which a robot file's inertia is off: part weights and drawings, not a measurement."""
-GAIN_SPREAD = 0.1
-"""Share by which a stated torque constant is off (drive makers give 10 %)."""
-RESOLVED = 2.0
-"""Times the noise of the velocity below which an axis may stand: friction is then anything."""
-NARROWER = 0.6
-SMEARED = 0.3
-"""Periods of the low-pass by which what happens at a rest is smeared into the motion."""
-A_REST = 0.15
-"""Periods of the low-pass for which an axis that is slow rests rather than turns round."""
-SLOWEST = 0.01
-"""The same as a share of the top speed."""
-CLOCKS_S = 0.02
-"""By how much effort and position may be apart in time: filters of the current, sampling."""
-WEIGHED = 1.0
-"""Travel [rad] over which a weight's pull is no straight line."""
-SPEEDS = (0.02, 0.06, 0.2)
-"""Stribeck speeds to start from, as shares of the top speed."""
-FORCE_PIECES = 10
 
 
 class ForcedAxis(LeftOver):
@@ -67,7 +48,10 @@ class ForcedAxis(LeftOver):
         self.unit = "N" if robot.motion == "linear" else "N m"
         name = needed(recordings[0], ("position", "theta_1"), "position")
         self.readings: Readings = gather(
-            recordings, [name], {name: "m" if robot.motion == "linear" else "rad"}, FEWEST_FORCED
+            recordings,
+            [name],
+            {name: "m" if robot.motion == "linear" else "rad"},
+            FORCED_AXIS.fewest_forced_rows,
         )
         self.t_s = self.readings.t_s
         refuse_still(self.readings.values[:, 0], name, self.source)
@@ -85,10 +69,11 @@ class ForcedAxis(LeftOver):
         self.channel = "effort"
         self.drawn_on = self.filtered_force - self.observed
         self.rows = self._rows()
-        if len(self.rows) < FEWEST_FORCED // 2:
+        fewest = FORCED_AXIS.fewest_forced_rows // 2
+        if len(self.rows) < fewest:
             raise RecordingError(
                 f"{self.source}: only {len(self.rows)} samples in clear motion; at least "
-                f"{FEWEST_FORCED // 2} are needed to tell anything of the effort"
+                f"{fewest} are needed to tell anything of the effort"
             )
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
@@ -122,19 +107,21 @@ class ForcedAxis(LeftOver):
     @property
     def _slow(self) -> float:
         """Speed below which the axis may stand."""
-        return max(RESOLVED * self.motion.velocity_noise, SLOWEST * self.motion.top_speed)
+        slowest = FORCED_AXIS.slowest_share * self.motion.top_speed
+        return max(FORCED_AXIS.resolved * self.motion.velocity_noise, slowest)
 
     def _rows(self) -> IntArray:
         """Samples in clear motion away from the ends of a stretch, one a filter's memory apart."""
         motion = self.motion
         period = motion.cut_off_hz * self.readings.period_s
-        reach = max(1, int(SMEARED / period))
+        reach = max(1, int(FORCED_AXIS.smeared_periods / period))
         slow = np.abs(motion.velocity) <= self._slow
         # A turning point is no rest: friction changes its sign there, and passes the low-pass too.
-        rests = binary_opening(slow, np.ones(max(2, int(A_REST / period)), dtype=bool))
+        rest = max(2, int(FORCED_AXIS.rest_periods / period))
+        rests = binary_opening(slow, np.ones(rest, dtype=bool))
         moving = ~slow & ~binary_dilation(rests, np.ones(2 * reach + 1, dtype=bool))
         good = np.flatnonzero(motion.settled & moving & self.readings.valid[:, 0])
-        stride = max(1, int(0.25 / (motion.cut_off_hz * self.readings.period_s)))
+        stride = max(1, int(FORCED_AXIS.periods_a_row / period))
         return good[::stride]
 
     # ---- what may be missing -------------------------------------------------------------------
@@ -149,27 +136,30 @@ class ForcedAxis(LeftOver):
     @cached_property
     def _pulls(self) -> bool:
         """Whether a known force acts that tells the drive's gain from the mass."""
-        return float(np.std(self.pulled[self.rows])) > 0.02 * self.size
+        least = FORCED_AXIS.known_pull_share * self.size
+        return float(np.std(self.pulled[self.rows])) > least
 
     def _regressors(self) -> list[Regressor]:
         top = self.motion.top_speed
-        gain = (Equivalent("effort_gain", -0.7),)
+        gain = (Equivalent("effort_gain", ODDS.gain_for_inertia),)
         found = [
-            Regressor("friction", "joint_friction", -1.0, positive=("torque",)),
-            Regressor("viscous", "viscous_friction", -1.0, positive=("coefficient",)),
-            Regressor("inertia", "inertia", -2.0,
+            Regressor("friction", "joint_friction", ODDS.everyday, positive=("torque",)),
+            Regressor("viscous", "viscous_friction", ODDS.everyday, positive=("coefficient",)),
+            Regressor("inertia", "inertia", ODDS.stated_inertia,
                       equivalents=() if self.let_go or self._pulls else gain),
         ]  # fmt: skip
         if not self.let_go:
-            speed = Size("speed", "flat", top, 0.005 * top, 0.6 * top, 0.002 * top)
+            slowest, fastest = (share * top for share in FORCED_AXIS.stribeck_speeds)
+            speed = Size("speed", "flat", top, slowest, fastest, 0.002 * top)
+            friction = Equivalent("joint_friction", ODDS.friction_for_bias)
+            sensor = Equivalent("sensor_latency", ODDS.late_sensor_for_late_effort)
             found += [
-                Regressor("offset", "effort_offset", -2.0,
-                          equivalents=(Equivalent("joint_friction", -2.5),)),
-                *([Regressor("gain", "effort_gain", -3.0)] if self._pulls else []),
-                Regressor("spring", "unknown", -4.0, follows=("position",)),
-                Regressor("lag", "following_lag", -4.0, alone=False, positive=("dead_time",),
-                          equivalents=(Equivalent("sensor_latency", -0.5),)),
-                Regressor("stribeck", "stribeck_friction", -3.0, sizes=(speed,),
+                Regressor("offset", "effort_offset", ODDS.effort_bias, equivalents=(friction,)),
+                *([Regressor("gain", "effort_gain", ODDS.torque_constant)] if self._pulls else []),
+                Regressor("spring", "unknown", ODDS.spring, follows=("position",)),
+                Regressor("lag", "following_lag", ODDS.late_effort, alone=False,
+                          positive=("dead_time",), equivalents=(sensor,)),
+                Regressor("stribeck", "stribeck_friction", ODDS.stribeck, sizes=(speed,),
                           beside=("friction",), alone=False, positive=("torque",)),
             ]  # fmt: skip
         return [*found, *self.unknowns()]
@@ -182,7 +172,7 @@ class ForcedAxis(LeftOver):
         """Effort is held between samples and filtered before it is recorded: no finding."""
         if self.let_go:
             return Columns(np.zeros((len(self.t_s), 0)), np.zeros(0))
-        spread = max(CLOCKS_S, 0.5 * self.readings.period_s)
+        spread = max(FORCED_AXIS.clocks_s, FORCED_AXIS.clocks_periods * self.readings.period_s)
         return Columns(self._changing[:, None], np.array([spread]), ("late",))
 
     @cached_property
@@ -198,7 +188,8 @@ class ForcedAxis(LeftOver):
         if key == "stribeck":
             share = np.exp(-((self.motion.velocity / sizes["stribeck.speed"]) ** 2))
             shape = self.motion.low_passed(self._direction * share)
-            return Columns(shape[:, None], np.array([0.5 * self.size]), ("torque",))
+            spread = FORCED_AXIS.stribeck_of_size * self.size
+            return Columns(shape[:, None], np.array([spread]), ("torque",))
         return self._shapes[key]
 
     @cached_property
@@ -208,15 +199,16 @@ class ForcedAxis(LeftOver):
         In motions to and fro it looks like inertia, so it is chosen together with the named ones.
         """
         at = self.motion.position
-        turns = self.unit == "N m" and float(np.ptp(at[self.rows])) > WEIGHED
+        turns = self.unit == "N m" and float(np.ptp(at[self.rows])) > FORCED_AXIS.weighed_rad
         forms = [np.sin(at), np.cos(at)] if turns else [at]
         shapes = [form - float(np.mean(form[self.rows])) for form in forms]
         sizes = [max(float(np.std(shape[self.rows])), 1e-300) for shape in shapes]
-        return Columns(np.stack(shapes, axis=1), 0.5 * self.size / np.array(sizes))
+        pull = FORCED_AXIS.stribeck_of_size * self.size
+        return Columns(np.stack(shapes, axis=1), pull / np.array(sizes))
 
     @cached_property
     def _direction(self) -> FloatArray:
-        width = max(self.motion.velocity_noise, 1e-3 * self.motion.top_speed)
+        width = max(self.motion.velocity_noise, FORCED_AXIS.turning_share * self.motion.top_speed)
         direction: FloatArray = np.tanh(self.motion.velocity / width)
         return direction
 
@@ -226,10 +218,14 @@ class ForcedAxis(LeftOver):
         table = {
             "friction": (motion.low_passed(self._direction), size, "torque"),
             "viscous": (motion.velocity, size / motion.top_speed, "coefficient"),
-            "inertia": (motion.acceleration, INERTIA_SPREAD * self.inertia, "inertia"),
-            "offset": (np.ones(len(self.t_s)), 0.3 * size, "offset"),
-            "gain": (motion.acceleration * self.inertia - self.pulled, GAIN_SPREAD, "scale"),
-            "lag": (self._changing, 0.05, "dead_time"),
+            "inertia": (motion.acceleration, FILE_SPREADS.inertia_share * self.inertia, "inertia"),
+            "offset": (np.ones(len(self.t_s)), FORCED_AXIS.bias_of_size * size, "offset"),
+            "gain": (
+                motion.acceleration * self.inertia - self.pulled,
+                FILE_SPREADS.gain_share,
+                "scale",
+            ),
+            "lag": (self._changing, FORCED_AXIS.dead_time_spread_s, "dead_time"),
         }
         return {
             key: Columns(shape[:, None], np.array([spread]), (name,))
@@ -251,16 +247,16 @@ class ForcedAxis(LeftOver):
 
     def pieces(self, name: str) -> int:
         """The same over every covariate."""
-        return FORCE_PIECES
+        return FORCED_AXIS.force_pieces
 
     @property
     def unknown_spread(self) -> float:
         """A third of all forces."""
-        return 0.3 * self.size
+        return FORCED_AXIS.unknown_of_size * self.size
 
     def variant(self) -> ForcedAxis:
         """The same under a narrower low-pass: what differs between the two is no knowledge."""
-        return ForcedAxis(self.robot, self._recordings, NARROWER)
+        return ForcedAxis(self.robot, self._recordings, FORCED_AXIS.narrower)
 
     def not_testable(self) -> list[NotTestable]:
         """What lies behind the place at which the position is read, and the drive of free motion.
@@ -314,11 +310,12 @@ class ForcedAxis(LeftOver):
             return True
         if "gain" in keys and linear["gain"][0] <= -1.0:
             return True
-        top = self.motion.top_speed
-        return "stribeck" in keys and not 0.006 * top < sizes["stribeck.speed"] < 0.59 * top
+        low, high = (share * self.motion.top_speed for share in FORCED_AXIS.stribeck_within)
+        return "stribeck" in keys and not low < sizes["stribeck.speed"] < high
 
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
         """Where to start the nonlinear sizes of a regressor."""
         if key == "stribeck":
-            return [{"stribeck.speed": share * self.motion.top_speed} for share in SPEEDS]
+            top = self.motion.top_speed
+            return [{"stribeck.speed": share * top} for share in FORCED_AXIS.speed_starts]
         return [{}]

@@ -23,22 +23,12 @@ from diagnosis.observations.readings import (
     step_of,
 )
 from diagnosis.plants.left_over import UNKNOWN, LeftOver
+from diagnosis.plants.lone.odds import FILE_SPREADS, ODDS
+from diagnosis.plants.lone.options import LONE, RANGE_SENSOR
 from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes
 from models.chain.range_sensor import SensorChain
 from models.robot import RangeSensor
 from recording.tables.flat import FlatRecording
-
-MOST_RANGED_ROWS = 6000
-FEWEST_RANGED = 20
-"""A calibration table is short, and each of its rows may be the mean of many readings."""
-GROSS_FROM_MEDIAN = 30.0
-"""Times the usual distance from the median beyond which a reading says nothing of the sensor."""
-MOST_GROSS = 0.2
-SCALE_SPREAD = 0.02
-"""A ranging sensor's clock is off by parts in a thousand, its optics by a percent or two."""
-READ_LATE_SPREAD_S = 0.1
-WARM_UP_S = (20.0, 100.0, 500.0, 2500.0)
-RANGE_PIECES = 8
 
 
 class RangeSensorPlant(LeftOver):
@@ -55,7 +45,7 @@ class RangeSensorPlant(LeftOver):
         recordings = [_averaged(recording) for recording in recordings]
         self.channel = "range"
         self.readings: Readings = gather(
-            recordings, [self.channel], {self.channel: "m"}, FEWEST_RANGED
+            recordings, [self.channel], {self.channel: "m"}, RANGE_SENSOR.fewest_ranged_rows
         )
         self.t_s = self.readings.t_s
         self.distance = np.concatenate([filled(r, "distance") for r in recordings])
@@ -98,12 +88,12 @@ class RangeSensorPlant(LeftOver):
     @cached_property
     def moves_all_the_time(self) -> bool:
         """Whether the target moves rather than standing at places."""
-        return float(self._new_distance[self.rows].mean()) > 0.3
+        return float(self._new_distance[self.rows].mean()) > RANGE_SENSOR.moving_target
 
     @cached_property
     def moves(self) -> bool:
         """Whether there is more than one distance."""
-        return float(np.ptp(self.distance[self.rows])) > 1e-6
+        return float(np.ptp(self.distance[self.rows])) > RANGE_SENSOR.least_travel_m
 
     @cached_property
     def in_time(self) -> bool:
@@ -118,20 +108,26 @@ class RangeSensorPlant(LeftOver):
         return max(float(np.sqrt(np.mean(left**2))), 1e-9)
 
     def _regressors(self) -> list[Regressor]:
-        found = [Regressor("offset", "sensor_offset", -1.0)]
+        found = [Regressor("offset", "sensor_offset", ODDS.everyday)]
         if self.moves:
             found += [
-                Regressor("scale", "sensor_scale", -1.0),
-                Regressor("crosstalk", "sensor_crosstalk", -2.5),
+                Regressor("scale", "sensor_scale", ODDS.everyday),
+                Regressor("crosstalk", "sensor_crosstalk", ODDS.crosstalk),
             ]
         if self.moves_all_the_time and self.in_time:
-            found.append(Regressor("late", "sensor_latency", -1.5))
+            found.append(Regressor("late", "sensor_latency", ODDS.late_range))
         if self.in_time:
-            span = self.readings.span_s
-            warming = Size("time_constant", "flat", span, 2.0 * self.readings.period_s, 3.0 * span,
-                           1e-3 * span)  # fmt: skip
-            found.append(Regressor("drift", "sensor_drift", -3.0, sizes=(warming,), alone=False))
+            found.append(
+                Regressor("drift", "sensor_drift", ODDS.warm_up_drift, sizes=(self._warming(),),
+                          alone=False)
+            )  # fmt: skip
         return [*found, *self.unknowns()]
+
+    def _warming(self) -> Size:
+        span_s = self.readings.span_s
+        soonest_s = RANGE_SENSOR.warm_up_periods * self.readings.period_s
+        return Size("time_constant", "flat", span_s, soonest_s,
+                    RANGE_SENSOR.warm_up_spans * span_s, 1e-3 * span_s)  # fmt: skip
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """What the robot file says the sensor reads, (n,)."""
@@ -152,12 +148,13 @@ class RangeSensorPlant(LeftOver):
 
     @cached_property
     def _shapes(self) -> dict[str, tuple[FloatArray, float, str]]:
+        usual = RANGE_SENSOR.size_of_mismatch * self.mismatch
         far = max(float(np.max(np.abs(self.distance[self.rows]))), 1e-9)
         return {
-            "offset": (np.ones(len(self.t_s)), 2.0 * self.mismatch, "offset"),
-            "scale": (self.distance, SCALE_SPREAD, "scale"),
-            "crosstalk": (self.distance**2, 2.0 * self.mismatch / far**2, "curvature"),
-            "late": (-self._speed, READ_LATE_SPREAD_S, "time"),
+            "offset": (np.ones(len(self.t_s)), usual, "offset"),
+            "scale": (self.distance, FILE_SPREADS.range_scale_share, "scale"),
+            "crosstalk": (self.distance**2, usual / far**2, "curvature"),
+            "late": (-self._speed, RANGE_SENSOR.late_range_spread_s, "time"),
         }
 
     @cached_property
@@ -184,12 +181,12 @@ class RangeSensorPlant(LeftOver):
 
     def pieces(self, name: str) -> int:
         """The same over every covariate."""
-        return RANGE_PIECES
+        return RANGE_SENSOR.range_pieces
 
     @property
     def unknown_spread(self) -> float:
         """Half of what readings and distances are apart."""
-        return 0.5 * self.mismatch
+        return LONE.unknown_of_mismatch * self.mismatch
 
     def variant(self) -> None:
         """There is one way to prepare it."""
@@ -221,15 +218,20 @@ class RangeSensorPlant(LeftOver):
         if "drift" not in keys:
             return False
         size = next(r for r in self.regressors if r.key == "drift").sizes[0]
-        return not 1.01 * size.low < sizes["drift.time_constant"] < 0.99 * size.high
+        near = LONE.near_bound
+        low, high = (1.0 + near) * size.low, (1.0 - near) * size.high
+        return not low < sizes["drift.time_constant"] < high
 
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
         """Where to start the nonlinear sizes of a regressor."""
         if key != "drift":
             return [{}]
         span = self.readings.span_s
-        likely = [s for s in WARM_UP_S if s < 2.0 * span] or [0.3 * span]
-        return [{"drift.time_constant": s} for s in (*likely, 0.2 * span)]
+        slowest = RANGE_SENSOR.warm_up_of_span * span
+        likely = [s for s in RANGE_SENSOR.warm_up_starts_s if s < slowest]
+        likely = likely or [RANGE_SENSOR.warm_up_else * span]
+        also = RANGE_SENSOR.warm_up_also * span
+        return [{"drift.time_constant": s} for s in (*likely, also)]
 
 
 def _gross(left: FloatArray, valid: BoolArray) -> BoolArray:
@@ -238,13 +240,14 @@ def _gross(left: FloatArray, valid: BoolArray) -> BoolArray:
         return np.zeros_like(valid)
     off = np.abs(left - np.median(left[valid]))
     usual = max(MAD_TO_SIGMA * float(np.median(off[valid])), 1e-9)
-    gross: BoolArray = off > GROSS_FROM_MEDIAN * usual
-    return gross if float(gross[valid].mean()) < MOST_GROSS else np.zeros_like(valid)
+    gross: BoolArray = off > RANGE_SENSOR.gross_from_median * usual
+    few = float(gross[valid].mean()) < RANGE_SENSOR.most_gross_ranges
+    return gross if few else np.zeros_like(valid)
 
 
 def _averaged(recording: FlatRecording) -> FlatRecording:
     """Means of rows that follow each other, where there are more than are of use."""
-    count = -(-len(recording) // MOST_RANGED_ROWS)
+    count = -(-len(recording) // RANGE_SENSOR.most_ranged_rows)
     if count == 1:
         return recording
     rows = len(recording) // count * count

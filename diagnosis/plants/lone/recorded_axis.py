@@ -15,7 +15,9 @@ from diagnosis.observations.needed_columns import (
     refuse_other_units,
     refuse_still,
 )
+from diagnosis.observations.options import OBSERVATIONS
 from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather, step_of
+from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.plants.lone.travel import arrivals, count_places, direction_of, turns
 from foundation.errors import RecordingError
 from models.chain.axis import AxisChain
@@ -26,22 +28,6 @@ from recording.tables.flat import FlatRecording
 
 OBSERVED = ("theta_1", "position")
 COMMANDED = ("command_1", "command")
-FEWEST_FOLLOWED = 40
-MOST_ROWS = 2000
-"""Rows beyond which an axis tells no more: readings are correlated over many samples."""
-MOST_SAMPLES = 4000
-MOVING = 0.05
-"""Share of the top speed above which a row counts as in motion."""
-LAG_SPREAD_S = 0.1
-"""A drive's lag is tens of milliseconds; a hobby servo's a tenth of a second (SO-101, STS3250)."""
-LONGEST_LAG_S = 2.0
-"""Longest lag, and longest dead time, that a drive is looked for: beyond, it has arrived."""
-STEADY = 0.999
-"""Correlation of command and time above which an axis turns steadily and they are one."""
-LEAST_MOVE = 1e-6
-"""Of the travel: a command that changes by less stands still."""
-FULL_STEPS = 200.0
-"""Of a turn of the usual stepper motor (1.8 degrees each)."""
 
 
 class RecordedAxis:
@@ -58,7 +44,7 @@ class RecordedAxis:
         order = OBSERVED[::-1] if servo else OBSERVED
         self.name = needed(recordings[0], order, "position" if servo else "theta_1")
         self.readings: Readings = gather(
-            recordings, [self.name], {self.name: self.unit}, FEWEST_FOLLOWED
+            recordings, [self.name], {self.name: self.unit}, COMMANDED_AXIS.fewest_followed_rows
         )
         self.observed = np.nan_to_num(self.readings.values[:, 0])
         self.t_s = self.readings.t_s
@@ -127,7 +113,7 @@ class RecordedAxis:
 
     def _rows(self) -> IntArray:
         valid = np.flatnonzero(self.readings.valid[:, 0])
-        stride = max(1, -(-len(valid) // MOST_ROWS))
+        stride = max(1, -(-len(valid) // COMMANDED_AXIS.most_followed_rows))
         return valid[::stride]
 
     def _moving(self) -> IntArray:
@@ -135,29 +121,30 @@ class RecordedAxis:
 
         Where a row is read long after each move, none is in motion.
         """
-        if self.readings.period_s > 3 * LAG_SPREAD_S:
+        settled_s = COMMANDED_AXIS.settling_lags * COMMANDED_AXIS.lag_spread_s
+        if self.readings.period_s > settled_s:
             return np.zeros(len(self.t_s), dtype=np.intp)
         step_s = np.maximum(np.diff(self.t_s, prepend=self.t_s[0] - 1.0), 1e-9)
         speed = np.abs(np.diff(self.commanded, prepend=self.commanded[0])) / step_s
         # How a stretch began nobody knows: what the axis was doing counts as motion.
         speed[self.readings.fresh] = float(np.max(speed[~self.readings.fresh], initial=0.0))
-        late = lagged(
-            speed[:, None], np.where(self.readings.fresh, 0.0, step_s), 3 * LAG_SPREAD_S, {}
-        )
-        moving: IntArray = (late[:, 0] > MOVING * np.quantile(late, 0.98)).astype(np.intp)
+        late = lagged(speed[:, None], np.where(self.readings.fresh, 0.0, step_s), settled_s, {})
+        top = np.quantile(late, OBSERVATIONS.top_speed_quantile)
+        moving: IntArray = (late[:, 0] > COMMANDED_AXIS.moving_share * top).astype(np.intp)
+        least, most = COMMANDED_AXIS.of_each_kind
         share = float(moving[self.rows].mean())
-        return moving if 0.1 < share < 0.9 else np.zeros_like(moving)
+        return moving if least < share < most else np.zeros_like(moving)
 
     @cached_property
     def steady(self) -> bool:
         """Whether the command is a straight line: position and time tell the same."""
         chosen = self.commanded[self.rows], self.t_s[self.rows]
-        return abs(float(np.corrcoef(*chosen)[0, 1])) > STEADY
+        return abs(float(np.corrcoef(*chosen)[0, 1])) > COMMANDED_AXIS.steady_correlation
 
     @cached_property
     def direction(self) -> FloatArray:
         """Way of the last move of the command (n,): 1 up, -1 down, 0 where nobody knows."""
-        hair = max(self.resolution, LEAST_MOVE * self.span)
+        hair = max(self.resolution, COMMANDED_AXIS.least_move_share * self.span)
         way = direction_of(self.commanded, self.readings.fresh, hair)
         return arrivals(self.commanded, way, hair) if self.arrived else way
 
@@ -169,7 +156,7 @@ class RecordedAxis:
     @property
     def arrived(self) -> bool:
         """Whether rows are so far apart that every move is over before the next is read."""
-        return self.readings.period_s > LONGEST_LAG_S
+        return self.readings.period_s > COMMANDED_AXIS.longest_lag_s
 
     @cached_property
     def places(self) -> int:
@@ -186,8 +173,9 @@ class RecordedAxis:
         """How far reading and nominal prediction are apart: the spread of shapes of any size."""
         left = (self.observed - self.nominal)[self.rows]
         left = left - np.median(left) if self.robot.zero == "arbitrary" else left
-        return max(float(np.sqrt(np.mean(np.clip(left**2, 0.0, np.quantile(left**2, 0.99))))),
-                   1e-12 * max(self.span, 1e-12))  # fmt: skip
+        most = np.quantile(left**2, COMMANDED_AXIS.clipped_quantile)
+        apart = float(np.sqrt(np.mean(np.clip(left**2, 0.0, most))))
+        return max(apart, 1e-12 * max(self.span, 1e-12))
 
     @cached_property
     def step_s(self) -> FloatArray:
@@ -208,12 +196,14 @@ class RecordedAxis:
         """Least that a motor loses at the axis [rad]: one of its 200 full steps a turn."""
         if self._motor is None:
             return 0.0
-        return self.rad_per_step * self._motor.microsteps_per_rev / FULL_STEPS
+        return (
+            self.rad_per_step * self._motor.microsteps_per_rev / COMMANDED_AXIS.full_steps_per_turn
+        )
 
 
 def _thinned(recording: FlatRecording) -> FlatRecording:
     """Every so many rows of a long recording: an axis hardly moves between them."""
-    stride = -(-len(recording) // MOST_SAMPLES)
+    stride = -(-len(recording) // COMMANDED_AXIS.most_followed_samples)
     if stride == 1:
         return recording
     columns = {name: values[::stride] for name, values in recording.columns.items()}

@@ -14,7 +14,8 @@ import numpy as np
 from diagnosis.observations.options import OBSERVATIONS
 from diagnosis.observations.readings import FloatArray, IntArray, Readings
 from diagnosis.observations.servo_preprocessing import Signals, signals_of
-from diagnosis.plants.lone.forced_axis import GAIN_SPREAD, INERTIA_SPREAD
+from diagnosis.plants.lone.odds import FILE_SPREADS, JOINT_ODDS, ODDS
+from diagnosis.plants.lone.options import LONE, SERVO_JOINTS
 from diagnosis.plants.regression import Columns, Regressor, Shown, Sizes
 from diagnosis.plants.spline_terms import KeepsBeside, spline_terms
 from foundation.errors import RecordingError
@@ -26,15 +27,6 @@ from models.robot import DeltaRobot
 from recording.tables.flat import FlatRecording
 
 CHANNEL = "disturbance"
-APART_S = 60.0
-MOST_JOINT_ROWS = 4000
-LATE_SPREAD_S = 0.001
-JOINT_PIECES = 8
-LOG_ODDS = {
-    "joint_friction": -1.0, "viscous_friction": -1.0, "payload": -1.5, "gravity_error": -2.0,
-    "inertia": -2.5, "effort_offset": -3.0, "effort_gain": -3.0,
-}  # fmt: skip
-"""Bearings and grease change most, loads are changed by hand, masses and motors by exchange."""
 MAIN = {
     "joint_friction": "torque", "viscous_friction": "coefficient", "gravity_error": "torque",
     "inertia": "inertia", "payload": "mass", "effort_gain": "scale", "effort_offset": "offset",
@@ -54,7 +46,8 @@ class ServoDelta(KeepsBeside):
         self._courses: list[Course] = [self.chain.course(s.motion) for s in self._signals]
         self.readings = self._laid_end_to_end()
         self.channel = self.readings.names[0]
-        if self.readings.valid.sum() < 3 * OBSERVATIONS.fewest_samples:
+        fewest = SERVO_JOINTS.joints_of_samples * OBSERVATIONS.fewest_samples
+        if self.readings.valid.sum() < fewest:
             raise RecordingError(
                 f"{recordings[0].source}: {int(self.readings.valid.sum())} stretches of 10 ms in "
                 "clear motion; that is too little to tell anything"
@@ -63,7 +56,7 @@ class ServoDelta(KeepsBeside):
         self.t_s = self.readings.t_s
         self.observed = np.nan_to_num(self.readings.values[:, 0])
         valid = np.flatnonzero(self.readings.valid[:, 0])
-        self.rows: IntArray = valid[:: max(1, -(-len(valid) // MOST_JOINT_ROWS))]
+        self.rows: IntArray = valid[:: max(1, -(-len(valid) // SERVO_JOINTS.most_joint_rows))]
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = (self.readings.part // len(self._signals)).astype(np.intp)
         self.nominal = self._torque(())
@@ -82,7 +75,7 @@ class ServoDelta(KeepsBeside):
                 shift = begin - float(s.t_s[0]) if times else 0.0
                 times.append(s.t_s + shift)
                 shifts.append(shift)
-                begin = float(times[-1][-1]) + APART_S
+                begin = float(times[-1][-1]) + OBSERVATIONS.between_recordings_s
                 values.append(s.observed_nm[:, joint])
                 valid.append(s.valid[:, joint])
                 fresh.append(s.fresh)
@@ -112,14 +105,19 @@ class ServoDelta(KeepsBeside):
     def _regressors(self) -> list[Regressor]:
         found = [
             Regressor(
-                f"{kind.name} {component}", kind.name, LOG_ODDS[kind.name], component, alone=False
+                f"{kind.name} {component}", kind.name, JOINT_ODDS[kind.name], component, alone=False
             )
             for kind in SERVO_EFFECTS.values()
             for component in kind.components
         ]
         found += [
             Regressor(
-                f"unknown {motor} {name}", "unknown", -6.0, motor, follows=(name,), left_over=True
+                f"unknown {motor} {name}",
+                "unknown",
+                ODDS.unknown_of_joint,
+                motor,
+                follows=(name,),
+                left_over=True,
             )
             for motor in MOTORS
             for name in UNKNOWNS
@@ -144,7 +142,7 @@ class ServoDelta(KeepsBeside):
         """How late the estimate is: the observer's own lag, and the clock's."""
         slope = np.gradient(self.nominal, self.t_s)
         slope[self.readings.fresh] = 0.0
-        return Columns(-slope[:, None], np.array([LATE_SPREAD_S]), ("late",))
+        return Columns(-slope[:, None], np.array([SERVO_JOINTS.observer_late_spread_s]), ("late",))
 
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Torques (n, k) of one regressor."""
@@ -166,7 +164,8 @@ class ServoDelta(KeepsBeside):
         name = MAIN[kind.name]
         if kind.name == "effort_gain":
             halved = self._torque([activate(kind, component, {name: 0.5})])
-            return Columns((halved - self.nominal)[:, None], np.array([GAIN_SPREAD]), (name,))
+            spread = FILE_SPREADS.gain_share
+            return Columns((halved - self.nominal)[:, None], np.array([spread]), (name,))
         nothing = self.chain.rotor_kgm2 if kind.name == "inertia" else 0.0
         unit = 1e-3
         moved = self._torque([activate(kind, component, {name: nothing + unit})])
@@ -174,7 +173,9 @@ class ServoDelta(KeepsBeside):
         typical = max(float(np.std(shape[self.rows])), 1e-12)
         spread = self._mismatch / typical
         if kind.name == "inertia":
-            spread = min(spread, INERTIA_SPREAD * max(self.chain.rotor_kgm2, 1e-12) * 3.0)
+            rotor = max(self.chain.rotor_kgm2, 1e-12)
+            widest = FILE_SPREADS.inertia_share * rotor * SERVO_JOINTS.inertia_of_rotor
+            spread = min(spread, widest)
         return Columns(shape[:, None], np.array([spread]), (name,))
 
     def _joint(self, motor: str) -> FloatArray:
@@ -202,14 +203,15 @@ class ServoDelta(KeepsBeside):
     @cached_property
     def _unknown(self) -> dict[tuple[str, str], Columns]:
         found = {}
+        usual = LONE.unknown_of_mismatch * self._mismatch
         for motor in MOTORS:
             own = self.rows[self.kinds[self.rows] == MOTORS.index(motor)]
             for name in UNKNOWNS:
                 shapes = spline_terms(
-                    self.covariates[name], JOINT_PIECES, self._spanned(motor), own
+                    self.covariates[name], SERVO_JOINTS.joint_pieces, self._spanned(motor), own
                 )
                 shapes = shapes * self._joint(motor)[:, None]
-                found[motor, name] = Columns(shapes, np.full(shapes.shape[1], 0.5 * self._mismatch))
+                found[motor, name] = Columns(shapes, np.full(shapes.shape[1], usual))
         return found
 
     def followed(self, key: str) -> FloatArray:

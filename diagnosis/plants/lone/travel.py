@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.observations.readings import BoolArray, FloatArray
-
-CELLS = 200
-"""Of the travel: commands within one are one place."""
+from diagnosis.plants.lone.options import COMMANDED_AXIS
 
 
 def count_places(commanded: FloatArray) -> int:
@@ -15,7 +13,7 @@ def count_places(commanded: FloatArray) -> int:
     low, span = float(np.min(commanded)), float(np.ptp(commanded))
     if not span > 0.0:
         return 1
-    return len(np.unique(np.round((commanded - low) * (CELLS / span))))
+    return len(np.unique(np.round((commanded - low) * (COMMANDED_AXIS.cells_of_travel / span))))
 
 
 def direction_of(commanded: FloatArray, fresh: BoolArray, hair: float) -> FloatArray:

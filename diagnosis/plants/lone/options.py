@@ -1,0 +1,255 @@
+"""The numbers of a machine by itself: an axis, a range sensor, the joints of a servo delta.
+
+Spreads are standard deviations of a prior; odds stand in `odds`. The step of a size's numerical
+derivative stands with its regressor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class LoneOptions:
+    """What all of them share."""
+
+    near_bound: float = 0.01
+    """Share of a bound within which a size sits at it, and was not found."""
+    unknown_of_mismatch: float = 0.5
+    """Usual size of an unknown: half of what is to be explained."""
+
+
+@dataclass(frozen=True, slots=True)
+class CommandedAxisOptions:
+    """An axis that follows commands: which rows count, what may differ, where its fits start."""
+
+    # Rows.
+    fewest_followed_rows: int = 40
+    """Below which lag, play and a ratio share too few readings to be told apart."""
+    most_followed_rows: int = 2000
+    """Rows beyond which an axis tells no more: readings are correlated over many samples."""
+    most_followed_samples: int = 4000
+    """Longer recordings are thinned: an axis hardly moves between their samples."""
+    moving_share: float = 0.05
+    """Of the top speed, above which a row counts as in motion."""
+    settling_lags: float = 3.0
+    """Usual lags after a move until a drive has arrived: 5 % of a first-order lag are left."""
+    of_each_kind: tuple[float, float] = (0.1, 0.9)
+    """Shares of rows in motion between which both kinds have enough to show a noise of their own.
+    """
+    steady_correlation: float = 0.999
+    """Of command and time, above which an axis turns steadily and they are one."""
+    least_move_share: float = 1e-6
+    """Of the travel: a command that changes by less stands still."""
+    cells_of_travel: int = 200
+    """Commands within one are one place."""
+    clipped_quantile: float = 0.99
+    """Of the squared mismatch: single wild readings do not set the scale of what may differ."""
+    full_steps_per_turn: float = 200.0
+    """Of the usual stepper motor (1.8 degrees each): the least that it loses is one."""
+
+    # What may differ, and by how much.
+    lag_spread_s: float = 0.1
+    """A drive's lag is tens of milliseconds; a hobby servo's a tenth of a second (SO-101,
+    STS3250)."""
+    longest_lag_s: float = 2.0
+    """Longest lag, and longest dead time, that a drive is looked for: beyond, it has arrived."""
+    together_of_longest: float = 0.95
+    """Lag and dead time that are longer together sit at that bound."""
+    free_constant_spread: float = 1e3
+    """Times the mismatch, of the constant of an arbitrary zero: as good as any."""
+    widest_play_share: float = 0.6
+    """Of the travel: with more play an axis would hardly move."""
+    play_of_mismatch: float = 2.0
+    """Usual play, in times the mismatch that it makes: half of it lies on either side,"""
+    play_of_travel: float = 0.02
+    """and at least this share of the travel, so that a small mismatch does not forbid it."""
+    yielding_of_mismatch: float = 2.0
+    """Usual droop under the load's standard deviation, in times the mismatch: it may be all of it,
+    and be hidden by a lag."""
+    grip_of_yielding: float = 2.0
+    """Friction winds a spring up both ways by no more than the load that makes it."""
+    second_harmonic: float = 0.5
+    """Usual size of a gear's second harmonic, in that of the first: eccentricity comes first."""
+    most_begins: int = 4
+    """Stretches whose side of the play at the start is fitted; later ones begin in its middle."""
+    coarsest_steps: float = 4.0
+    """Steps of the reading in the shortest wave: rounding itself repeats with every step."""
+    most_waves: float = 60.0
+    """Over the travel: the scan of periods takes six steps a wave, and finer ones are noise."""
+    fewest_waves: float = 2.0
+    """Fewer over the travel look like a ratio or a bend."""
+    ringing_of_rate: float = 0.2
+    """Highest frequency as a share of the sampling rate: five samples a period,"""
+    fastest_ringing_hz: float = 25.0
+    """and what no axis exceeds by enough to be read."""
+    slowest_sampled_hz: float = 1.0
+    """Where samples can follow no faster ringing than this, none is looked for,"""
+    slowest_ringing_hz: float = 0.4
+    """and slower is how the drive moves."""
+    damping: tuple[float, float] = (0.01, 0.9)
+    """Rings for a hundred periods, or hardly at all."""
+    damping_within: tuple[float, float] = (0.011, 0.89)
+    """Nearer to those ends a damping sits at its bound."""
+    fewest_moments: float = 4.0
+    """At which a jump may have come, one a second: in a short recording, too, it was one of some.
+    """
+
+    # Spline terms.
+    axis_pieces: int = 6
+    """Over position, speed or load; twice as many over time, in which anything comes and goes."""
+    fewest_pieces: int = 2
+    """Of a short table: one bend."""
+    rows_a_piece: int = 15
+    """Readings that a piece stands on at least."""
+
+    # Where fits start.
+    lag_starts_s: tuple[tuple[float, float], ...] = (
+        (0.0, 0.02), (0.0, 0.08), (0.03, 0.0), (0.1, 0.0), (0.06, 0.06), (0.25, 0.05),
+        (0.06, 0.25),
+    )  # fmt: skip
+    """Time constants and dead times: either alone at a good and a poor drive's, both, and each
+    long beside the other."""
+    play_starts: tuple[float, ...] = (0.05, 0.15, 0.4, 1.0)
+    """Widths of play, as shares of how far reading and prediction are apart,"""
+    widest_start: float = 0.5
+    """and at most this share of the travel."""
+    side_starts: tuple[float, ...] = (-0.7, 0.0, 0.7)
+    """Where in its play an axis begins: towards either side, and its middle."""
+    wave_starts: int = 3
+    """Highest peaks of the residual's spectrum over the travel that are fitted,"""
+    waves_apart: float = 0.6
+    """and how far they are apart: nearer is the same peak. In waves over the travel."""
+    steps_a_wave: int = 6
+    """Of the scan: a peak is one wave wide."""
+    rows_scanned: int = 800
+    """Rows of the residual that the scan looks at: more show no other peak."""
+    ringing_starts: int = 7
+    """Frequencies, evenly by ratio,"""
+    ringing_from_hz: float = 0.6
+    """from here"""
+    ringing_up_to: float = 0.9
+    """to this share of the highest,"""
+    damping_start: float = 0.1
+    """with the damping of a bolted frame."""
+    jump_edge_rows: int = 4
+    """Rows at either end at which no jump starts: each side must show where it stands,"""
+    jump_edge_share: int = 200
+    """and one row in so many of a long recording."""
+
+    # How long it takes.
+    most_kept: int = 128
+    """Predictions that are kept for fits that pass there again: it changes no answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class ForcedAxisOptions:
+    """An axis by its effort. Periods are of the low-pass that both sides of the balance pass."""
+
+    # Rows.
+    fewest_forced_rows: int = 60
+    """Of a recording; half as many must be in clear motion: inertia and friction need a few
+    reversals between them."""
+    resolved: float = 2.0
+    """Times the noise of the velocity below which an axis may stand: friction is then anything."""
+    slowest_share: float = 0.01
+    """The same as a share of the top speed."""
+    smeared_periods: float = 0.3
+    """By which what happens at a rest is smeared into the motion."""
+    rest_periods: float = 0.15
+    """For which an axis that is slow rests rather than turns round."""
+    periods_a_row: float = 0.25
+    """Between rows that count: nearer ones repeat each other."""
+    narrower: float = 0.6
+    """Times the low-pass's edge, of the second preparation: narrow enough to move a size that
+    hangs on the filter, wide enough to keep the motion."""
+    turning_share: float = 1e-3
+    """Of the top speed, within which friction changes sides even where the velocity has no noise.
+    """
+
+    # What may differ.
+    clocks_s: float = 0.02
+    """By how much effort and position may be apart in time: filters of the current, sampling,"""
+    clocks_periods: float = 0.5
+    """and at least so much of a sampling period, for which effort is held."""
+    dead_time_spread_s: float = 0.05
+    """Of a lag beyond that: a slow bus, or a drive's own filter."""
+    known_pull_share: float = 0.02
+    """Of all forces, by which a known force must vary to tell the drive's gain from the mass."""
+    weighed_rad: float = 1.0
+    """Travel over which a weight's pull is no straight line."""
+    bias_of_size: float = 0.3
+    """Usual offset of the effort, as a share of all forces,"""
+    unknown_of_size: float = 0.3
+    """and usual size of an unknown: a third of all forces."""
+    stribeck_of_size: float = 0.5
+    """Usual Stribeck friction, and usual pull of a spring, as a share of all forces."""
+    stribeck_speeds: tuple[float, float] = (0.005, 0.6)
+    """Shares of the top speed: below, nothing is read in motion; above, it is viscous friction."""
+    stribeck_within: tuple[float, float] = (0.006, 0.59)
+    """Nearer to those ends a speed sits at its bound."""
+    speed_starts: tuple[float, ...] = (0.02, 0.06, 0.2)
+    """Stribeck speeds to start from, as shares of the top speed, apart by a factor of three."""
+    force_pieces: int = 10
+    """Of a spline term: forces by position have more bends than positions by command."""
+
+
+@dataclass(frozen=True, slots=True)
+class RangeSensorOptions:
+    """A range sensor by itself."""
+
+    most_ranged_rows: int = 6000
+    """Longer recordings are averaged to so many: neighbours are readings of one distance."""
+    fewest_ranged_rows: int = 20
+    """A calibration table is short, and each of its rows may be the mean of many readings."""
+    gross_from_median: float = 30.0
+    """Times the usual distance from the median beyond which a reading says nothing of a sensor."""
+    most_gross_ranges: float = 0.2
+    """Share of the readings: where more are so far off, that is how the sensor reads."""
+    moving_target: float = 0.3
+    """Share of rows with a new distance above which the target moves rather than stands at places.
+    """
+    least_travel_m: float = 1e-6
+    """Distances nearer together are one."""
+    size_of_mismatch: float = 2.0
+    """Usual offset and crosstalk, in times the mismatch: two that cancel are each larger."""
+    late_range_spread_s: float = 0.1
+    """A ranging sensor measures for tens of milliseconds, and a bus may hold it for as long."""
+    warm_up_starts_s: tuple[float, ...] = (20.0, 100.0, 500.0, 2500.0)
+    """Time constants to start from: a chip's to a housing's, five times apart,"""
+    warm_up_of_span: float = 2.0
+    """less than so many times the recording, for slower is a straight line;"""
+    warm_up_else: float = 0.3
+    """in a recording too short for those, this share of it,"""
+    warm_up_also: float = 0.2
+    """and always this one: a warming that the recording holds whole."""
+    warm_up_periods: float = 2.0
+    """Sampling periods of the soonest warming,"""
+    warm_up_spans: float = 3.0
+    """and lengths of the recording of the slowest."""
+    range_pieces: int = 8
+    """Of a spline term: ranging errors wave over the distance."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServoJointOptions:
+    """The joints of a servo delta, by what disturbance observers say."""
+
+    most_joint_rows: int = 4000
+    """Rows of three joints beyond which more tell nothing."""
+    joints_of_samples: int = 3
+    """Times the fewest samples of a recording: each joint needs its own."""
+    observer_late_spread_s: float = 0.001
+    """Of the observer's lag beyond the file's, and of the clocks: a period or two of a drive."""
+    joint_pieces: int = 8
+    """Of a spline term over one joint's travel or speed, or time."""
+    inertia_of_rotor: float = 3.0
+    """Times the file's spread of the rotor: arms and loads reflected on it make it larger."""
+
+
+LONE = LoneOptions()
+COMMANDED_AXIS = CommandedAxisOptions()
+FORCED_AXIS = ForcedAxisOptions()
+RANGE_SENSOR = RangeSensorOptions()
+SERVO_JOINTS = ServoJointOptions()
+"""As the engine is used."""

@@ -1,0 +1,24 @@
+"""The numbers that machines of every kind share: spline terms, and what no effect explains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class SplineTermOptions:
+    """Of shapes over one covariate, for mismatch that matches nothing in the vocabulary."""
+
+    spline_degree: int = 3
+    """Cubic: bends without corners, as speeds and forces have no jumps."""
+    covered: tuple[float, float] = (0.002, 0.998)
+    """Quantiles of a covariate between which the pieces lie: single wild values would stretch
+    them over a range in which nothing was read."""
+    vanishing: float = 1e-6
+    """Of the largest direction: one that is smaller is what the named shapes already span."""
+    unknown_log_odds: float = -5.0
+    """Of a mismatch that no named effect makes: one machine in 150 has it, for each covariate."""
+
+
+SPLINE_TERMS = SplineTermOptions()
+"""As the engine is used."""
