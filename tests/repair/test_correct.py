@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -60,5 +61,7 @@ def test_enough_is_near_the_possible_and_worse_is_worse_than_before() -> None:
 
     assert row(3.0, 0.14).enough
     assert not row(3.0, 0.2).enough
+    assert replace(row(3.0, 3.0), tables_m=0.14e-3).tables_enough
+    assert not row(0.05, 0.05).tables_enough
     assert row(0.08, 0.2).worse
     assert not row(0.08, 0.081).worse

@@ -17,6 +17,7 @@ from models.calibrated_inverse import CalibratedInverse
 from models.chain import Chain, Commands
 from models.chain.active import of_entries
 from models.robot import EffectEntry
+from repair.correct import held_back
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 PLACES = np.linspace(0.0, 1.2, 64)
@@ -113,6 +114,23 @@ def test_what_is_no_table_of_places_says_why(finding: Finding, asked: Tables, wh
     reason = table_of(finding, load_robot(ROBOT), asked)
     assert isinstance(reason, str)
     assert why in reason
+
+
+@pytest.mark.parametrize(
+    ("finding", "says"),
+    [
+        (unknown("motor2", "theta_2"), "'deltactl correct --tables joints' compensates"),
+        (
+            unknown("range_z", "range_x, range_y"),
+            "'deltactl correct --tables platform' compensates",
+        ),
+        (unknown("motor2", "theta_2", memory=True), "no table would do: it depends on the way"),
+        (unknown("motor2", "time"), "no table would do: it follows time"),
+    ],
+)
+def test_what_is_held_back_says_whether_a_table_would_help(finding: Finding, says: str) -> None:
+    ((_, why),) = held_back(answer(finding), load_robot(ROBOT), False, Tables.NONE)
+    assert says in why
 
 
 def test_a_platforms_table_points_where_its_sensor_looks() -> None:
