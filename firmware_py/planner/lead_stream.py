@@ -29,16 +29,22 @@ Made = tuple[Int64Array, Int64Array, int]
 class LeadStream:
     """Turns the chunks of a motion into chunks `after_ns` later, late drives less so."""
 
-    def __init__(self, robot: RobotFile, jump_hz: float = 0.0, ringing: Ringing | None = None):
+    def __init__(
+        self,
+        robot: RobotFile,
+        jump_hz: float = 0.0,
+        ringing: Ringing | None = None,
+        as_given: bool = False,
+    ):
         """jump_hz: by so much the step rates of the motion may change at once.
 
-        ringing: makes a smooth motion of it, which does not ring.
+        ringing: makes a smooth motion of it, which does not ring. as_given: nothing is changed.
         """
         dead_s, lag_s = lags_s(robot)
         pairs = list(zip(dead_s.tolist(), lag_s.tolist(), strict=True))
         together = robot.steps.backend == "gpiozero"
         late = any(dead + lag > 0.0 for dead, lag in pairs)
-        self.active = (late or ringing is not None) and not together
+        self.active = (late or ringing is not None) and not (together or as_given)
         """The gpiozero backend cannot step motors one shortly after the other."""
         step_s = 1.0 / robot.limits.step_rate_hz
         fastest = min(

@@ -36,7 +36,9 @@ class MotionStream:
         """Find the way to the path's start. Raises UnreachablePoint."""
         self.plan = plan
         self.approach = plan.approach(from_counts)
-        self._lead = LeadStream(plan.robot, plan.jump_hz, _ringing(plan, from_counts))
+        as_given = plan.first.lap.space is Space.JOINT
+        ringing = None if as_given else _ringing(plan, from_counts)
+        self._lead = LeadStream(plan.robot, plan.jump_hz, ringing, as_given)
         self.path_start_ns = self.approach.duration_ns + self._lead.after_ns
         """When the first target is reached; before that comes the approach."""
         self.end_ns = _end_ns(plan, self.approach.duration_ns) + 4 * self._lead.after_ns
@@ -135,7 +137,7 @@ def _reached(
 
 def _ringing(plan: Plan, from_counts: Counts) -> Ringing | None:
     """What keeps the platform from ringing, where it would and the drives can follow."""
-    if plan.first.lap.space is Space.JOINT or not rings(plan.robot):
+    if not rings(plan.robot):
         return None
     begins_s, times_s, rows = 0.0, [], []
     for timed in [plan.first] if plan.again is None else [plan.first, plan.again]:

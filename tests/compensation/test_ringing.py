@@ -82,9 +82,10 @@ def test_drives_are_told_no_more_than_they_can_follow_and_all_of_the_way() -> No
 
 
 def test_a_survey_is_made_as_it_is_given() -> None:
+    late = EffectEntry(effect="following_lag", component="motor3", parameters={"time": 0.05})
     as_given, ringing_too = (
         MotionStream(plan_of("survey.yaml", robot), home_counts(robot))
-        for robot in (ZHAO, ringing(2.0, 0.1))
+        for robot in (ZHAO, ringing(2.0, 0.1, late))
     )
     duration_ns = [one.end_ns - one.path_start_ns for one in (as_given, ringing_too)]
     assert duration_ns[0] == duration_ns[1]
