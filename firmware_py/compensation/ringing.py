@@ -86,6 +86,7 @@ class Ringing:
         self._chain = Chain(robot.model_copy(update={"effects": ()}))
         self._joints = _at_joints(robot)
         self._step_rad = robot.drive.rad_per_step
+        self._limits = np.radians(robot.limits.arm_deg) / self._step_rad
         self._start = self._count = np.array(start, dtype=np.int64)
         self._waiting = Ticks(np.empty(0, dtype=np.int64), np.empty((0, MOTORS), dtype=np.int8))
         self._known = 0
@@ -109,8 +110,9 @@ class Ringing:
         meant_m = smooth[:, :MOTORS]
         pushed = np.diff(meant_m, 2, axis=0) / GRID_S**2 / self._stiffness
         away_m = lagged(pushed, np.full(len(pushed), GRID_S), self._late_s, self._memory)
-        counts: FloatArray = smooth[1:-1, MOTORS:] + self._more(meant_m[1:-1], away_m)
-        return counts - self._start
+        counts = smooth[1:-1, MOTORS:] + self._more(meant_m[1:-1], away_m)
+        within: FloatArray = np.clip(counts, *self._limits) - self._start
+        return within
 
     def _more(self, meant_m: FloatArray, away_m: FloatArray) -> FloatArray:
         """Counts that take the platform off a place (n, 3) by so much (n, 3)."""
