@@ -23,6 +23,7 @@ from diagnosis.priors.size_priors import odds_cost, score_log_odds, size_cost
 from diagnosis.score_tests.library import Entry
 from diagnosis.search.search import Search
 from diagnosis.selection.ambiguity import Standing
+from diagnosis.selection.imitation import causes_of_their_own
 from diagnosis.selection.options import CREDIBLE
 
 Name = tuple[str, str]
@@ -64,19 +65,19 @@ def credible(search: Search, solution: Solution, stands: Sequence[Standing]) -> 
     narrower = _weigh(solution, stands, 1.0 / SIZE_PRIORS.known_to)
     wider = _weigh(solution, stands, SIZE_PRIORS.known_to)
     rivals = []
-    real = (1.0 - CREDIBLE.imitated) ** len(solution.terms) if solution.frees else 1.0
-    for stand, each, total in zip(stands, weights.rivals, weights.totals, strict=True):
-        chances = [real * weight / total for weight in each]
+    own = causes_of_their_own(search.fitter, solution)
+    for stand, each, total, one in zip(stands, weights.rivals, weights.totals, own, strict=True):
+        chances = [one * weight / total for weight in each]
         rivals.append(_by_name(solution, list(zip(stand.rivals, chances, strict=True))))
     shapes = [_of_shape(search, solution, free) for free in solution.frees]
     nothing = _nothing(search.tests, solution, sum(weights.costs))
     return Credible(
-        terms=weights.of_terms(real),
+        terms=weights.of_terms(own),
         rivals=rivals,
         shapes=shapes,
         # Where nothing is missing, no term is there: three arms that err alike are one cause.
         nothing=min([nothing, *weights.absent(), *(1.0 - p for p in shapes)]),
-        under=list(zip(narrower.of_terms(real), wider.of_terms(real), strict=True)),
+        under=list(zip(narrower.of_terms(own), wider.of_terms(own), strict=True)),
     )
 
 
@@ -97,9 +98,10 @@ class _Weights:
         pairs = zip(self.rivals, self.none, strict=True)
         return [1.0 + none + sum(rivals) for rivals, none in pairs]
 
-    def of_terms(self, real: float) -> list[float]:
-        """Probability of each term. real: that a name is more than an imitation."""
-        return [real * (1.0 - CREDIBLE.lapse) / total for total in self.totals]
+    def of_terms(self, own: Sequence[float]) -> list[float]:
+        """Probability of each term. own: that it is no imitation of something unknown."""
+        pairs = zip(own, self.totals, strict=True)
+        return [one * (1.0 - CREDIBLE.lapse) / total for one, total in pairs]
 
     def absent(self) -> list[float]:
         """Probability of each term that nothing stands in its place."""

@@ -15,8 +15,8 @@ weights = st.floats(0.0, 1e30)
 @given(st.lists(weights, max_size=6), weights)
 def test_a_claim_leaves_room_for_a_lapse_and_its_rivals(rivals: list[float], none: float) -> None:
     compared = _Weights(costs=[0.0], rivals=[rivals], none=[none])
-    (alone,) = compared.of_terms(1.0)
+    (alone,) = compared.of_terms([1.0])
     assert alone <= 1.0 - CREDIBLE.lapse
     assert alone <= (1.0 - CREDIBLE.lapse) / (1.0 + max([none, *rivals])) * (1.0 + 1e-12)
-    (beside_unknown,) = compared.of_terms(1.0 - CREDIBLE.imitated)
-    assert beside_unknown == pytest.approx((1.0 - CREDIBLE.imitated) * alone)
+    (beside_unknown,) = compared.of_terms([0.7])
+    assert beside_unknown == pytest.approx(0.7 * alone)
