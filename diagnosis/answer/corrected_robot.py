@@ -109,11 +109,12 @@ def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
     viscous friction, soft joints and a load. So its probability counts for the finding, and it
     alone does not keep it out. One in the sensors would have nothing corrected.
     """
-    alike = [one for one in finding.alternatives if _corrected_alike(finding, one)]
-    if len(alike) == len(finding.alternatives) and _stands_beside_unknowns(finding, diagnosis):
+    rivals = [one for one in finding.alternatives if one.effect != "unknown"]
+    alike = [one for one in rivals if _corrected_alike(finding, one)]
+    if len(alike) == len(rivals) and _stands_beside_unknowns(finding, diagnosis):
         return True
     if finding.probability is None:
-        return len(alike) == len(finding.alternatives)
+        return len(alike) == len(rivals)
     return finding.probability + sum(one.probability or 0.0 for one in alike) >= VERDICT.sure_enough
 
 

@@ -43,6 +43,12 @@ def is_noise(fit: Fit, rest: Rest) -> bool:
     return not seen(rest.p) and at_floor(fit)
 
 
+def rather_unknown(finding: Finding) -> bool:
+    """Whether it is named and more probably a part of something unknown."""
+    others = [one.probability or 0.0 for one in finding.alternatives if one.effect == NAMELESS]
+    return finding.effect != NAMELESS and max(others, default=0.0) > (finding.probability or 0.0)
+
+
 def grew(fit: Fit) -> bool:
     """Whether the held-out mismatch grew by what was found."""
     return fit.holdout_rms_after_m > VERDICT.grew * fit.holdout_rms_before_m
@@ -78,7 +84,7 @@ def verdict(
     if not findings:
         sound = not seen(p) and is_noise(fit, rest) and (nothing is None or nothing >= VERDICT.even)
         return "nothing_missing" if sound else "unexplained"
-    unknown = [finding.effect == NAMELESS for finding in findings]
+    unknown = [one.effect == NAMELESS or rather_unknown(one) for one in findings]
     if all(unknown):
         return "unexplained"
     faint = not seen(rest.p) or left_over(fit, rest) <= VERDICT.faint_rest

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import (
     Alternative,
     Channel,
@@ -18,7 +19,7 @@ from diagnosis.answer.records import (
     Table,
     Where,
 )
-from diagnosis.answer.verdict import Rest, seen
+from diagnosis.answer.verdict import Rest, rather_unknown, seen
 from diagnosis.assessment import profile_likelihood as profile
 from diagnosis.assessment.covariance import covariance, parameters
 from diagnosis.assessment.options import ASSESSMENT
@@ -35,7 +36,9 @@ from diagnosis.score_tests.chi2_tail import log_sf
 from diagnosis.score_tests.hysteresis import has_memory, tied_drivers
 from diagnosis.selection.ambiguity import Standing
 from diagnosis.selection.credible_set import Name
+from diagnosis.selection.imitation import Beside
 from diagnosis.selection.model_choice import Explained
+from diagnosis.selection.options import CREDIBLE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +68,12 @@ def findings(outcome: Outcome) -> list[Finding]:
     found = side_by_side(tasks)
     found += [_stale(outcome, run) for run in outcome.stale]
     small = {t.candidate.key[:2] for t in solution.terms if within_tolerance(model, t)}
-    return sorted(found, key=lambda f: ((f.effect, f.component) in small, -f.evidence.delta_chi2))
+    return sorted(
+        found,
+        key=lambda f: (
+            (f.effect, f.component) in small, rather_unknown(f), -f.evidence.delta_chi2
+        ),
+    )  # fmt: skip
 
 
 def _named(
@@ -109,8 +117,23 @@ def _named(
         evidence=Evidence(delta_chi2=stand.gain, p=stand.p),
         share_of_mismatch=float(np.clip(stand.gain / total, 0.0, 1.0)),
         probability=chances.terms[number],
-        alternatives=_with_chances(stand.alternatives, chances.rivals[number]),
+        alternatives=[
+            *_imitated(chances.beside[number], stand.gain),
+            *_with_chances(stand.alternatives, chances.rivals[number]),
+        ],
     )
+
+
+def _imitated(beside: Beside, gain: float) -> list[Alternative]:
+    """The unknown that a name rather imitates; gain: by which the fit worsens without the name."""
+    if beside.own >= VERDICT.even:
+        return []
+    probability = (1.0 - beside.own) * (1.0 - CREDIBLE.lapse)
+    return [
+        Alternative(
+            effect="unknown", component=beside.place, delta_chi2=gain, probability=probability
+        )
+    ]
 
 
 def _with_chances(

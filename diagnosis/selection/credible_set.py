@@ -23,7 +23,7 @@ from diagnosis.priors.size_priors import odds_cost, score_log_odds, size_cost
 from diagnosis.score_tests.library import Entry
 from diagnosis.search.search import Search
 from diagnosis.selection.ambiguity import Standing
-from diagnosis.selection.imitation import causes_of_their_own
+from diagnosis.selection.imitation import Beside, beside_unknown
 from diagnosis.selection.options import CREDIBLE
 
 Name = tuple[str, str]
@@ -43,6 +43,8 @@ class Credible:
     shapes: list[float]
     """Of each spline term: that something outside the vocabulary acts."""
     nothing: float
+    beside: list[Beside]
+    """Of each term: whether it may only imitate something unknown."""
     under: list[tuple[float, float]]
     """Of each term, with all priors of size narrower and wider by as much as they are known to."""
 
@@ -65,7 +67,8 @@ def credible(search: Search, solution: Solution, stands: Sequence[Standing]) -> 
     narrower = _weigh(solution, stands, 1.0 / SIZE_PRIORS.known_to)
     wider = _weigh(solution, stands, SIZE_PRIORS.known_to)
     rivals = []
-    own = causes_of_their_own(search.fitter, solution)
+    beside = beside_unknown(search.fitter, solution)
+    own = [one.own for one in beside]
     for stand, each, total, one in zip(stands, weights.rivals, weights.totals, own, strict=True):
         chances = [one * weight / total for weight in each]
         rivals.append(_by_name(solution, list(zip(stand.rivals, chances, strict=True))))
@@ -77,6 +80,7 @@ def credible(search: Search, solution: Solution, stands: Sequence[Standing]) -> 
         shapes=shapes,
         # Where nothing is missing, no term is there: three arms that err alike are one cause.
         nothing=min([nothing, *weights.absent(), *(1.0 - p for p in shapes)]),
+        beside=beside,
         under=list(zip(narrower.of_terms(own), wider.of_terms(own), strict=True)),
     )
 

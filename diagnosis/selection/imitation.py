@@ -9,6 +9,7 @@ that acts where the unknown does is told from a part of it by nothing but the na
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,11 +19,23 @@ from diagnosis.observations.readings import FloatArray
 from diagnosis.selection.options import CREDIBLE
 
 
-def causes_of_their_own(fitter: Fitter, solution: Solution) -> list[float]:
-    """For each term, the probability that it is no imitation; 1 where nothing is unknown."""
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """How a term stands beside what is unknown."""
+
+    own: float = 1.0
+    """Probability that it is a cause of its own."""
+    place: str = ""
+    """Of the unknown that it imitates otherwise; empty where nothing is unknown."""
+
+
+def beside_unknown(fitter: Fitter, solution: Solution) -> list[Beside]:
+    """For each term, whether it may be an imitation, and of what."""
     if not solution.frees:
-        return [1.0] * len(solution.terms)
-    return chances([_share_there(fitter, solution, k) for k in range(len(solution.terms))])
+        return [Beside()] * len(solution.terms)
+    nearest = [_nearest(fitter, solution, number) for number in range(len(solution.terms))]
+    own = chances([share for share, _ in nearest])
+    return [Beside(one, place) for one, (_, place) in zip(own, nearest, strict=True)]
 
 
 def chances(shares: Sequence[float]) -> list[float]:
@@ -33,9 +46,9 @@ def chances(shares: Sequence[float]) -> list[float]:
     return [CREDIBLE.beside_in_place if one else 1.0 / (1.0 + odds) for one in there]
 
 
-def _share_there(fitter: Fitter, solution: Solution, number: int) -> float:
-    """Of the square of a term's change, in standard deviations of the noise, what a spline term
-    could take up if it were free at every sample.
+def _nearest(fitter: Fitter, solution: Solution, number: int) -> tuple[float, str]:
+    """Of the square of a term's change, in standard deviations of the noise, the largest share that
+    one of the spline terms could take up if it were free at every sample; and where that stands.
     """
     rest = (*solution.terms[:number], *solution.terms[number + 1 :])
     model = fitter.model
@@ -44,11 +57,11 @@ def _share_there(fitter: Fitter, solution: Solution, number: int) -> float:
     spread = np.array([noise.spread for noise in fitter.whiten.channels])
     scaled = change / spread
     whole = float(np.sum(scaled**2))
+    places = sorted({free.location for free in solution.frees})
     if whole == 0.0:
-        return 1.0
-    places = {free.location for free in solution.frees}
-    taken = [_along(scaled, model.inputs()[place] / spread) for place in sorted(places)]
-    return max(taken) / whole
+        return 1.0, places[0]
+    taken = [_along(scaled, model.inputs()[place] / spread) / whole for place in places]
+    return max(zip(taken, places, strict=True))
 
 
 def _along(change: FloatArray, direction: FloatArray) -> float:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from diagnosis.answer.records import Diagnosis, Finding, ParameterResult
+from diagnosis.answer.verdict import rather_unknown
 from proof.hidden.hidden import Value
 from proof.prove.reliability import Claim, claims_of
 
@@ -77,7 +78,9 @@ def score(result: dict[str, Any]) -> Score:
         return marks
     diagnosis = Diagnosis.model_validate(answer)
     found = diagnosis.findings
-    marks.said = [(finding.effect, finding.component) for finding in found]
+    # What the answer itself holds for a part of something unknown is no claim of a name.
+    own = [finding for finding in found if not rather_unknown(finding)]
+    marks.said = [(finding.effect, finding.component) for finding in own]
     if not found and diagnosis.verdict != "nothing_missing":
         marks.said = [("unknown", "anywhere")]
     marks.false_alarm_p = diagnosis.false_alarm_p

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from rich.markup import escape
 
 from diagnosis.answer.records import Alternative, Diagnosis, Finding, Thinned, Where
-from diagnosis.answer.verdict import seen
+from diagnosis.answer.verdict import rather_unknown, seen
 from diagnosis.report.sentences import sureness, words
 from diagnosis.report.sentences.fit_words import fit_lines, fit_title
 from diagnosis.report.sentences.limit_words import faintest_line, untested_line
@@ -24,6 +24,7 @@ ENDED_EARLY = (
 LOOSE = "In addition, lengths and angles deviate slightly everywhere, within build tolerances."
 MOST_NAMED = 4
 """Things of one kind that a sentence names; the rest are counted."""
+PART_OF_UNKNOWN = "probably only a part of what is unknown, though it looks like this: "
 IN_HEADLINE = 2
 """Findings that the headline names; all have their own title below."""
 
@@ -52,7 +53,8 @@ def plain_lines(diagnosis: Diagnosis) -> list[str]:
 def headline(diagnosis: Diagnosis) -> str:
     """The verdict in one sentence."""
     findings = diagnosis.findings
-    named = [_either(finding) for finding in findings if finding.effect != "unknown"]
+    own = [one for one in findings if one.effect != "unknown" and not rather_unknown(one)]
+    named = [_either(finding) for finding in own]
     shown = named[:IN_HEADLINE]
     if len(named) > len(shown):
         shown.append(f"{len(named) - len(shown)} more")
@@ -62,7 +64,7 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "explained" and named:
         return words.sentence(f"the mismatch is explained by {what}")
     if diagnosis.verdict == "partly_explained" and named:
-        more = len(named) < len(findings)
+        more = any(one.effect == "unknown" for one in findings)
         rest = "; another part is real and matches no known effect" if more else ""
         return words.sentence(f"part of the mismatch is explained by {what}{rest}")
     if unknown := [finding for finding in findings if finding.effect == "unknown"]:
@@ -124,7 +126,8 @@ def _summary(diagnosis: Diagnosis, robot: RobotModel | None) -> Iterator[tuple[s
 
 def finding_title(finding: Finding) -> str:
     """The finding's own sentence, components spelled out."""
-    return words.sentence(finding.says or words.effect(finding.effect, finding.component))
+    says = finding.says or words.effect(finding.effect, finding.component)
+    return words.sentence(f"{PART_OF_UNKNOWN}{says}" if rather_unknown(finding) else says)
 
 
 def span_s(diagnosis: Diagnosis) -> tuple[float, float]:

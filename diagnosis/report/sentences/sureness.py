@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from diagnosis.answer.records import Diagnosis, Finding, PriorSensitivity
+from diagnosis.answer.verdict import rather_unknown
 from diagnosis.report.sentences import words
 
 BEYOND_DOUBT_P = 1e-6
@@ -83,7 +84,8 @@ def _by_noise(p: float) -> str:
 
 def _is_open(finding: Finding) -> bool:
     """Whether something acts, and the finding is not settled against its alternatives."""
-    return bool(finding.alternatives) and finding.evidence.p < LIKELY_P and not settled(finding)
+    several = bool(finding.alternatives) and not rather_unknown(finding)
+    return several and finding.evidence.p < LIKELY_P and not settled(finding)
 
 
 def settled(finding: Finding) -> bool:
