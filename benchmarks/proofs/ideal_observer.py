@@ -17,9 +17,8 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.evidence.noise_estimation import once_more, prepare
 from diagnosis.plants.candidate import Candidate
 from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.plants.traits import traits_of
 from diagnosis.priors.size_priors import odds_cost, size_cost
-from diagnosis.score_tests.change_points import stale_runs, without_stale
+from diagnosis.score_tests.change_points import without_stale
 from diagnosis.search.addition import add
 from diagnosis.search.exchange import best_of, pairs_for_one
 from diagnosis.search.search import Search
@@ -58,10 +57,7 @@ def ceiling(recording: Path, robot: Path, truth: Sequence[Name], said: Sequence[
     assert isinstance(belief, DeltaRobot)
     assert belief.drive is not None
     model = DeltaModel(belief, [read_flat(recording)])
-    readings = model.readings
-    valid = without_stale(
-        readings.valid, readings, stale_runs(readings, traits_of(model).repeating)
-    )
+    valid, _ = without_stale(model)
     rad_per_step = belief.drive.rad_per_step
     search = Search(prepare(model, valid, Budget()), rad_per_step)
     names = [name for name in truth if name[0] != NO_TERM]

@@ -131,6 +131,9 @@ class GuessOptions:
     """Correlation from which two columns are one motion, asked for and seen."""
     alike_slope: float = 0.95
     """Correlation with the slope of another from which a column is its velocity."""
+    slope_rows: tuple[int, ...] = (1, 3, 10, 30, 100)
+    """Over so many rows the motion is compared: over few the noise of the position rules, over many
+    the drift of the velocity."""
     longest_lead: int = 40
     """Rows by which what was asked for may be ahead of what was seen: 0.8 s at 50 Hz."""
     large_count: float = 200.0

@@ -6,21 +6,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from diagnosis.observations.column_mapping import IN_SI
 from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
 from foundation.errors import RecordingError
 from recording.tables.flat import GAP_PERIODS, FlatRecording
 
-ROWS_APART = (1, 3, 10, 30, 100)
-"""Over so many rows the motion is compared: over few the noise of the position rules, over many
-the drift of the velocity."""
-PER_TURN = 180.0 / np.pi
 TOO_LARGE: tuple[tuple[float, str], ...] = (
-    (PER_TURN, "give its unit: velocity=COLUMN[deg/s]"),
-    (1000.0, "give its unit: velocity=COLUMN[mm/s]"),
-    (1.0 / PER_TURN, "is it the position that is in degrees: position=COLUMN[deg]?"),
-    (1e-3, "is it the position that is in mm: position=COLUMN[mm]?"),
-    (60.0 / (2.0 * np.pi), "give its unit: velocity=COLUMN[rpm]"),
+    *((1.0 / IN_SI[unit], f"give its unit: velocity=COLUMN[{unit}]") for unit in ("deg/s", "mm/s")),
+    (IN_SI["deg"], "is it the position that is in degrees: position=COLUMN[deg]?"),
+    (IN_SI["mm"], "is it the position that is in mm: position=COLUMN[mm]?"),
+    (1.0 / IN_SI["rpm"], "give its unit: velocity=COLUMN[rpm]"),
 )
 """How many times too large the velocity is, and what is to be written then."""
 
@@ -33,14 +29,14 @@ def slope_ratio(t_s: FloatArray, position: FloatArray, velocity: FloatArray) -> 
     """
     known = np.isfinite(position) & np.isfinite(velocity) & np.isfinite(t_s)
     t_s, position, velocity = t_s[known], position[known], velocity[known]
-    if len(t_s) < GUESSES.fewest_in_common + max(ROWS_APART):
+    if len(t_s) < GUESSES.fewest_in_common + max(GUESSES.slope_rows):
         return None
     step = np.diff(t_s)
     longest = GAP_PERIODS * float(np.median(step))
     between = 0.5 * (velocity[1:] + velocity[:-1]) * step
     between[step > longest] = np.nan  # and with it whatever spans the gap
     best, ratio = 0.0, None
-    for rows in ROWS_APART:
+    for rows in GUESSES.slope_rows:
         went = position[rows:] - position[:-rows]
         whole = np.convolve(between, np.ones(rows), mode="valid")
         good = np.isfinite(whole)

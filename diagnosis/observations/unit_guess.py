@@ -15,7 +15,8 @@ from diagnosis.observations.readings import FloatArray
 from diagnosis.observations.slope import slope_ratio
 
 RATIOS: tuple[tuple[float, str, str], ...] = (
-    (180.0 / np.pi, "deg", "rad"), (1000.0, "mm", "m"), (100.0, "cm", "m"),
+    (1.0 / IN_SI["deg"], "deg", "rad"), (1.0 / IN_SI["mm"], "mm", "m"),
+    (1.0 / IN_SI["cm"], "cm", "m"),
     (4096.0 / (2.0 * np.pi), "counts of 4096 a turn", "rad"),
 )  # fmt: skip
 """How many of the first unit are one of the second."""

@@ -24,8 +24,7 @@ from diagnosis.observations.readings import BoolArray, FloatArray
 from diagnosis.pipelines.findings import Outcome, findings, picture, rest
 from diagnosis.plants.contract import Model
 from diagnosis.plants.next_run import NextRuns
-from diagnosis.plants.traits import traits_of
-from diagnosis.score_tests.change_points import stale_runs, without_stale
+from diagnosis.score_tests.change_points import without_stale
 from diagnosis.selection.model_choice import Explained, explain, final_fit
 
 
@@ -44,9 +43,9 @@ def diagnose_model(
     """
     check_input(model)
     progress("noise of the readings")
-    runs = stale_runs(model.readings, traits_of(model).repeating)
+    valid, runs = without_stale(model)
     budget = Budget() if thorough else Budget.for_rows(len(model.readings.t_s))
-    prepared = prepare(model, without_stale(model.readings.valid, model.readings, runs), budget)
+    prepared = prepare(model, valid, budget)
     progress("searching for what is missing")
     explained = explain(prepared, rad_per_step, progress)
     fitter, solution = final_fit(explained, prepared.valid)

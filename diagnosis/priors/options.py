@@ -2,9 +2,9 @@
 looked at.
 
 What belongs to one effect stands with the effect (`EffectKind`). Every other room whose numbers
-decide has such a table (`options.py` in `observations`, `admission`, `plants.delta`, `estimation`,
-`evidence`, `score_tests`, `selection`, `assessment`, `experiment`, `pipelines` and `answer`). How
-long the search may go on stands in `estimation.options`.
+decide has such a table (`options.py` in `observations`, `admission`, `plants`, `plants.delta`,
+`plants.lone`, `estimation`, `evidence`, `score_tests`, `selection`, `assessment`, `experiment`,
+`pipelines` and `answer`). How long the search may go on stands in `estimation.options`.
 """
 
 from __future__ import annotations

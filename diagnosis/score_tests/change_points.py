@@ -12,6 +12,7 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.observations.readings import BoolArray, Readings, long_repeats
 from diagnosis.plants.candidate import Candidate
+from diagnosis.plants.contract import Model
 from diagnosis.plants.traits import traits_of
 from diagnosis.score_tests.options import SCORE_TESTS
 
@@ -124,9 +125,11 @@ def stale_runs(readings: Readings, channels: Sequence[str]) -> list[Stale]:
     return found
 
 
-def without_stale(valid: BoolArray, readings: Readings, runs: list[Stale]) -> BoolArray:
-    """The mask of valid readings less the repeats."""
-    kept = valid.copy()
+def without_stale(model: Model) -> tuple[BoolArray, list[Stale]]:
+    """The mask of valid readings (n, channels) less repeats of old values, and those repeats."""
+    readings = model.readings
+    runs = stale_runs(readings, traits_of(model).repeating)
+    kept = readings.valid.copy()
     for run in runs:
         kept[run.first + 1 : run.last + 1, readings.names.index(run.channel)] = False
-    return kept
+    return kept, runs

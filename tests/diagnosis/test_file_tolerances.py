@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -64,6 +65,21 @@ def test_errors_that_are_fitted_with_room_pull_nothing(delta: DeltaRobot, record
     loose = Fitter(model, fitter.whiten, [*model.nuisances, *model.tolerances])
     fitted = loose.solve(solution.terms)
     assert not pull(loose, fitted, _bread(fitted)).any()
+
+
+def test_an_interval_has_room_for_what_a_stop_gives_way(delta: DeltaRobot, record: Record) -> None:
+    stop = EffectEntry(effect="contact", component="platform", parameters={"height": -0.44})
+    fitter, solution = _fitted(
+        delta, record(stop, seconds=5.0), ("contact", "platform"), [-0.44, 0.0]
+    )
+    candidate = solution.terms[0].candidate
+    rigid = replace(candidate.kind.discrepancy, gives_way={})
+    kind = replace(candidate.kind, discrepancy=rigid)
+    stiff = Term(replace(candidate, kind=kind), solution.terms[0].at)
+    room = covariance(fitter, solution) - covariance(fitter, replace(solution, terms=(stiff,)))
+    expected = np.diag(giving_way(solution))
+    assert expected.max() == 2.5e-4**2
+    assert room == pytest.approx(expected, rel=1e-6, abs=1e-12)
 
 
 @pytest.mark.parametrize(
