@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -115,8 +116,19 @@ def misused(error: typer.TyperException) -> NoReturn:
     said = error.format_message()
     command = getattr(getattr(error, "ctx", None), "command_path", "deltactl")
     if said:
-        print(f"deltactl: {one_line(said).rstrip('.')} (see {command} --help)", file=sys.stderr)
+        said = one_line(said).rstrip(".") + _robot_file_hint(said, error)
+        print(f"deltactl: {said} (see {command} --help)", file=sys.stderr)
     sys.exit(error.exit_code)
+
+
+def _robot_file_hint(said: str, error: typer.TyperException) -> str:
+    """How a robot file is named where somebody gave it as an argument that is not taken."""
+    extra = re.match(r"Got unexpected extra argument\S* \((\S+\.ya?ml)\)", said)
+    command = getattr(getattr(error, "ctx", None), "command", None)
+    options = [option for one in getattr(command, "params", []) for option in one.opts]
+    return (
+        f"; a robot file is named with --robot {extra[1]}" if extra and "--robot" in options else ""
+    )
 
 
 FOLDERS = ("foundation", "drivers", "models", "recording", "charts", "firmware_py", "diagnosis")

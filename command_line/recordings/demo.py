@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from command_line.output import console, millimetres, print_json, say, waiting
+from command_line.output import console, millimetres, print_json, say, waiting, warn
+from command_line.overwriting import refuse_existing
 from command_line.robot.jobs import JsonOption
 from foundation.extras import needs
 
@@ -16,6 +17,10 @@ if TYPE_CHECKING:
     from repair.demonstration import Demonstration
 
 USUAL = "home_offset,gear_backlash"
+PAGE, ABOUT = "demo.html", "about.txt"
+FILES = ("survey.csv.gz", "corrected.yaml")
+"""What else it leaves, as `repair.demonstration` names them."""
+OURS = "Made by 'deltactl demo'. The next demonstration in this folder replaces what is here.\n"
 
 
 def register(app: typer.Typer) -> None:
@@ -38,11 +43,15 @@ def demo(
     out: Annotated[Path, typer.Option(help="Folder for page, recording, robot file.")] = Path(
         "demo"
     ),
+    force: Annotated[
+        bool, typer.Option("--force", help="Overwrite files that no demonstration made.")
+    ] = False,
     json_out: JsonOption = False,
 ) -> None:
     """A robot with something concealed draws a heart, is diagnosed, corrected, and draws again.
 
     The robot is a MuJoCo model that shares nothing with what explains it. Takes about a minute.
+    The next demonstration in the same folder replaces this one.
 
     ```
     deltactl demo
@@ -59,10 +68,12 @@ def demo(
     path = find(job)
     robot_file = find(load_job(path).robot, beside=path)
     effects = [name.strip() for name in conceal.split(",") if name.strip()]
-    out.mkdir(parents=True, exist_ok=True)
+    replaces = make_room(out, force)
+    if replaces:
+        warn(f"replacing the demonstration in {out}; --out FOLDER keeps both")
     with waiting("building the robot", json_out) as show:
         shown = demonstrate(path, robot_file, out, effects, seed, unknown, 60.0 * minutes, show)
-    page = out / "demo.html"
+    page = out / PAGE
     write_page(shown, page)
     if json_out:
         print_json(_as_json(shown, page))
@@ -71,6 +82,21 @@ def demo(
     say(f"page:       {page}")
     say(f"robot file: {shown.corrected}")
     say(f"recording:  {shown.recording}")
+
+
+def make_room(out: Path, force: bool) -> bool:
+    """Make the folder, marked as that of a demonstration; True where one in it is replaced.
+
+    Raises ConfigError for files of the same names that no demonstration made, unless forced.
+    """
+    mark = out / ABOUT
+    ours = mark.is_file() and mark.read_bytes() == OURS.encode()
+    there = [one for name in (PAGE, *FILES, ABOUT) if (one := out / name).exists()]
+    if there and not ours:
+        refuse_existing(force, *there)
+    out.mkdir(parents=True, exist_ok=True)
+    mark.write_text(OURS, encoding="utf-8")
+    return ours and len(there) > 1
 
 
 def _say(shown: Demonstration) -> None:

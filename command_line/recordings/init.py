@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from command_line.output import say, warn
-from firmware_py.describing.questions import QUESTIONS, WIRING, gather
+from firmware_py.describing.questions import QUESTIONS, WIRING, gather, remarks
 from foundation.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -100,7 +100,10 @@ def init(
     if "name" in keys and "name" not in known:
         known["name"] = file.stem
     ask = _ask if sys.stdin.isatty() else None
-    _write(file, kind.value, gather(questions, known, ask), wiring, force)
+    answers = gather(questions, known, ask)
+    for line in remarks(questions, known if ask is None else answers, answers):
+        say(line)
+    _write(file, kind.value, answers, wiring, force)
 
 
 def _ask(question: Question) -> str:

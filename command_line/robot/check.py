@@ -47,12 +47,16 @@ def check_job(job: Path, robot: str | None, json_out: bool) -> None:
 def limit_rows(limit: Limit | str) -> list[tuple[str, str]]:
     """The possible tracking error and its parts, or why it is not known."""
     if isinstance(limit, str):
-        return [("possible, RMS", limit)]
-    parts = (
-        f"whole microsteps {millimetres(limit.steps_m)}, uncertain sizes"
-        f" {millimetres(limit.sizes_m)}, not compensated {millimetres(limit.left_m)}"
+        return [("limit of tracking", limit)]
+    parts = {
+        "whole microsteps": limit.steps_m,
+        "how well the sizes of the compensated effects are known": limit.sizes_m,
+        "what is not compensated": limit.left_m,
+    }
+    said = ", ".join(
+        f"{millimetres(size_m)} from {why}" for why, size_m in parts.items() if size_m > 0.0
     )
-    return [("possible, RMS", f"{millimetres(limit.rms_m)} ({parts})")]
+    return [("limit of tracking", f"{millimetres(limit.rms_m)} RMS: {said}")]
 
 
 def _farthest_m(program: Program) -> float | None:

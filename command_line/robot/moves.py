@@ -28,16 +28,20 @@ def register(app: typer.Typer) -> None:
 
 
 def goto(
-    x: Annotated[float, typer.Argument(help="mm, robot frame.")],
-    y: Annotated[float, typer.Argument(help="mm.")],
-    z: Annotated[float, typer.Argument(help="mm; below the motors it is negative.")],
+    x: Annotated[float, typer.Argument(help="mm, from the middle of the base towards motor 1.")],
+    y: Annotated[float, typer.Argument(help="mm, to the left of x as seen from above.")],
+    z: Annotated[
+        float, typer.Argument(help="mm, up; 0 at the motor axes, so below them it is negative.")
+    ],
     speed: SpeedOption = 50.0,
     robot: RobotOption = None,
     simulate: SimulateOption = False,
     json_out: JsonOption = False,
     socket: SocketOption = None,
 ) -> None:
-    """Move the platform to a place. Checked before anything moves, like any job.
+    """Move the platform to a position. Checked before anything moves, like any job.
+
+    Positions are those of the middle of the platform, at the height of its joints.
 
     ```
     deltactl goto 20 0 -450
@@ -190,6 +194,7 @@ def _go_simulated(
 ) -> None:
     from tempfile import TemporaryDirectory
 
+    from command_line.output import say
     from command_line.robot.run import run_job
     from firmware_py.robot_file import find
 
@@ -198,6 +203,8 @@ def _go_simulated(
         text = _text(place_m, speed_mmps, str(find(robot).resolve()))
         job.write_text(text, encoding="utf-8")
         run_job(job, None, simulate, False, None, None, json_out, socket)
+    if not json_out:
+        say(f"the simulated platform was moved to {_words(place_m)} mm")
 
 
 def _go_through_daemon(

@@ -32,11 +32,11 @@ class Tables(Enum):
 def table_of(finding: Finding, robot: DeltaRobot, asked: Tables) -> EffectEntry | str:
     """The entry for a robot file, or why there is none."""
     if asked is Tables.NONE:
-        return "it has no name (--tables joints compensates what follows a joint's place)"
+        return f"it has no name{_what_helps(finding, robot)}"
     if finding.table is None:
         return "it follows no quantity that a command has: no table of it can be made"
     if finding.has_memory:
-        return "it depends on the way there as well, which no table knows"
+        return "it depends on earlier motion too (hysteresis), which no table can hold"
     if finding.component.startswith("motor"):
         return _at_joint(finding, finding.table)
     if asked is not Tables.PLATFORM:
@@ -45,6 +45,19 @@ def table_of(finding: Finding, robot: DeltaRobot, asked: Tables) -> EffectEntry 
             " the platform is off)"
         )
     return _at_platform(finding, finding.table, robot)
+
+
+def _what_helps(finding: Finding, robot: DeltaRobot) -> str:
+    """Which tables would compensate it, or why none does."""
+    if isinstance(table_of(finding, robot, Tables.JOINTS), EffectEntry):
+        return " (--tables joints compensates it by a table over the joint's angle)"
+    why = table_of(finding, robot, Tables.PLATFORM)
+    if isinstance(why, EffectEntry):
+        return (
+            "; it shows in a sensor, whose errors the motion need not know (--tables platform, if"
+            " you know that the platform is off, and not the sensor)"
+        )
+    return f", and {why}"
 
 
 def _at_joint(finding: Finding, table: Table) -> EffectEntry | str:
@@ -77,5 +90,5 @@ def _entry(effect: str, component: str, table: Table, more: Values) -> EffectEnt
         **more,
     }
     if steepest({name: np.asarray(value) for name, value in values.items()}) > STEEPEST:
-        return "its table is too steep to be turned round"
+        return "its table is too steep to be inverted"
     return EffectEntry(effect=effect, component=component, parameters=values)

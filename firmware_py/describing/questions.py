@@ -47,7 +47,10 @@ LEAST_MM, MOST_MM = 0.1, 9999.0
 
 NAME = Question("name", "Name of the machine", "my-robot")
 MICROSTEPS = Question(
-    "microsteps_per_rev", "Microsteps for one turn of the motor", "1600", least=1.0
+    "microsteps_per_rev",
+    "Pulses for one turn of the motor, as set at the drive (1600: 200 full steps of 8)",
+    "1600",
+    least=1.0,
 )
 GEAR = Question(
     "gear_ratio", "Turns of the motor for one turn of the arm (1 without a gear)", least=0.001
@@ -120,6 +123,8 @@ WIRING: tuple[Question, ...] = (
 )
 """What hardware needs besides, and nobody can guess; a file without it runs simulated only."""
 Answers = dict[str, str]
+FULL_STEPS = (200.0, 400.0)
+"""For one turn of motors with 1.8 or 0.9 degrees a step."""
 
 _THOUSANDS = re.compile(r"(-?\d{1,3}),(\d{3})")
 
@@ -146,6 +151,20 @@ def gather(
     if missing or wrong:  # all of them at once
         raise ConfigError(*wrong, *(f"{one.option} is missing: {one.text}" for one in missing))
     return answers
+
+
+def remarks(questions: tuple[Question, ...], given: Answers, answers: Answers) -> list[str]:
+    """What was taken without anybody having said it, and what is seldom meant."""
+    taken = [one for one in questions if one.key not in given and one.default == answers[one.key]]
+    said = []
+    if names := ", ".join(f"{one.option} {one.default}" for one in taken):
+        said.append(f"taken as usual:  {names}")
+    if MICROSTEPS in questions and numbers(answers, MICROSTEPS.key)[0] in FULL_STEPS:
+        said.append(
+            f"full steps:      {answers[MICROSTEPS.key]} pulses for one turn are full steps; if the"
+            " drive makes microsteps, give what it is set to (1600 for 8 a step)"
+        )
+    return said
 
 
 def numbers(answers: Answers, key: str, count: int = 1) -> tuple[float, ...]:

@@ -32,6 +32,8 @@ def _delta(answers: Answers) -> list[str]:
     below = metres["forearm"] + metres["upper_arm"]
     return [
         "",
+        "# Origin: middle of the base, height of the motor axes. z points up, so the platform's is",
+        "# negative; x points to motor 1. An arm angle is 0 where the arm is level, positive below",
         "geometry:",
         *(f"  {key}_m: {_number(value)}" for key, value in metres.items()),
         "  azimuth_deg: [0, 120, 240]   # directions of the arms, seen from above",

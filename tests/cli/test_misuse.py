@@ -16,6 +16,8 @@ import pytest
         ("inspect", "type: deltactl diagnose TABLE.csv --inspect"),
         ("run", "Missing argument 'job' (see deltactl run --help)"),
         ("run heart.yaml --nope", "No such option: --nope"),
+        ("web --simulate my.yaml", "a robot file is named with --robot my.yaml (see"),
+        ("goto 0 0 -450 my.yaml", "a robot file is named with --robot my.yaml (see"),
         ("prove --cases many --out out", "Invalid value for '--cases'"),
     ],
 )

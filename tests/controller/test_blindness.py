@@ -66,8 +66,8 @@ def test_three_good_ranges_determine_the_arms_and_say_how_well() -> None:
     limit_deg = np.rad2deg(unseen_rad(ROBOT, every))
     said = check_plausible(ROBOT, seen_m(30.0, 30.0, 30.0)).says()
     assert said == (
-        "sensors agree with the home angles to 0.0 mm; an arm could be off by"
-        f" {np.ceil(limit_deg):.0f} degrees unseen"
+        "sensors agree with the home angles to 0.0 mm; they would not notice an arm that is less"
+        f" than {np.ceil(limit_deg):.0f} degrees off, so look whether each arm is against its stop"
     )
     # Near home the linear estimate is the truth to a tenth, over all poses within the tolerance.
     chance = np.random.default_rng(2)
@@ -112,7 +112,7 @@ def test_homing_with_a_sensor_refused_needs_a_person_and_the_figure(controller: 
     figure = float(str(refused.value).split("--accept-unseen ")[1].split("'")[0])
     with pytest.raises(NotReady, match="homing refused"):
         controller.home(accept_unseen_deg=figure - 1.0)
-    assert f"{figure:.0f} degrees unseen" in controller.home(accept_unseen_deg=figure)
+    assert f"less than {figure:.0f} degrees off" in controller.home(accept_unseen_deg=figure)
     assert controller.status().state == "ready"
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from command_line.recordings.init import _ask as asked_by_hand
 from firmware_py.describing.first_job import write_first_job
-from firmware_py.describing.questions import QUESTIONS, WIRING, gather, numbers
+from firmware_py.describing.questions import QUESTIONS, WIRING, gather, numbers, remarks
 from firmware_py.describing.robot_text import robot_text
 from firmware_py.program.dry_run import check_job
 from firmware_py.robot_file import load_robot
@@ -46,6 +46,16 @@ def test_from_options_to_a_simulated_job(deltactl: Deltactl, tmp_path: Path) -> 
     result = json.loads(deltactl("run", "mine-circle.yaml", "--simulate", "--json").stdout)
     assert result["outcome"] == "done"
     assert load_robot(tmp_path / "mine.yaml").left_open()
+
+
+def test_what_was_taken_unasked_and_full_steps_are_said() -> None:
+    said = {key: text for key, text in DELTA.items() if key != "microsteps_per_rev"}
+    answers = gather(QUESTIONS["delta"], said, None)
+    assert "--microsteps-per-rev 1600" in remarks(QUESTIONS["delta"], said, answers)[0]
+    assert remarks(QUESTIONS["delta"], DELTA, DELTA) == []
+    full = DELTA | {"microsteps_per_rev": "200"}
+    assert "200 pulses for one turn are full steps" in remarks(QUESTIONS["delta"], full, full)[0]
+    assert remarks(QUESTIONS["range_sensor"], {"name": "tof"}, {"name": "tof"}) == []
 
 
 @pytest.mark.parametrize("key", [one.key for one in WIRING])

@@ -13,7 +13,7 @@ from diagnosis.report.drawing import machine_drawing
 from diagnosis.report.drawing.culprits import lone_parts_of, parts_of
 from diagnosis.report.drawing.delta import DeltaDrawing
 from diagnosis.report.drawing.lone import axis_scene, sensor_scene
-from diagnosis.report.drawing.scene import hull
+from diagnosis.report.drawing.scene import BADGE_RADIUS, Mark, badge_places, hull
 from diagnosis.report.page.maps import CELLS, grid_of, place_maps
 from diagnosis.report.page.pictures import mismatch_sections
 from diagnosis.report.page.regimes import regimes
@@ -281,6 +281,16 @@ def test_a_map_shows_where_the_mismatch_is() -> None:
     assert np.nanmean(grid.after) < 0.2
 
 
+def test_a_map_of_nothing_but_noise_is_not_red() -> None:
+    x, y, channels = workspace()
+    grid = grid_of(x, y, channels)
+    assert grid is not None
+    left = np.s_[:, : CELLS // 2 - 1]
+    assert np.mean(grid.before[left] > grid.noise[left]) < 0.02
+    assert np.all(grid.before[:, CELLS // 2 + 1 :] > grid.noise[:, CELLS // 2 + 1 :])
+    assert "no more than noise" in place_maps({"range_x": x, "range_y": y}, channels)
+
+
 def test_a_map_draws_all_of_a_path_that_was_passed_once() -> None:
     """Two readings in each cell on the way round a square, and a corner reached in one leap."""
     way = np.linspace(-0.03, 0.03, 2 * CELLS)
@@ -309,3 +319,16 @@ def test_maps_need_positions_that_change() -> None:
     assert place_maps({"theta_1": x}, channels) == ""
     assert place_maps({"range_x": x, "range_y": np.zeros_like(x)}, channels) == ""
     assert place_maps({"range_x": np.full_like(x, np.nan), "range_y": y}, channels) == ""
+
+
+def test_numbers_of_findings_do_not_cover_each_other(parts: Any) -> None:
+    """Two at the gear of one motor, two at the motor beside it, on a robot as drawn."""
+    marks = {
+        name: [Mark(2 * place + 1), Mark(2 * place + 2)]
+        for place, name in enumerate(("gear2", "motor2", "gear3", "motor3", "upper_arm3"))
+    }
+    scene = DeltaDrawing(parts["delta"]()).build()
+    at = np.array([place for place, _ in badge_places(scene.parts, marks)])
+    apart = np.linalg.norm(at[:, None] - at[None], axis=-1) + 1e9 * np.eye(len(at))
+    assert len(at) == 10
+    assert apart.min() >= 2.0 * BADGE_RADIUS

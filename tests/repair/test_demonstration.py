@@ -14,7 +14,7 @@ pytest.importorskip("mujoco", reason="the robot of the proof is MuJoCo's")
 from firmware_py.planner.check import plan_of
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import ConfigError
-from repair.demonstration import demonstrate
+from repair.demonstration import CORRECTED, RECORDING, demonstrate
 from repair.machine import conceal
 from repair.page import page_html
 from repair.played import played
@@ -75,3 +75,17 @@ def test_the_command_prints_the_table_and_writes_the_page(
     answer = json.loads(capsys.readouterr().out)
     assert answer["after_rms_m"] < 0.2 * answer["before_rms_m"]
     assert Path(answer["page"]).exists()
+
+
+def test_a_demonstration_replaces_one_before_it_and_nothing_else(tmp_path: Path) -> None:
+    from command_line.recordings.demo import FILES, PAGE, make_room
+
+    assert FILES == (RECORDING, CORRECTED)
+    assert not make_room(tmp_path / "new", force=False)
+    assert not make_room(tmp_path / "new", force=False)  # begun, and broken off
+    (tmp_path / "new" / PAGE).write_text("the last one")
+    assert make_room(tmp_path / "new", force=False)
+    (tmp_path / CORRECTED).write_text("mine")
+    with pytest.raises(ConfigError, match="exists already"):
+        make_room(tmp_path, force=False)
+    assert not make_room(tmp_path, force=True)

@@ -104,7 +104,10 @@ def test_a_table_is_written_when_it_is_asked_for_and_says_where_it_comes_from(
     ("finding", "asked", "why"),
     [
         (unknown("motor2", "theta_2"), Tables.NONE, "--tables joints"),
-        (unknown("motor2", "theta_2", memory=True), Tables.JOINTS, "the way there"),
+        (unknown("motor2", "time"), Tables.NONE, "no name, and it follows time"),
+        (unknown("range_z", "range_x, range_y"), Tables.NONE, "--tables platform, if you know"),
+        (unknown("range_z", "time"), Tables.NONE, "no name, and it follows time"),
+        (unknown("motor2", "theta_2", memory=True), Tables.JOINTS, "earlier motion"),
         (unknown("motor2", "time"), Tables.JOINTS, "follows time"),
         (unknown("range_z", "range_x, range_y"), Tables.JOINTS, "may be the sensor's"),
         (unknown("range_z", "time"), Tables.PLATFORM, "follows time"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import hypot
 
 Point = tuple[float, float]
 """On paper: x to the right, y down."""
@@ -165,14 +166,26 @@ def _label(label: Label) -> str:
 def badge_places(
     parts: Sequence[Part], marks: Mapping[str, Sequence[Mark]]
 ) -> list[tuple[Point, int]]:
-    """Where the number of which finding goes; several at one part side by side."""
-    places = []
+    """Where the number of which finding goes: at its part, or beside what stands there already."""
+    places: list[tuple[Point, int]] = []
     for part in parts:
         sure = [mark for mark in marks.get(part.name, ()) if not mark.maybe]
-        for place, mark in enumerate(sure[:MOST_BADGES]):
-            x, y = part.badge
-            places.append(((x + 2.2 * BADGE_RADIUS * place, y), mark.number))
+        for mark in sure[:MOST_BADGES]:
+            places.append((_free(part.badge, [at for at, _ in places]), mark.number))
     return places
+
+
+def _free(wanted: Point, taken: Sequence[Point]) -> Point:
+    """The place nearest to the one wanted, on a grid around it, where no other badge stands."""
+    step = 2.2 * BADGE_RADIUS
+    reach = range(-len(taken), len(taken) + 1)
+    ways = sorted(((i, j) for i in reach for j in reach), key=lambda way: (hypot(*way), -way[0]))
+    places = [(wanted[0] + step * i, wanted[1] + step * j) for i, j in ways]
+    return next(
+        place
+        for place in places
+        if all(hypot(place[0] - x, place[1] - y) >= 2.1 * BADGE_RADIUS for x, y in taken)
+    )
 
 
 def _badge(at: Point, number: int) -> str:

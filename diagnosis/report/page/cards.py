@@ -20,9 +20,7 @@ NOT_FROM_ZERO = frozenset(
 """Parameters for which zero is not 'nothing wrong', so that a bar from zero would mislead."""
 
 LITTLE = 0.01
-WHY_LITTLE = (
-    " Without it the others would fit almost as well, yet what they would leave is more than noise."
-)
+WHY_LITTLE = " Yet what they would leave is more than noise."
 """Where a share below LITTLE stands beside a finding that is sure."""
 
 
@@ -96,8 +94,8 @@ def _depends(finding: Finding) -> str:
     if not follows and finding.has_memory is None:
         return ""
     memory = {
-        True: "It remembers: what came before counts too.",
-        False: "It has no memory: only the present counts.",
+        True: "Earlier motion counts too (hysteresis).",
+        False: "Earlier motion does not count (no hysteresis).",
         None: "",
     }[finding.has_memory]
     return _text(f"{words.sentence(follows)} {memory}".strip())

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.special import chdtri
 
 from charts.page import columns, paragraph
 from diagnosis.answer.records import FloatArray
@@ -26,6 +27,8 @@ TOP_SHARE = 0.98
 """The darkest colour starts at this quantile of the cells before; one wild cell does not rule."""
 QUIET_SIGMAS = 2.0
 """The darkest colour stands for at least so many standard deviations of a reading."""
+WITHIN = 0.95
+"""Chance of noise alone to stay within its own colour in all cells of a map."""
 SIDE_PX = 220.0
 LEFT_PX, BOTTOM_PX = 46.0, 34.0
 
@@ -34,6 +37,7 @@ LEFT_PX, BOTTOM_PX = 46.0, 34.0
 class Grid:
     """Size of the mean mismatch in each cell, shape (cells, cells), NaN where it is not known.
 
+    noise: up to this size a cell's mismatch is no more than noise does, shape (cells, cells).
     passed: cells with so few readings around them that they say nothing.
     """
 
@@ -41,6 +45,7 @@ class Grid:
     up: FloatArray
     before: FloatArray
     after: FloatArray
+    noise: FloatArray
     passed: BoolArray
 
 
@@ -69,8 +74,8 @@ def place_maps(covariates: Mapping[str, FloatArray], channels: Sequence[Mismatch
         return ""
     about = (
         "How far measured and predicted are apart on average at each place, beyond what noise "
-        "does to an average of so few readings. The redder, the further apart; cells are larger "
-        "where readings are few."
+        "does to an average of so few readings. The redder, the further apart; grey cells differ "
+        "by no more than noise does. Cells are larger where readings are few."
     )
     return paragraph(about) + f'<div class="maps">{columns(parts)}</div>'
 
@@ -94,14 +99,15 @@ def grid_of(across: FloatArray, up: FloatArray, channels: Sequence[Mismatch]) ->
     groups = grouped(numbers.reshape(CELLS, CELLS)).ravel()
     drawn = known & (groups[flat] >= 0)
     squares = [_squares(groups[flat], drawn, channels, when) for when in ("before", "after")]
-    before, after = (
+    quiet = _quiet_squares(groups[flat], drawn, channels)
+    before, after, noise = (
         np.where(groups >= 0, np.sqrt(square)[groups], np.nan).reshape(CELLS, CELLS)
-        for square in squares
+        for square in (*squares, quiet)
     )
     if not np.isfinite(before).any():
         return None
     passed = (numbers > 0).reshape(CELLS, CELLS) & ~np.isfinite(before)
-    return Grid(edges[0], edges[1], before, after, passed)
+    return Grid(edges[0], edges[1], before, after, noise, passed)
 
 
 def grouped(numbers: IntArray) -> IntArray:
@@ -145,19 +151,38 @@ def _squares(
     return squares
 
 
+def _quiet_squares(
+    groups: IntArray, known: BoolArray, channels: Sequence[Mismatch]
+) -> FloatArray:  # fmt: skip
+    """The most that `_squares` gives where there is nothing but noise, in all groups together."""
+    most = (1 + len(JOINED)) * CELLS * CELLS
+    variance, degrees = np.zeros(most), np.zeros(most)
+    for one in channels:
+        numbers = np.bincount(groups[known & np.isfinite(one.after)], minlength=most)
+        enough = numbers >= FEWEST
+        variance[enough] += one.spread**2 / numbers[enough]
+        degrees[enough] += 1.0
+    degrees = np.maximum(degrees, 1.0)
+    each = (1.0 - WITHIN) / max(1, int(np.count_nonzero(variance)))
+    squares: FloatArray = variance * np.maximum(chdtri(degrees, each) / degrees - 1.0, 0.0)
+    return squares
+
+
 def _map(caption: str, grid: Grid, values: FloatArray, top: float, x: str, y: str) -> str:
-    paths = [_cells("passed", grid.passed)]
+    quiet = values <= grid.noise
+    paths = [_cells("passed", grid.passed), _cells("noise", quiet)]
     for level in range(LEVELS):
         low, high = level / LEVELS * top, (level + 1) / LEVELS * top
         last = level == LEVELS - 1
-        paths.append(_cells(f"level{level}", (values >= low) & ((values < high) | last)))
+        here = (values >= low) & ((values < high) | last)
+        paths.append(_cells(f"level{level}", here & ~quiet))
     width, height = LEFT_PX + SIDE_PX + 6.0, SIDE_PX + BOTTOM_PX
     frame = f'<rect class="frame" x="{LEFT_PX}" y="0" width="{SIDE_PX}" height="{SIDE_PX}"/>'
     return (
         f'<figure class="map"><figcaption>{caption}</figcaption>'
         f'<svg viewBox="0 -2 {width:.0f} {height + 2:.0f}" role="img" aria-label="{caption}">'
         f"{frame}{''.join(paths)}{_axes(grid, x, y)}</svg>"
-        f"{_key(top, bool(grid.passed.any()))}</figure>"
+        f"{_key(top, bool(quiet.any()), bool(grid.passed.any()))}</figure>"
     )
 
 
@@ -191,8 +216,9 @@ def _axes(grid: Grid, x: str, y: str) -> str:
     )
 
 
-def _key(top: float, passed: bool) -> str:
+def _key(top: float, quiet: bool, passed: bool) -> str:
     swatches = "".join(f'<i class="level{level}"></i>' for level in range(LEVELS))
     upper = number(top, max(0, significant(top, 2)))
+    noise = ' <i class="noise"></i> no more than noise' if quiet else ""
     few = ' <i class="passed"></i> too few readings to say' if passed else ""
-    return f'<p class="note ramp">0 {swatches} {upper} mm and more{few}</p>'
+    return f'<p class="note ramp">0 {swatches} {upper} mm and more{noise}{few}</p>'

@@ -180,7 +180,7 @@ def share_line(finding: Finding) -> str:
     """What the other findings cannot take over: each is left out and the others fitted again."""
     share = 100.0 * finding.share_of_mismatch
     shown = f"{share:.0f} %" if share >= 1.0 else "under 1 %"
-    return f"Without it {shown} of the mismatch comes back, the other findings fitted again."
+    return f"Without it {shown} of the mismatch comes back, even with the others fitted again."
 
 
 def where_line(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> str:

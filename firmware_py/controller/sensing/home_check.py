@@ -73,10 +73,14 @@ def check_plausible(
         )
     unseen_deg = _unseen_deg(robot, good, accept_unseen_deg)
     off_mm = abs(error_m[worst]) * 1e3
-    agree = f"sensors agree with the home angles to {off_mm:.1f} mm" if good.any() else "no sensor"
-    seen = f"{agree}; an arm could be off by {unseen_deg:.0f} degrees unseen"
+    agree = f"sensors agree with the home angles to {off_mm:.1f} mm"
+    if robot.homing.method != "placed":
+        return HomeSeen(f"each arm found its switch; {agree if good.any() else 'no sensor looks'}")
+    blind = f"an arm that is less than {unseen_deg:.0f} degrees off"
+    seen = f"{agree}; they would not notice {blind}" if good.any() else f"no sensor sees {blind}"
+    seen += ", so look whether each arm is against its stop"
     warning_m = robot.homing.warning_m
-    if robot.homing.method != "placed" or off_mm <= warning_m * 1e3:
+    if off_mm <= warning_m * 1e3:
         return HomeSeen(seen)
     return HomeSeen(
         seen,
