@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 ROBOT = "my-robot.yaml"
 SHOWN_COLUMNS = 12
+NARROW = 100
+"""In a window of fewer letters the reasons stand below the table, not in a column of it."""
+BY_NAME = "by its name"
 FORCED = " --inertia INERTIA --effort-gain GAIN"
 FORCED_SAYS = (
     "                       INERTIA: what moves, in kg m2 (rotary) or kg (linear), as well as it is"
@@ -70,7 +73,10 @@ def _show(one: Inspection, robot: str | None, save: Path | None) -> None:
     kind = f"{one.kind or 'unknown'} ({one.kind_why})"
     console.print(facts(str(one.path), [*one.facts, ("machine", kind)]))
     console.print()
-    console.print(_preview(one))
+    narrow = console.width < NARROW
+    console.print(_preview(one, narrow))
+    if narrow:
+        _say_why(one)
     for warning in one.warnings:
         warn(f"look here: {warning}")
     if one.kind is None:
@@ -107,15 +113,27 @@ def _unit(guess: Guess) -> str:
     return f"{guess.scale:.4g} {guess.unit or ''}".rstrip()
 
 
-def _preview(one: Inspection) -> Table:
+def _say_why(one: Inspection) -> None:
+    """The reasons that are not simply the column's name."""
+    shown = list(one.table)[:SHOWN_COLUMNS]
+    for name in shown:
+        if name in one.guesses and one.guesses[name].why != BY_NAME:
+            say(f"why {name}: {one.guesses[name].why}")
+    for name in shown:
+        if name not in one.guesses:
+            say(f"why not {name}: {one.unused(name)}")
+
+
+def _preview(one: Inspection, narrow: bool) -> Table:
     """One line per column: its name, what it is read as, why, and its first values."""
     table = Table(box=None, pad_edge=False, title_justify="left")
-    for heading in ("column", "taken for", "unit", "first values", "from", "to", "why"):
+    headings = ["column", "taken for", "unit", "first values", "from", "to", "why"]
+    for heading in headings[:-1] if narrow else headings:
         table.add_column(heading, overflow="fold")
     for name, values in list(one.table.items())[:SHOWN_COLUMNS]:
         guess = one.guesses.get(name)
         low, high = float(values.min()), float(values.max())
-        table.add_row(
+        cells = [
             name,
             guess.name if guess else "-",
             _unit(guess) if guess else "",
@@ -123,7 +141,8 @@ def _preview(one: Inspection) -> Table:
             f"{low:.4g}",
             f"{high:.4g}",
             guess.why if guess else one.unused(name),
-        )
+        ]
+        table.add_row(*cells[: len(table.columns)])
     if len(one.table) > SHOWN_COLUMNS:
         table.caption = f"and {len(one.table) - SHOWN_COLUMNS} more"
     return table

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
@@ -11,8 +12,12 @@ import numpy as np
 from diagnosis.observations.column_names import Named, read_name
 from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
+from models.robot import ARMS
 
 MOTIONS = frozenset({"position", "command", "steps", "range"})
+LETTERED = frozenset({"position", "command", "steps"})
+"""What motors a, b and c have; letters after a current may as well be its phases."""
+_LETTER = re.compile(r"(.+[_ .-])([a-cA-C])")
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +42,8 @@ def guess_columns(
     table: Mapping[str, FloatArray], units: Mapping[str, str], named: bool
 ) -> dict[str, Guess]:
     """A guess for each column that one could be made for, by its name in the file."""
-    said = {name: read_name(name, units.get(name, "")) for name in table}
+    spelled = _letters(list(table))
+    said = {name: read_name(spelled[name], units.get(name, "")) for name in table}
     if not named:
         said = {name: Named(None, said[name].unit, None) for name in table}
     thin = _thinned(table)
@@ -53,6 +59,18 @@ def guess_columns(
         for guess in _by_values(thin, said, found):
             found[guess.source] = guess
     return _unique(_numbered(found))
+
+
+def _letters(names: list[str]) -> dict[str, str]:
+    """How each name is read: soll_A, soll_B and soll_C are three motors, and no amperes."""
+    ends = {name: _LETTER.fullmatch(name) for name in names}
+    stems = [end[1] for end in ends.values() if end]
+    return {
+        name: f"{end[1]}{'abc'.index(end[2].lower()) + 1}"
+        if end and stems.count(end[1]) == ARMS and read_name(f"{end[1]}1").role in LETTERED
+        else name
+        for name, end in ends.items()
+    }
 
 
 def _twins(table: Mapping[str, FloatArray], found: dict[str, Guess]) -> None:

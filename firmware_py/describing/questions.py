@@ -158,7 +158,7 @@ def remarks(questions: tuple[Question, ...], given: Answers, answers: Answers) -
     taken = [one for one in questions if one.key not in given and one.default == answers[one.key]]
     said = []
     if names := ", ".join(f"{one.option} {one.default}" for one in taken):
-        said.append(f"taken as usual:  {names}")
+        said.append(f"assumed:         {names}")
     if MICROSTEPS in questions and numbers(answers, MICROSTEPS.key)[0] in FULL_STEPS:
         said.append(
             f"full steps:      {answers[MICROSTEPS.key]} pulses for one turn are full steps; if the"
