@@ -52,11 +52,24 @@ def with_units(
             if unit != "s":
                 warnings.append(f"{name}: taken for {unit} ({why}); no unit stands in the file")
         elif guess.role in (*ANGULAR, "pos", "range", "distance"):
-            out[name], warning = _of_motion(guess, values)
-            warnings += [warning] if warning else []
+            alike = _alike(guess, guesses)
+            out[name], warning = _of_motion(guess, np.concatenate([table[one] for one in alike]))
+            widest = max(alike, key=lambda one: float(np.nanmax(np.abs(table[one]))))
+            warnings += [warning] if warning and name == widest else []
     warnings += _pairs(out, table)
     warnings += _of_slope(out, table)
     return out, warnings
+
+
+def _alike(guess: Guess, guesses: Mapping[str, Guess]) -> list[str]:
+    """Columns that have one unit: those of all three motors, where no unit is said of any."""
+
+    def open_(one: Guess) -> bool:
+        return one.role == guess.role and one.unit is None and one.scale == 1.0
+
+    if guess.index is None or not open_(guess):
+        return [guess.source]
+    return [name for name, one in guesses.items() if one.index is not None and open_(one)]
 
 
 def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:

@@ -251,3 +251,18 @@ def test_what_is_said_of_a_column_is_taken_and_printed_back(
     (tmp_path / "my-robot.yaml").write_text("another machine's\n")
     again = deltactl("diagnose", "log.csv", "--inspect", "--set", "effort=amperes_seen").stdout
     assert "deltactl init log-robot.yaml --kind servo_axis" in again
+
+
+def test_motors_with_letters_are_three_and_have_one_unit(tmp_path: Path) -> None:
+    """Of soll_A to soll_C, two once were amperes, and only the widest was in degrees."""
+    wide = [5.0, 7.0, 15.0]
+    asked = [by * COMMAND for by in wide]
+    seen = [by * POSITION for by in wide]
+    path = tmp_path / "delta.csv"
+    head = "zeit,soll_A,soll_B,soll_C,ist_A,ist_B,ist_C\n"
+    path.write_text(head + text(columns(T_S, *asked, *seen)))
+    found = inspect(path)
+    assert found.kind == "delta"
+    assert taken(found)["command_2"] == "soll_B"
+    assert {guess.unit for guess in found.guesses.values() if guess.role != "t"} == {"deg"}
+    assert "theta_1=ist_A[deg]" in found.options
