@@ -53,6 +53,8 @@ def test_pausing_stays_on_the_path(homed: Controller, write_job, finish) -> None
     assert homed.status().counts == held
     homed.resume()
     paused = run_of(finish(homed, number))
+    noted = [event.kind for event in paused.events if event.kind in ("pause", "resume")]
+    assert noted == ["pause", "resume"]
     straight = run_of(finish(homed, homed.submit(write_job("again"))))
     path = paused.edges.counts[paused.edges.t_ns >= _path_start(paused)]
     same = straight.edges.counts[straight.edges.t_ns >= _path_start(straight)]
@@ -66,6 +68,28 @@ def _path_start(run: Run) -> int:
 
 def _unique_rows(counts: np.ndarray) -> np.ndarray:
     return counts[np.concatenate([[True], np.any(np.diff(counts, axis=0) != 0, axis=1)])]
+
+
+def test_cancelling_what_is_not_there_is_refused_and_the_job_goes_on(
+    homed: Controller, write_job
+) -> None:
+    number = homed.submit(write_job())
+    sleep_s(homed.clock, 0.2)
+    with pytest.raises(NotReady, match=f"job {number + 1} is neither running nor queued"):
+        homed.cancel(number + 1)
+    assert homed.status().job == "little"
+    homed.cancel(number)
+
+
+@pytest.mark.parametrize("asked", ["mine", "mine.mcap", "mine.csv"])
+def test_a_recording_ends_in_mcap_whatever_was_asked_for(
+    homed: Controller, write_job, tmp_path: Path, asked: str
+) -> None:
+    """The deletion of old ones looks for that."""
+    homed.submit(write_job(), tmp_path / asked)
+    sleep_s(homed.clock, 0.1)
+    assert homed.jobs.running is not None
+    assert homed.jobs.running.recording == str(tmp_path / "mine.mcap")
 
 
 def test_cancelling_drops_the_queue(homed: Controller, write_job, finish) -> None:

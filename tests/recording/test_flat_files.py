@@ -92,6 +92,7 @@ def test_whole_numbers_look_whole(tmp_path: Path) -> None:
         ("t,steps_1\n0,1\n\n1,2\n", ":3: has 0 cells, the heading 2"),
         ("t,range_x\n0,1\n1,inf\n", ":3: range_x is infinite"),
         ("t;steps_1\n0;1\n", "has no column 't'"),
+        ("t," + ",".join(map(str, range(100_000))) + "\n", "100001 columns, at most 1000 are read"),
     ],
 )
 def test_bad_tables_say_what_and_where(tmp_path: Path, text: str, says: str) -> None:

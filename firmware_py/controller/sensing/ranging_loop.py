@@ -34,8 +34,7 @@ class RangingLoop:
         self.rounds = 0
 
     def start(self, on_error: Callable[[BaseException], None]) -> None:
-        """Poll from now on, until `stop` or an error, which `on_error` hears of."""
-        self.stop()
+        """Once stopped, poll from now on, until `stop` or an error, which `on_error` hears of."""
         self._task = self._clock.start("ranging", self.task(), on_error)
 
     def stop(self) -> None:
