@@ -110,9 +110,16 @@ def test_a_start_through_a_noisy_bus_succeeds() -> None:
     assert _axes(bench.run(0.1)) == {"x", "y", "z"}
 
 
-def test_never_do_two_sensors_answer_at_0x29() -> None:
-    """Out of reset one at a time: of two, both would take the new address that is meant for one."""
+@pytest.mark.parametrize("slow_s", [0.0, 0.02])
+def test_never_do_two_sensors_answer_at_0x29(slow_s: float) -> None:
+    """Out of reset one at a time: of two, both would take the new address that is meant for one.
+
+    Slow ones are silent for long, so that the next would find nobody there, or stay there for long.
+    """
     bench = RangingBench()
+    for chip in bench.chips.values():
+        chip.faults.extra_boot_ns = ns(slow_s)
+        chip.faults.deaf_firmware_ns = ns(2.0 * slow_s)
     at_once: list[int] = []
     carry_out = bench.rig.bus._transfer
 
