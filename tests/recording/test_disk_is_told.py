@@ -71,6 +71,15 @@ def test_a_write_that_failed_half_way_leaves_no_half_piece(
     file.close()
 
 
+def test_the_folder_of_a_recording_is_made_and_one_that_somebody_deleted_is_gone(
+    tmp_path: Path,
+) -> None:
+    file = AppendFile(tmp_path / "new" / "folder" / "a")
+    file.path.unlink()
+    file.discard()
+    assert list(file.path.parent.iterdir()) == []
+
+
 def test_a_recording_is_synced_while_it_grows(
     tmp_path: Path, synced: list[int], configuration: RunConfiguration, monkeypatch
 ) -> None:

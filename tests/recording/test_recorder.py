@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import json
 import threading
 from collections.abc import Callable
@@ -158,6 +159,17 @@ def test_messages_after_the_end_are_counted(recorder: RunRecorder) -> None:
     recorder.close()
     assert recorder.lost == 1
     assert read_run(recorder.path).events == ()
+
+
+def test_recordings_begun_in_one_second_are_numbered(tmp_path: Path) -> None:
+    start = datetime.datetime(2026, 3, 4, 5, 6, 7)
+    names = []
+    for _ in range(3):
+        path = fresh_path(tmp_path, "heart", start)
+        path.touch()
+        names.append(path.name)
+    stem = "heart-2026-03-04T05-06-07"
+    assert names == [f"{stem}.mcap", f"{stem}-2.mcap", f"{stem}-3.mcap"]
 
 
 def test_fresh_names_differ_and_are_plain(tmp_path: Path) -> None:
