@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
 
 from foundation.errors import RecordingError
@@ -159,6 +160,22 @@ def test_messages_after_the_end_are_counted(recorder: RunRecorder) -> None:
     recorder.close()
     assert recorder.lost == 1
     assert read_run(recorder.path).events == ()
+
+
+def test_the_index_leads_viewers_to_the_messages_of_each_channel(
+    recorded: Callable[[int], Path],
+) -> None:
+    path = recorded(300)
+    with path.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    data, found = path.read_bytes(), 0
+    for chunk in summary.chunk_indexes:
+        for channel, offset in chunk.message_index_offsets.items():
+            assert data[offset] == Opcode.MESSAGE_INDEX
+            assert int.from_bytes(data[offset + 9 : offset + 11], "little") == channel
+            found += 1
+    assert found >= len(summary.chunk_indexes) > 0
 
 
 def test_recordings_begun_in_one_second_are_numbered(tmp_path: Path) -> None:
