@@ -176,6 +176,8 @@ def test_the_index_leads_viewers_to_the_messages_of_each_channel(
             assert int.from_bytes(data[offset + 9 : offset + 11], "little") == channel
             found += 1
     assert found >= len(summary.chunk_indexes) > 0
+    assert summary.statistics is not None
+    assert summary.statistics.chunk_count == len(summary.chunk_indexes)
 
 
 def test_recordings_begun_in_one_second_are_numbered(tmp_path: Path) -> None:

@@ -84,3 +84,12 @@ def test_counts_at_any_time(tmp_path: Path, configuration: RunConfiguration) -> 
         + [[0, 0, 0]] * 2
         + [[-1, -1, -1]] * 2,
     )
+
+
+def test_where_the_motors_stood_is_known_of_a_run_in_which_none_moved(
+    tmp_path: Path, configuration: RunConfiguration
+) -> None:
+    path = tmp_path / "still.mcap"
+    with RunRecorder(path, configuration, start_ns=100, counts=(10, 20, 30)):
+        pass
+    assert read_run(path).edges.counts_at(np.array([100, 200])).tolist() == [[10, 20, 30]] * 2
