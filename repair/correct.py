@@ -15,7 +15,6 @@ from diagnosis.api import diagnose
 from firmware_py.robot_file import RobotFile, load_robot
 from foundation.errors import ConfigError, RecordingError
 from models.calibrated_inverse import corrections_of
-from models.robot import EffectEntry
 from repair.coverage import Coverage, robot_coverage
 from repair.network import trained
 
@@ -88,8 +87,7 @@ def held_back(
         if finding.effect == "unknown":
             why_not = table_of(finding, robot, tables)
             if isinstance(why_not, str):
-                asked = tables is not Tables.NONE
-                held.append((finding, why_not if asked else _nameless(finding, robot)))
+                held.append((finding, why_not))
         elif not lasts(finding):
             held.append((finding, "it happened once: home the robot, and look why"))
         elif not all_of_them and not sure(finding, answer):
@@ -97,19 +95,6 @@ def held_back(
             why = f"it could as well be {rivals}" if rivals else "it is not probable enough"
             held.append((finding, f"{why} (--all writes it all the same)"))
     return held
-
-
-def _nameless(finding: Finding, robot: RobotFile) -> str:
-    """What a table would do for a finding without a name."""
-    if isinstance(table_of(finding, robot, Tables.JOINTS), EffectEntry):
-        return "it has no name ('deltactl correct --tables joints' compensates it as a table)"
-    why_not = table_of(finding, robot, Tables.PLATFORM)
-    if isinstance(why_not, EffectEntry):
-        return (
-            "it has no name and shows in a sensor ('deltactl correct --tables platform' compensates"
-            " it as a table, if you know that the platform is off)"
-        )
-    return f"it has no name, and no table would do: {why_not}"
 
 
 def _loaded(path: Path) -> RobotFile:

@@ -122,13 +122,13 @@ def test_what_is_no_table_of_places_says_why(finding: Finding, asked: Tables, wh
 @pytest.mark.parametrize(
     ("finding", "says"),
     [
-        (unknown("motor2", "theta_2"), "'deltactl correct --tables joints' compensates"),
+        (unknown("motor2", "theta_2"), "--tables joints compensates"),
         (
             unknown("range_z", "range_x, range_y"),
-            "'deltactl correct --tables platform' compensates",
+            "--tables platform, if you know",
         ),
-        (unknown("motor2", "theta_2", memory=True), "no table would do: it depends on the way"),
-        (unknown("motor2", "time"), "no table would do: it follows time"),
+        (unknown("motor2", "theta_2", memory=True), "no name, and it depends on earlier motion"),
+        (unknown("motor2", "time"), "no name, and it follows time"),
     ],
 )
 def test_what_is_held_back_says_whether_a_table_would_help(finding: Finding, says: str) -> None:
