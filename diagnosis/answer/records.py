@@ -203,7 +203,10 @@ class NotTestable(_Record):
 
 
 class SmallestDetectable(_Record):
-    """The smallest size that would have been found in this recording."""
+    """The size at which the alarm is raised in four of five recordings like this one.
+
+    To name the effect may take more: `benchmarks/proofs/detection_limit.py` counts both.
+    """
 
     effect: str
     component: str

@@ -1,4 +1,4 @@
-"""What could not be tested in a recording, and the smallest effect that would have been seen."""
+"""What could not be tested in a recording, and the size at which each effect raises the alarm."""
 
 from __future__ import annotations
 

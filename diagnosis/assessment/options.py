@@ -19,7 +19,7 @@ class AssessmentOptions:
     """Times the variance of its noise from which on a size moves with the block: five blocks tell a
     variance to a factor of two."""
     power: float = 0.8
-    """Share of recordings like this one in which an effect of the smallest size would be found."""
+    """Share of such recordings in which an effect at its detection limit raises the alarm."""
     taken_up: float = 0.9
     """Correlation with a nuisance from which on an effect is taken up by it, as far as it goes."""
     starts: float = 3.0

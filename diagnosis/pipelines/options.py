@@ -14,8 +14,8 @@ class RegressionOptions:
     least_probability: float = 0.02
     """Alternatives less probable than this get no line."""
     found_at_sigma: float = 4.2
-    """Standard deviations of a size at which it is found in four recordings of five: 3.3 to
-    overcome its Occam factor and its odds, 0.84 for the power."""
+    """Standard deviations of a size at which the alarm is raised in four recordings of five: 3.3
+    to overcome its Occam factor and its odds, 0.84 for the power. Reckoned, not counted."""
     fewest_rows: int = 50
     """Of a channel that looks at a servo robot from outside, below which it is left alone."""
 

@@ -74,7 +74,7 @@ def _rms(explanation: Explanation, rows: IntArray) -> float:
 
 
 def detection_limits(selected: Selected) -> list[SmallestDetectable]:
-    """Size of each absent effect that would be found with 80 % power, from its covariance."""
+    """Size of each absent effect that raises the alarm with 80 % power, from its covariance."""
     best, found = selected.best, []
     for regressor in selected.plant.regressors:
         if regressor.key in best.keys or regressor.left_over or regressor.beside:

@@ -23,7 +23,7 @@ class Pair:
 
 
 def interval_bar(size: Size, nothing: float = 0.0, smallest: float = math.nan) -> str:
-    """The interval against 'nothing wrong' and the smallest size that would have been seen."""
+    """The interval against 'nothing wrong' and the detection limit."""
     ends = [size.value, size.low, size.high, nothing]
     known = [x for x in ends if math.isfinite(x)]
     if not math.isfinite(size.value):

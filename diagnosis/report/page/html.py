@@ -117,12 +117,15 @@ def _open_questions(diagnosis: Diagnosis) -> list[str]:
         ]
     if diagnosis.smallest_detectable:
         parts += [
-            heading("What would have been seen"),
-            paragraph("Smaller effects than these may be there without showing."),
+            heading("Detection limits"),
+            paragraph(
+                "At these sizes four recordings of five show that something is missing; naming "
+                "the effect may take more. Smaller effects may be there without showing."
+            ),
             _folded(
                 f"{words.count(len(diagnosis.smallest_detectable), 'effect')} tested",
                 _smallest(diagnosis),
-                ("effect", "smallest size that would have been found"),
+                ("effect", "size that four recordings of five show"),
             ),
         ]
     return parts

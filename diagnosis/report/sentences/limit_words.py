@@ -8,6 +8,10 @@ from diagnosis.answer.records import Diagnosis
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.sizes import quantity
 
+LIMITS = (
+    "Detection limits (sizes at which 4 of 5 recordings show that something is missing; naming it "
+    "may take more)"
+)
 MOST_NAMED = 4
 """Effects that a sentence names; the rest are counted."""
 
@@ -30,11 +34,11 @@ def faintest_line(diagnosis: Diagnosis) -> str:
         size = smallest_text(one.value, one.unit, one.parameter)
         found.setdefault(one.effect, f"{words.effect(one.effect, one.component)} ({size})")
     shown = list(found.values())[:MOST_NAMED]
-    return f"Detection limits (80 % power): {words.listed(shown)}." if shown else ""
+    return f"{LIMITS}: {words.listed(shown)}." if shown else ""
 
 
 def smallest_text(value: float, unit: str, parameter: str) -> str:
-    """A smallest size; for a scale the departure from 1, whichever of both is given."""
+    """A detection limit; for a scale the departure from 1, whichever of both is given."""
     if parameter == "scale" and abs(value) < 0.5:
         value += 1.0
     size = quantity(value, unit, parameter).lstrip("+\u2212")
