@@ -28,6 +28,9 @@ class VerdictOptions:
     sure_enough: float = 0.8
     """A finding less probable than this is written into the corrected robot file only when
     everything is asked for."""
+    outweighed: float = 4.0
+    """Times as probable as a name that something unknown must be for the name to count as a part of
+    it: four to one, as `sure_enough`."""
     least_seen: float = 1e-9
     """Share of the residual that a test explains at least when it finds more than noise in it."""
     rounding: float = 1e-9

@@ -44,9 +44,10 @@ def is_noise(fit: Fit, rest: Rest) -> bool:
 
 
 def rather_unknown(finding: Finding) -> bool:
-    """Whether it is named and more probably a part of something unknown."""
+    """Whether it is named and far more probably a part of something unknown."""
     others = [one.probability or 0.0 for one in finding.alternatives if one.effect == NAMELESS]
-    return finding.effect != NAMELESS and max(others, default=0.0) > (finding.probability or 0.0)
+    least = VERDICT.outweighed * (finding.probability or 0.0)
+    return finding.effect != NAMELESS and max(others, default=0.0) > least
 
 
 def grew(fit: Fit) -> bool:

@@ -46,10 +46,10 @@ class CredibleOptions:
     proof cases of seed 27182818, none was true. From the same cases are"""
     everywhere: float = 0.15
     """the odds that what is unknown acts on the whole machine, before names are counted,"""
-    names_imitate: float = 4.0
+    names_imitate: float = 3.5
     """by how much each name in another place makes them larger (4 of 7 names that stood alone there
-    were true, none of 4 in pairs, one of 18 in piles),"""
-    names_counted: int = 3
+    were true, 5 of 31 in groups),"""
+    names_counted: int = 2
     """and how many are: a robot that was loosely built has several causes of its own."""
     bare_steps: int = 2
     """Levenberg-Marquardt steps without a spline term: what it took up moves the rest a little."""

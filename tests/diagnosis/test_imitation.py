@@ -24,7 +24,7 @@ def test_another_name_elsewhere_makes_none_of_them_likelier(
 
 def test_one_name_elsewhere_is_probably_a_cause_of_its_own_and_a_pile_is_not() -> None:
     assert chances([0.0])[0] > 0.5
-    assert chances([0.0] * 4)[0] < 0.1
+    assert chances([0.0] * 4)[0] < 0.5
     assert chances([1.0, 0.0])[0] < 0.1 < chances([1.0, 0.0])[1]
 
 
