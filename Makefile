@@ -28,8 +28,10 @@ demo: $(VENV)/.test
 # A test that fails is run once more, and named as RERUN at the end if it passes then: some hold a
 # program to the clock of a machine that others use too. Each name there is a defect to look into.
 AGAIN := --reruns 1 --reruns-delay 2 -r R
+# Two processes on two cores: more threads of the arithmetic libraries only wait for each other.
+ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 test: check
-	$(BIN)/python -m pytest -n 2 -m "not realtime" $(AGAIN)
+	$(ONE_THREAD) $(BIN)/python -m pytest -n 2 -m "not realtime" $(AGAIN)
 	$(BIN)/python -m pytest -m realtime $(AGAIN)
 
 check: $(VENV)/.test
