@@ -105,7 +105,7 @@ def test_tables_have_the_paper_beside_ours(part: KinematicsPart) -> None:
         ("-881.7", "1160"),
         ("29.7", "826.27"),
     ]
-    assert "other sign in print" in ranges.note
+    assert "In print z has the opposite sign" in ranges.note
     assert [row[6] for row in table_1.rows] == ["0.1655", "0.0616", "0.0576"]
     assert len(recipes.rows) == 5
     html = "".join(part.html())
