@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding
-from diagnosis.answer.verdict import NAMELESS, at_floor, gained, grew, rather_unknown, seen
+from diagnosis.answer.verdict import at_floor, claimed, gained, grew, seen
 
 NOTHING_MISSING = "nothing is missing"
 
@@ -29,7 +29,7 @@ def contradictions(answer: Diagnosis) -> list[str]:
 
 
 def _verdict(answer: Diagnosis) -> Iterator[str]:
-    named = [one for one in answer.findings if one.effect != NAMELESS and not rather_unknown(one)]
+    named = [one for one in answer.findings if claimed(one)]
     match answer.verdict:
         case "nothing_missing":
             if answer.findings:

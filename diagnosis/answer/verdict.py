@@ -50,6 +50,11 @@ def rather_unknown(finding: Finding) -> bool:
     return finding.effect != NAMELESS and max(others, default=0.0) > least
 
 
+def claimed(finding: Finding) -> bool:
+    """Whether it claims a cause by name."""
+    return finding.effect != NAMELESS and not rather_unknown(finding)
+
+
 def grew(fit: Fit) -> bool:
     """Whether the held-out mismatch grew by what was found."""
     return fit.holdout_rms_after_m > VERDICT.grew * fit.holdout_rms_before_m
@@ -85,9 +90,9 @@ def verdict(
     if not findings:
         sound = not seen(p) and is_noise(fit, rest) and (nothing is None or nothing >= VERDICT.even)
         return "nothing_missing" if sound else "unexplained"
-    unknown = [one.effect == NAMELESS or rather_unknown(one) for one in findings]
-    if all(unknown):
+    named = [claimed(one) for one in findings]
+    if not any(named):
         return "unexplained"
     faint = not seen(rest.p) or left_over(fit, rest) <= VERDICT.faint_rest
-    whole = not any(unknown) and at_floor(fit) and faint and gained(findings, fit)
+    whole = all(named) and at_floor(fit) and faint and gained(findings, fit)
     return "explained" if whole else "partly_explained"

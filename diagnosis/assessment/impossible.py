@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from diagnosis.answer.options import VERDICT
-from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.estimate import Solution, without
 from diagnosis.plants.candidate import Term
 from diagnosis.selection.ambiguity import stands_of
 from diagnosis.selection.credible_set import credible
@@ -42,8 +42,7 @@ def first_impossible(solution: Solution) -> int | None:
 def less(explained: Explained, number: int) -> Explained:
     """An explanation without one of its terms, the rest fitted again."""
     search, old = explained.search, explained.solution
-    terms = (*old.terms[:number], *old.terms[number + 1 :])
-    solution = search.fitter.solve(terms, old.frees, old.nuisances)
+    solution = search.fitter.solve(without(old.terms, number), old.frees, old.nuisances)
     stands = stands_of(search, solution)
     chances = credible(search, solution, stands)
     return replace(explained, solution=solution, stands=stands, credible=chances)

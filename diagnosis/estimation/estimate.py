@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -87,6 +87,11 @@ class Solution:
         first = sum(len(t.candidate.moved) for t in self.nuisances)
         first += sum(len(t.candidate.moved) for t in self.terms[:number])
         return slice(first, first + len(self.terms[number].candidate.moved))
+
+
+def without(terms: Sequence[Term], number: int) -> tuple[Term, ...]:
+    """Terms less one."""
+    return (*terms[:number], *terms[number + 1 :])
 
 
 def scaled_covariance(tangent: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 from diagnosis.estimation.budget import Budget
 from diagnosis.estimation.change_point_search import better_moment
 from diagnosis.estimation.change_point_timing import aligned
-from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.estimate import Solution, without
 from diagnosis.estimation.iterate import Point
 from diagnosis.estimation.levenberg_marquardt import Slopes, moved_by
 from diagnosis.estimation.noise import Whitener
@@ -68,6 +68,19 @@ class Fitter:
         """Channels (n, channels) with the terms at work."""
         self.budget.spend()
         return self.model.predict(terms)
+
+    def change_by(self, solution: Solution, number: int, whole: FloatArray) -> FloatArray:
+        """What term `number` adds to the channels, (n, channels); whole: predicted with all terms.
+
+        Predictions for the answer, beyond the budget of the search.
+        """
+        rest = without(solution.terms, number)
+        return whole - self.model.predict([*solution.nuisances, *rest])
+
+    def in_noise(self, change: FloatArray) -> FloatArray:
+        """A change of the channels (n, channels) in standard deviations of their noise."""
+        scaled: FloatArray = change / np.array([noise.spread for noise in self.whiten.channels])
+        return scaled
 
     def _residual(self, predicted: FloatArray, nuisances: Sequence[Term]) -> FloatArray:
         residual = self.vector(self.observed - predicted)

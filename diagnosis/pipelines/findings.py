@@ -100,10 +100,8 @@ def _named(
     sizes = parameters(term, cov[part, part], intervals)
     if jump is not None:
         sizes["time"] = sizes["time"].model_copy(update={"value": plain["time"]})
-    rest = (*solution.terms[:number], *solution.terms[number + 1 :])
-    change = model.predict([*solution.nuisances, *solution.terms]) - model.predict(
-        [*solution.nuisances, *rest]
-    )
+    whole = model.predict([*solution.nuisances, *solution.terms])
+    change = outcome.fitter.change_by(solution, number, whole)
     chances = outcome.explained.credible
     return Finding(
         effect=candidate.effect,
@@ -148,8 +146,7 @@ def _with_chances(
 
 def _axes(fitter: Fitter, change: FloatArray) -> list[str]:
     """Channels that show a change, in standard deviations of their noise."""
-    spread = np.array([noise.spread for noise in fitter.whiten.channels])
-    power = np.mean((change / spread) ** 2, axis=0)
+    power = np.mean(fitter.in_noise(change) ** 2, axis=0)
     names = fitter.model.readings.names
     order = np.argsort(-power)
     return [names[i] for i in order if power[i] >= ASSESSMENT.share_of_axis * power.sum()]

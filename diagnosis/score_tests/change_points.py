@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnosis.estimation.change_point_timing import late_of, seen_s
-from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.estimate import Solution, without
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.observations.readings import BoolArray, Readings, long_repeats
 from diagnosis.plants.candidate import Candidate
@@ -82,7 +82,7 @@ def moment(fitter: Fitter, solution: Solution, number: int, rad_per_step: float)
     shown_s = seen_s(term)
     if shown_s is None:
         return None
-    rest = (*solution.terms[:number], *solution.terms[number + 1 :])
+    rest = without(solution.terms, number)
     bare = fitter.solve(rest, solution.frees, solution.nuisances, steps=2)
     late_s = late_of(solution.terms)
     for jump in jumps(fitter, bare, rad_per_step, shown_s):

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.estimate import Solution, without
 from diagnosis.observations.readings import FloatArray
-from diagnosis.plants.candidate import Term
 
 if TYPE_CHECKING:
     from diagnosis.search.search import Search
@@ -151,8 +150,3 @@ def _only_in(one: Solution, other: Solution) -> list[int]:
     """Numbers of the terms that another solution does not have."""
     known = {term.candidate.key for term in other.terms}
     return [k for k, term in enumerate(one.terms) if term.candidate.key not in known]
-
-
-def without(terms: Sequence[Term], number: int) -> tuple[Term, ...]:
-    """Terms less one."""
-    return (*terms[:number], *terms[number + 1 :])

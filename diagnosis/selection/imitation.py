@@ -8,7 +8,7 @@ that acts where the unknown does is told from a part of it by nothing but the na
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,7 +33,13 @@ def beside_unknown(fitter: Fitter, solution: Solution) -> list[Beside]:
     """For each term, whether it may be an imitation, and of what."""
     if not solution.frees:
         return [Beside()] * len(solution.terms)
-    nearest = [_nearest(fitter, solution, number) for number in range(len(solution.terms))]
+    whole = fitter.model.predict([*solution.nuisances, *solution.terms])
+    inputs = fitter.model.inputs()
+    places = {free.location: fitter.in_noise(inputs[free.location]) for free in solution.frees}
+    nearest = [
+        _nearest(fitter.in_noise(fitter.change_by(solution, number, whole)), places)
+        for number in range(len(solution.terms))
+    ]
     own = chances([share for share, _ in nearest])
     return [Beside(one, place) for one, (_, place) in zip(own, nearest, strict=True)]
 
@@ -46,22 +52,16 @@ def chances(shares: Sequence[float]) -> list[float]:
     return [CREDIBLE.beside_in_place if one else 1.0 / (1.0 + odds) for one in there]
 
 
-def _nearest(fitter: Fitter, solution: Solution, number: int) -> tuple[float, str]:
-    """Of the square of a term's change, in standard deviations of the noise, the largest share that
-    one of the spline terms could take up if it were free at every sample; and where that stands.
+def _nearest(change: FloatArray, places: Mapping[str, FloatArray]) -> tuple[float, str]:
+    """Of the square of a term's change, the largest share that one of the spline terms could take
+    up if it were free at every sample; and where that stands.
+
+    Both in standard deviations of the noise, (n, channels); places: what a unit there changes.
     """
-    rest = (*solution.terms[:number], *solution.terms[number + 1 :])
-    model = fitter.model
-    change = model.predict([*solution.nuisances, *solution.terms])
-    change = change - model.predict([*solution.nuisances, *rest])
-    spread = np.array([noise.spread for noise in fitter.whiten.channels])
-    scaled = change / spread
-    whole = float(np.sum(scaled**2))
-    places = sorted({free.location for free in solution.frees})
-    if whole == 0.0:
-        return 1.0, places[0]
-    taken = [_along(scaled, model.inputs()[place] / spread) / whole for place in places]
-    return max(zip(taken, places, strict=True))
+    size = float(np.sum(change**2))
+    if size == 0.0:
+        return 1.0, min(places)
+    return max((_along(change, unit) / size, place) for place, unit in places.items())
 
 
 def _along(change: FloatArray, direction: FloatArray) -> float:

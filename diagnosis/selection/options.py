@@ -50,7 +50,7 @@ class CredibleOptions:
     """by how much each name in another place makes them larger (4 of 7 names that stood alone there
     were true, 5 of 31 in groups),"""
     names_counted: int = 2
-    """and how many are: a robot that was loosely built has several causes of its own."""
+    """and how many are: a robot may have several causes of its own."""
     bare_steps: int = 2
     """Levenberg-Marquardt steps without a spline term: what it took up moves the rest a little."""
 

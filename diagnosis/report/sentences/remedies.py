@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from diagnosis.answer.corrected_robot import sure
 from diagnosis.answer.records import Diagnosis, Finding, ParameterResult
-from diagnosis.answer.verdict import rather_unknown
+from diagnosis.answer.verdict import claimed
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.sizes import quantity
 from diagnosis.report.sentences.sureness import settled
@@ -87,8 +87,8 @@ class Remedy:
 
 def remedies(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]:
     """One sentence for each finding that can be remedied, the surest and largest first."""
-    own = [one for one in diagnosis.findings if not rather_unknown(one)]
-    found = (remedy(one, robot, sure(one, diagnosis)) for one in own)
+    named = filter(claimed, diagnosis.findings)
+    found = (remedy(one, robot, sure(one, diagnosis)) for one in named)
     return [one.line for one in found if one is not None]
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from rich.markup import escape
 
 from diagnosis.answer.records import Alternative, Diagnosis, Finding, Thinned, Where
-from diagnosis.answer.verdict import rather_unknown, seen
+from diagnosis.answer.verdict import claimed, rather_unknown, seen
 from diagnosis.report.sentences import sureness, words
 from diagnosis.report.sentences.fit_words import fit_lines, fit_title
 from diagnosis.report.sentences.limit_words import faintest_line, untested_line
@@ -53,8 +53,7 @@ def plain_lines(diagnosis: Diagnosis) -> list[str]:
 def headline(diagnosis: Diagnosis) -> str:
     """The verdict in one sentence."""
     findings = diagnosis.findings
-    own = [one for one in findings if one.effect != "unknown" and not rather_unknown(one)]
-    named = [_either(finding) for finding in own]
+    named = [_either(finding) for finding in findings if claimed(finding)]
     shown = named[:IN_HEADLINE]
     if len(named) > len(shown):
         shown.append(f"{len(named) - len(shown)} more")
