@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 
+import numpy as np
+
 from diagnosis.answer.options import VERDICT
+from diagnosis.assessment import profile_likelihood as profile
+from diagnosis.assessment.covariance import covariance, parameters
 from diagnosis.estimation.estimate import Solution, without
+from diagnosis.estimation.least_squares import Fitter
 from diagnosis.plants.candidate import Term
+from diagnosis.plants.contract import Model
 from diagnosis.selection.ambiguity import stands_of
 from diagnosis.selection.credible_set import credible
 from diagnosis.selection.model_choice import Explained
@@ -46,3 +53,29 @@ def less(explained: Explained, number: int) -> Explained:
     stands = stands_of(search, solution)
     chances = credible(search, solution, stands)
     return replace(explained, solution=solution, stands=stands, credible=chances)
+
+
+def beyond_physics(fitter: Fitter, solution: Solution) -> str | None:
+    """The first effect of which even the near end of the interval is more than such a thing has.
+
+    It only fits like one: arms that would shrink by 4.6 % while they warm up are something else.
+    """
+    for number, term in enumerate(solution.terms):
+        kind = term.candidate.kind
+        if not np.abs(term.candidate.values(term.at)[kind.main.name]).max() > kind.physical:
+            continue
+        cov = covariance(fitter, solution)
+        part = solution.columns_of(number)
+        ends = profile.intervals(fitter, solution, number, cov[part, part])
+        interval = np.array(parameters(term, cov[part, part], ends)[kind.main.name].ci95, float)
+        if (interval > kind.physical).all() or (interval < -kind.physical).all():
+            return kind.name
+    return None
+
+
+def lacking(model: Model, effect: str) -> Model:
+    """The same machine and readings, where that effect is no candidate."""
+    other = copy(model)
+    other.candidates = [one for one in model.candidates if one.effect != effect]
+    other.groups = [one for one in model.groups if one.effect != effect]
+    return other

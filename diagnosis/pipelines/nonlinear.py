@@ -13,12 +13,14 @@ from diagnosis.answer.assembly import assembled
 from diagnosis.answer.records import Diagnosis, Finding, Fit, PriorSensitivity
 from diagnosis.assessment.detection_limits import limits
 from diagnosis.assessment.holdout import on_another_run, on_blocks, rms
-from diagnosis.assessment.impossible import first_impossible, less
+from diagnosis.assessment.impossible import beyond_physics, first_impossible, lacking, less
 from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.estimation.budget import Budget
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.evidence.detection import Progress
-from diagnosis.evidence.noise_estimation import prepare
+from diagnosis.evidence.noise_estimation import Prepared, prepare
 from diagnosis.experiment import propose
 from diagnosis.observations.readings import BoolArray, FloatArray
 from diagnosis.pipelines.findings import Outcome, findings, picture, rest
@@ -44,14 +46,14 @@ def diagnose_model(
     check_input(model)
     progress("noise of the readings")
     valid, runs = without_stale(model)
-    budget = Budget() if thorough else Budget.for_rows(len(model.readings.t_s))
-    prepared = prepare(model, valid, budget)
-    progress("searching for what is missing")
-    explained = explain(prepared, rad_per_step, progress)
-    fitter, solution = final_fit(explained, prepared.valid)
-    while (number := first_impossible(solution)) is not None:
-        explained = less(explained, number)
-        fitter, solution = final_fit(explained, prepared.valid)
+    while True:
+        budget = Budget() if thorough else Budget.for_rows(len(model.readings.t_s))
+        prepared = prepare(model, valid, budget)
+        progress("searching for what is missing")
+        explained, fitter, solution = _settled(prepared, rad_per_step, progress)
+        if (effect := beyond_physics(fitter, solution)) is None:
+            break
+        model = lacking(model, effect)
     outcome = Outcome(explained, fitter, solution, runs)
     tasks: list[Callable[[], Any]] = [
         partial(findings, outcome),
@@ -79,6 +81,18 @@ def diagnose_model(
         smallest_detectable=smallest,
         picture=picture(outcome, model.covariates()),
     )  # fmt: skip
+
+
+def _settled(
+    prepared: Prepared, rad_per_step: float, progress: Progress
+) -> tuple[Explained, Fitter, Solution]:
+    """The explanation to believe, without what no machine can have."""
+    explained = explain(prepared, rad_per_step, progress)
+    fitter, solution = final_fit(explained, prepared.valid)
+    while (number := first_impossible(solution)) is not None:
+        explained = less(explained, number)
+        fitter, solution = final_fit(explained, prepared.valid)
+    return explained, fitter, solution
 
 
 def _nothing(explained: Explained, found: list[Finding]) -> float:

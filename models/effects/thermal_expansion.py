@@ -11,10 +11,12 @@ from models.effects.flow import Flow
 from models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 
+PHYSICAL_STRAIN = 0.012
+"""Polyamide by 100 K (120e-6 per K; ABS 100e-6, PLA 70e-6, aluminium 23e-6, steel 12e-6; tables of
+linear expansion): no arm grows more."""
 MOST_STRAIN = 0.1
-"""Far more than any arm grows: polyamide by 100 K is 0.012 (120e-6 per K; ABS 100e-6, PLA 70e-6,
-aluminium 23e-6, steel 12e-6; tables of linear expansion). A bound at that figure cuts off the
-profile of the interval where a recording is shorter than the warming takes."""
+"""How far a fit may go. A bound at the physical figure would cut off the profile of the interval
+where a recording is shorter than the warming takes."""
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
@@ -40,4 +42,5 @@ EFFECT = EffectKind(
     smooth=False,
     # one time constant of several
     discrepancy=Discrepancy(0.003, 0.003),
+    physical=PHYSICAL_STRAIN,
 )

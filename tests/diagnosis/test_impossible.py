@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 import pytest
 
-from diagnosis.assessment.impossible import first_impossible, impossible, less
+from diagnosis.assessment import profile_likelihood
+from diagnosis.assessment.impossible import (
+    beyond_physics,
+    first_impossible,
+    impossible,
+    lacking,
+    less,
+)
+from diagnosis.estimation.estimate import Solution
 from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.candidate import Candidate, Term
 from diagnosis.plants.delta.candidates import lost_steps
@@ -67,3 +77,27 @@ def test_the_rest_is_fitted_again_without_it(search: Search) -> None:
     assert len(left.stands) == 1
     assert first_impossible(left.solution) is None
     assert left.solution.terms[0].at[0] == pytest.approx(0.02, abs=1e-3)
+
+
+def test_arms_that_shrink_by_four_percent_are_something_else(
+    search: Search, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only where the whole interval lies beyond what a plastic does: a wide one may pass it."""
+    warming, model = _candidate(search, "thermal_expansion"), search.prepared.model
+    fitter = copy(search.fitter)
+
+    def fitted(strain: float) -> Solution:
+        term = Term(warming, np.array([strain, np.log(6.0)]))
+        noise = search.fitter.observed - search.tests.empty.predicted
+        fitter.observed = model.predict([*(n.term for n in model.nuisances), term]) + noise
+        return fitter.solve((term,), steps=2)
+
+    assert beyond_physics(fitter, fitted(0.01)) is None
+    shrunk = fitted(-0.046)
+    assert beyond_physics(fitter, shrunk) == "thermal_expansion"
+    left = lacking(model, "thermal_expansion").candidates
+    assert {one.effect for one in model.candidates} - {one.effect for one in left} == {
+        "thermal_expansion"
+    }
+    monkeypatch.setattr(profile_likelihood, "intervals", lambda *_: {"strain": (-0.09, -0.001)})
+    assert beyond_physics(fitter, shrunk) is None

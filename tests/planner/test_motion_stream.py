@@ -10,10 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from firmware_py.planner import timing_together
 from firmware_py.planner.check import home_counts, make_plan
 from firmware_py.planner.stream import BLOCK, MotionStream
 from foundation.errors import MotionError
 from models.inverse_kinematics import GeometricInverse
+from models.robot import EffectEntry
 
 point = st.tuples(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.floats(-0.5, -0.42))
 arms = st.tuples(*[st.floats(30.0, 70.0)] * 3)
@@ -159,3 +161,63 @@ def test_many_repeats_cost_no_planning(zhao, job_of):
     assert plan.again is plan.first
     stream = MotionStream(plan, home_counts(zhao))
     assert stream.end_ns == stream.path_start_ns + 100_000 * plan.first.schedule.duration_ns
+
+
+def test_steps_of_the_approach_keep_their_distance_too(zhao, job_of):
+    """Each motor comes to its half counts in its own time, and pulses need room."""
+    plan = plan_for(job_of(path={"shape": "joints", "angles_deg": [[71, 40, 33]]}), zhao)
+    stream = MotionStream(plan, home_counts(zhao))
+    due = np.concatenate([chunk.ticks.due_ns for chunk in stream])
+    assert len(due) > 100
+    window_ns, _ = stream.approach.gate_ns
+    assert window_ns > 1000
+    assert np.diff(due).min() >= window_ns
+
+
+def test_a_target_comes_with_the_chunk_in_whose_time_it_is_reached(zhao, job_of, monkeypatch):
+    """Only the last of a block is kept back, until the last tick towards it is known."""
+    monkeypatch.setattr(timing_together, "_TICKS_AT_ONCE", 50)
+    angles = [[40, 40, 40], [41, 40, 40], [42, 40, 40], [60, 40, 40]]
+    plan = plan_for(job_of(path={"shape": "joints", "angles_deg": angles}), zhao)
+    stream = MotionStream(plan, home_counts(zhao))
+    until_ns, seen = -1, []
+    for chunk in stream:
+        seen += chunk.reached.number.tolist()
+        assert (chunk.reached.t_ns > until_ns).all()
+        until_ns = chunk.until_ns
+    assert seen == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("effect", "component", "parameters"),
+    [
+        ("following_lag", "motor3", {"time": 0.05}),
+        ("resonance", "platform", {"frequency": 2.4, "damping": 0.1}),
+    ],
+)
+def test_the_first_target_is_reached_when_the_stream_says_so(
+    zhao, job_of, effect, component, parameters
+):
+    """Also where steps are moved ahead of late drives, or away from what makes it ring."""
+    entry = EffectEntry(effect=effect, component=component, parameters=parameters)
+    robot = zhao.model_copy(update={"effects": (entry,)})
+    path = {"shape": "points", "points_m": [[0, 0, -0.45], [0.02, 0, -0.45]], "dwell_s": 0.3}
+    timing = {"mode": "accelerated", "speed_mps": 0.1}
+    stream = MotionStream(
+        plan_for(job_of(path=path, timing=timing, repeats=2), robot), home_counts(robot)
+    )
+    chunks = list(stream)
+    reached = [int(t) for chunk in chunks for t in chunk.reached.t_ns]
+    assert reached[0] == stream.path_start_ns > stream.approach.duration_ns
+    steps = sum(chunk.ticks.steps.sum(axis=0, dtype=int) for chunk in chunks)
+    assert tuple((steps + home_counts(robot)).tolist()) == stream.plan.last_counts
+
+
+def test_a_further_lap_begins_at_the_last_target(zhao, job_of):
+    points = [[0, 0, -0.45], [0.02, 0, -0.45], [0, 0.02, -0.45]]
+    job = job_of(path={"shape": "points", "points_m": points, "spacing_m": 0.01}, repeats=2)
+    plan = plan_for(job, zhao)
+    lap, last = plan.again.lap, int(plan.first.lap.number[-1])
+    back = len(lap) - len(plan.first.lap) - 1
+    assert lap.number.tolist() == [last, *[-1] * back, *range(last + 1)]
+    assert lap.counts[0].tolist() == plan.first.lap.counts[-1].tolist()

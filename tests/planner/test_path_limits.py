@@ -111,6 +111,19 @@ def test_the_box_holds_on_the_way_in_joint_space_too(job_of, limited, lowest_m, 
         assert "z leaves limits.box_m [-0.47, -0.2] m" in message
 
 
+@pytest.mark.parametrize(("axis", "side"), [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)])
+def test_a_way_may_touch_the_box_and_not_pass_it(zhao, job_of, limited, axis, side):
+    """Where it swings beyond both of its ends, to a micrometre."""
+    job = job_of(path={"shape": "joints", "angles_deg": [[64, 9, 77], [71, 90, 7]]})
+    way = plan(job, zhao).first.reach
+    box = np.stack([way.low_m[0], way.high_m[0]], axis=1)
+    assert plan(job, limited(box_m=tuple(map(tuple, box)))) is not None
+    box[axis, side] += 1e-6 * (1.0 - 2.0 * side)
+    assert f"{'xyz'[axis]} leaves limits.box_m" in refusal(
+        job, limited(box_m=tuple(map(tuple, box)))
+    )
+
+
 def test_joint_angles_beyond_a_limit(zhao, job_of):
     path = {"shape": "joints", "angles_deg": [[40, 40, 40], [40, 111, 40]]}
     message = refusal(job_of(path=path), zhao)

@@ -46,6 +46,21 @@ def test_counts_are_exact_at_every_target(way, limits):
     assert (np.diff(due) >= max(1, window_ns)).all()
 
 
+@pytest.mark.parametrize("dwell_s", [(0.0, 0.2, 0.5, 0.0), (0.3, 0.0, 0.1, 0.4)])
+def test_arms_rest_after_each_target_as_long_as_is_said(dwell_s):
+    limits = MotorLimits(8.0, 20.0, 20_000.0, STEP_RAD)
+    angles = np.array([[0.3, 0.3, 0.3], [0.5, 0.4, 0.3], [0.2, 0.4, 0.6], [0.3, 0.3, 0.3]])
+    schedule = MoveSchedule(angles, np.array(dwell_s), limits)
+    due, steps = played(schedule)
+    counts = np.rint(angles / STEP_RAD).astype(int)
+    for target, reached_ns in enumerate(schedule.reached_ns):
+        leaves_ns = reached_ns + round(dwell_s[target] * 1e9)
+        for at_ns in (reached_ns, leaves_ns):
+            made = steps[due <= at_ns].sum(axis=0)
+            assert (counts[0] + made == counts[target]).all()
+    assert schedule.duration_ns == leaves_ns
+
+
 @settings(max_examples=60, deadline=None)
 @given(way=ways, limits=limit_sets)
 def test_no_steps_come_faster_than_the_limits(way, limits):

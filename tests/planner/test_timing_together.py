@@ -64,6 +64,7 @@ def test_an_even_motion_is_as_often_ahead_of_its_line_as_behind():
 @settings(max_examples=150, deadline=None)
 @given(way=ways)
 @example(way=[(0, 0, 0), (0, 1, 0), (0, 1, 5)])
+@example(way=[(0, 0, 0), (1, 20, 0), (1, 0, 0), (1, 0, 0)])
 def test_said_peak_rate_is_the_nearest_pair_of_steps_or_one_period_less(way):
     counts = np.cumsum(np.array(way), axis=0)
     schedule = TogetherSchedule(counts, np.zeros(len(way)), 0.001)

@@ -54,6 +54,9 @@ def test_a_pause_slows_down_evenly_holds_and_goes_on():
     # From rate 1 to 0 in 200 ms is 100 ms of motion.
     assert len(slowing) == 100
     assert (np.diff(np.diff(slowing)) >= -1).all()
+    # Half way down the ramp three quarters of that are behind it.
+    assert [motion.motion_ns(at * MS) for at in (400, 500)] == [375 * MS, 400 * MS]
+    assert np.searchsorted(slowing, 400 * MS, side="right") == 75
     held = taken(motion, 900 * MS)
     assert len(held) == 0
     assert motion.pacing() is Pacing.HELD
@@ -149,6 +152,16 @@ def test_pausing_a_real_motion_keeps_the_acceleration_limit(
         misplaced = speed * window_s + step_rad / 16
         allowance = 4 * misplaced * (1 / before + 1 / after) / (before + after)
         assert (measured - allowance).max() <= limit
+
+
+def test_ticks_on_a_ramp_are_handed_out_before_they_are_due():
+    motion = TimeScaledMotion(metronome(1000), 0.2)
+    taken(motion, 300 * MS)
+    motion.pause(300 * MS)
+    assert len(motion.take(400 * MS).ticks) == 75
+    motion.resume(400 * MS)
+    # From half the speed to all of it in 100 ms.
+    assert len(motion.take(500 * MS).ticks) == 75
 
 
 def test_no_time_is_lost_to_rounding_over_days():
