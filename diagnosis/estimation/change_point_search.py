@@ -13,6 +13,13 @@ from diagnosis.observations.readings import FloatArray, Readings
 from diagnosis.plants.candidate import Term
 
 
+def told_between(t_s: FloatArray) -> tuple[float, float]:
+    """Between which times [s] an event can be told from an offset; t_s: sorted, either way."""
+    first_s, last_s = sorted((float(t_s[0]), float(t_s[-1])))
+    edge_s = ESTIMATION.edge * (last_s - first_s)
+    return first_s + edge_s, last_s - edge_s
+
+
 def better_moment(
     readings: Readings,
     predict: Callable[[Sequence[Term]], FloatArray],
@@ -26,18 +33,23 @@ def better_moment(
 
     whitened: of a difference of the channels, (n, channels) -> (m,). basis: of the spline terms,
     (m, q). least: chi-square that it must come below. What is predicted changes between the two
-    moments only, so that one prediction, at the farthest, tells of all on its way.
+    moments only, so that one prediction, at the farthest, tells of all on its way. An event stays
+    away from the ends, where it is an offset, or nothing.
     """
     term, period_s = at.terms[number], readings.period_s
     shown_s = seen_s(term)
     if shown_s is None:
         return None
     best, t_s = None, readings.t_s
+    earliest_s, latest_s = told_between(t_s)
     for way in (-1, 1):
         farthest = _moved(at.terms, number, way * ESTIMATION.moments[-1] * period_s)
         change = predict([*at.nuisances, *farthest]) - at.predicted
         for moment in (way * count for count in ESTIMATION.moments):
-            first_s, last_s = sorted((shown_s, shown_s + moment * period_s))
+            moment_s = shown_s + moment * period_s
+            if not earliest_s < moment_s < latest_s:
+                break
+            first_s, last_s = sorted((shown_s, moment_s))
             between = (t_s >= first_s) & (t_s < last_s)
             some = whitened(np.where(between[:, None], change, 0.0))
             cost = at.cost + _costlier(at, basis, some)

@@ -58,6 +58,9 @@ class EstimationOptions:
     """Readings by which the time of an event is moved either way, to see whether that fits better.
     """
 
+    edge: float = 0.02
+    """Share of the recording at each end in which a loss cannot be told from an offset."""
+
     # The limit of work: the unit is one prediction of a recording of 12 000 rows.
     predictions: float = 1000.0
     """So many, and what else they need, take a core about nine seconds

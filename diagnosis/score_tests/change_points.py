@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from diagnosis.estimation.change_point_search import told_between
 from diagnosis.estimation.change_point_timing import late_of, seen_s
 from diagnosis.estimation.estimate import Solution, without
 from diagnosis.estimation.least_squares import Fitter
@@ -40,9 +41,8 @@ def jumps(
     times = model.readings.t_s[rows[order]]
     basis = solution.basis[: len(rows)][order]
     residual = solution.residual[: len(rows)][order]
-    inside = (times > times[-1] + SCORE_TESTS.edge * (times[0] - times[-1])) & (
-        times < times[0] - SCORE_TESTS.edge * (times[0] - times[-1])
-    )
+    earliest_s, latest_s = told_between(times)
+    inside = (times > earliest_s) & (times < latest_s)
     if near_s is not None:
         inside &= np.abs(times - near_s) < SCORE_TESTS.near_s
     found, events = [], traits_of(model).events
@@ -60,6 +60,8 @@ def jumps(
         usable = inside & (left > SCORE_TESTS.least_own * power[-1])
         gain = np.where(usable, along**2 / np.maximum(left, 1e-30), 0.0)
         best = int(np.argmax(gain))
+        if not gain[best]:
+            continue
         near = times[(gain > gain[best] - 3.84) & usable]
         # The first reading that shows a jump comes up to one period after it.
         before_s = model.readings.period_s

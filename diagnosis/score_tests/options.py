@@ -12,8 +12,6 @@ class ScoreTestOptions:
     chance: float = 1e-5
     """Below which repeated readings are stale and the past of a covariate counts. Readings
     correlate, so well below the alarm."""
-    edge: float = 0.02
-    """Share of the recording at each end in which a loss cannot be told from an offset."""
     least_own: float = 0.02
     """Share of a jump that what is fitted already must leave for its time to be tried."""
     near_s: float = 2.0

@@ -24,6 +24,7 @@ from diagnosis.score_tests.library import Entry
 from diagnosis.search.search import Search
 from diagnosis.selection.ambiguity import Standing
 from diagnosis.selection.imitation import Beside, beside_unknown
+from diagnosis.selection.nonparametric import in_place_of
 from diagnosis.selection.options import CREDIBLE
 
 Name = tuple[str, str]
@@ -154,16 +155,11 @@ def _by_name(solution: Solution, weighed: Sequence[tuple[Solution, float]]) -> d
 
 def _of_shape(search: Search, solution: Solution, free: SplineTerm) -> float:
     """Of a spline term: against nothing, and against the best named effect in its place."""
-    others = tuple(one for one in solution.frees if one is not free)
-    fitter, steps = search.fitter, CREDIBLE.bare_steps
-    bare = fitter.solve(solution.terms, others, solution.nuisances, steps=steps)
-    cost = spline_penalty(free)
-    weights = [_weight(bare.cost - solution.cost - cost)]
-    for trial in search.tests.trials(bare)[:1]:
-        # Fitted, for a score promises more than a bent effect can keep.
-        named = fitter.solve((*solution.terms, trial.start), others, solution.nuisances)
-        behind = named.cost + trial.penalty + search.options.choice
-        weights.append(_weight(behind - solution.cost - cost))
+    instead = in_place_of(search, solution, free)
+    weights = [_weight(instead.bare.cost - solution.cost - spline_penalty(free))]
+    if instead.named is not None:
+        cost = search.criterion.fully_penalised
+        weights.append(_weight(cost(instead.named) - cost(solution)))
     return (1.0 - CREDIBLE.lapse) / (1.0 + sum(weights))
 
 

@@ -16,7 +16,12 @@ from diagnosis.search.exchange import best_of, group_instead, pairs_for_one
 from diagnosis.search.search import Search
 from diagnosis.selection.ambiguity import Standing, in_parts, resolved, stands_of
 from diagnosis.selection.credible_set import Credible, credible, preferred
-from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_spline_terms
+from diagnosis.selection.nonparametric import (
+    explains_it_all,
+    named_instead,
+    shape_promises,
+    with_spline_terms,
+)
 from diagnosis.selection.tolerance_rival import Needed, ToleranceRival
 
 
@@ -47,6 +52,7 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     nominal = search.tests.empty
     tolerances = ToleranceRival(search)
     told, solution = _told(tolerances, *_reviewed(tolerances, solution))
+    solution = named_instead(told, solution)
     progress("what else it could be")
     settled, stands = resolved(told, in_parts(told, solution))
     rival = preferred(told, settled, stands)

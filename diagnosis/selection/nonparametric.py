@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 
 from diagnosis.answer.verdict import ALARM
@@ -16,6 +17,7 @@ from diagnosis.search.addition import falls_short
 from diagnosis.search.outside_contact import gain_elsewhere, local_terms
 from diagnosis.search.removal import drop
 from diagnosis.search.search import Search
+from diagnosis.selection.options import CREDIBLE
 
 
 def with_spline_terms(search: Search, solution: Solution) -> Solution:
@@ -37,6 +39,44 @@ def with_spline_terms(search: Search, solution: Solution) -> Solution:
         if len({free.location for free in challenged.frees}) < len(challenged.frees):
             return solution
         solution = challenged
+    return solution
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InPlace:
+    """What a solution is without one of its spline terms."""
+
+    bare: Solution
+    """With nothing in its place."""
+    named: Solution | None
+    """With the named effect in its place that explains most of what the spline term did."""
+
+
+def in_place_of(search: Search, solution: Solution, free: SplineTerm) -> InPlace:
+    """A solution without a spline term, and with a named effect instead: fitted, for a score
+    promises more than a bent effect can keep.
+    """
+    others = tuple(one for one in solution.frees if one is not free)
+    solve = search.fitter.solve
+    bare = solve(solution.terms, others, solution.nuisances, steps=CREDIBLE.bare_steps)
+    named = [
+        solve((*solution.terms, trial.start), others, solution.nuisances)
+        for trial in search.tests.trials(bare)[:1]
+    ]
+    return InPlace(bare, next(iter(named), None))
+
+
+def named_instead(search: Search, solution: Solution) -> Solution:
+    """The same with named effects in the place of spline terms, where that explains it better.
+
+    A spline term competes with the effects that the search had chosen; this one it may never have
+    been compared with.
+    """
+    for free in solution.frees:
+        named = in_place_of(search, solution, free).named
+        cost = search.criterion.fully_penalised
+        if named is not None and cost(named) < cost(solution):
+            return named_instead(search, drop(search, named))
     return solution
 
 
