@@ -151,15 +151,20 @@ def history(readings: Readings, valid: Any) -> list[IntArray]:
 
 
 def estimate(readings: Readings, valid: Any, residual: FloatArray) -> Whitener:
-    """Noise model of a residual (n, channels) that a rich enough model has left."""
-    channels = []
+    """Noise model of a residual (n, channels) that a rich enough model has left.
+
+    A constant in a channel is no noise: the first residual still has it.
+    """
+    channels, residual = [], residual.copy()
     for column, rows in enumerate(history(readings, valid)):
+        if len(rows):
+            residual[:, column] -= np.median(residual[rows[:, 0], column])
         x = residual[:, column]
         table = x[rows] if len(rows) else np.zeros((0, AR_ORDER + 1))
         if len(table) < 10 * AR_ORDER:
             channels.append(ChannelNoise(rows[:0], np.zeros(AR_ORDER), 1.0, 1.0))
             continue
-        spread = MAD_TO_SIGMA * float(np.median(np.abs(table[:, 0] - np.median(table[:, 0]))))
+        spread = MAD_TO_SIGMA * float(np.median(np.abs(table[:, 0])))
         rounding = readings.rounding[column]
         spread = max(spread, rounding, 1e-12)
         table = np.clip(table, -4 * spread, 4 * spread)
