@@ -16,10 +16,12 @@ from diagnosis.assessment.impossible import (
     less,
 )
 from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.options import ESTIMATION
 from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.candidate import Candidate, Term
 from diagnosis.plants.delta.candidates import lost_steps
 from diagnosis.plants.delta.model import DeltaModel
+from diagnosis.score_tests.change_points import jumps
 from diagnosis.search.search import Search
 from diagnosis.selection.ambiguity import stands_of
 from diagnosis.selection.credible_set import credible
@@ -61,6 +63,19 @@ def test_a_second_size_at_its_bound_belongs_to_the_effect(search: Search) -> Non
     """A pure lag has no dead time, and a stiff shaft no compliance."""
     assert not impossible(Term(_candidate(search, "following_lag"), np.array([0.05, 0.0])))
     assert not impossible(Term(_candidate(search, "joint_friction"), np.array([0.01, 0.0, 0.0])))
+
+
+def test_steps_are_lost_neither_at_the_beginning_nor_at_the_end(search: Search) -> None:
+    """There they are an offset, or nothing: a home offset drew them to the first reading."""
+    t_s = search.prepared.model.readings.t_s
+    edge_s = ESTIMATION.edge * (t_s[-1] - t_s[0])
+    at_s = t_s[0] + 1.5 * edge_s
+    fitted = search.fitter.solve((Term(lost_steps("motor1", at_s), np.array([-50.0, at_s])),), ())
+    moment_s = float(fitted.terms[0].candidate.values(fitted.terms[0].at)["time"])
+    assert t_s[0] + edge_s < moment_s < at_s
+    for number, jump in enumerate(search.tests._jumps(search.tests.empty)):
+        assert t_s[0] + edge_s < jump.time_s < t_s[-1] - edge_s, number
+    assert jumps(search.fitter, search.tests.empty, 1e-3, float(t_s[0]) - 10.0) == []
 
 
 def test_the_rest_is_fitted_again_without_it(search: Search) -> None:

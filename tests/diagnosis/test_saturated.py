@@ -47,6 +47,19 @@ def test_memory_and_spread_are_given_back(delta: DeltaRobot, record: Record) -> 
     assert np.all(np.array(sigmas[1]) > np.array(sigmas[0]))
 
 
+def test_a_constant_in_a_channel_is_no_noise(delta: DeltaRobot, record: Record) -> None:
+    """A sensor that reads 20 mm off had its readings clipped to one value: a memory of seconds."""
+    model = DeltaModel(delta, [record(rho=RHO, seconds=20.0)])
+    residual = model.readings.values - model.predict([n.term for n in model.nuisances])
+    valid = model.readings.valid
+    plain = estimate(model.readings, valid, residual)
+    moved = estimate(model.readings, valid, residual + np.array([0.02, -0.03, 0.5]))
+    for one, other in zip(plain.channels, moved.channels, strict=True):
+        assert other.phi == pytest.approx(one.phi, abs=1e-6)
+        assert other.sigma == pytest.approx(one.sigma, rel=1e-6)
+    assert moved.weight == pytest.approx(plain.weight, abs=1e-5)
+
+
 def test_a_memory_that_is_a_mismatch_is_not_made_longer(delta: DeltaRobot, record: Record) -> None:
     model = DeltaModel(delta, [record()])
     prepared = prepare(model, model.readings.valid.copy())

@@ -10,9 +10,15 @@ import pytest
 from diagnosis.evidence.noise_estimation import prepare
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.search.search import Search
-from diagnosis.selection.nonparametric import explains_it_all, shape_promises, with_spline_terms
+from diagnosis.selection.credible_set import _of_shape
+from diagnosis.selection.nonparametric import (
+    explains_it_all,
+    named_instead,
+    shape_promises,
+    with_spline_terms,
+)
 from diagnosis.selection.tolerance_rival import ToleranceRival
-from models.robot import DeltaRobot
+from models.robot import DeltaRobot, EffectEntry
 from recording.tables.flat import FlatRecording
 
 Record = Callable[..., FlatRecording]
@@ -53,3 +59,27 @@ def test_a_shape_that_explains_it_all_needs_no_loosely_built_machine(
     assert explains_it_all(search, shaped, told)
     assert not explains_it_all(search, shaped, search.criterion.fully_penalised(shaped))
     assert not explains_it_all(search, solution, np.inf), "no shape explains anything here"
+
+
+def test_a_named_effect_that_explains_better_takes_the_place_of_a_shape(
+    delta: DeltaRobot, record: Record
+) -> None:
+    """And a shape that explains better is more probable than what could be named for it."""
+    bent = EffectEntry(
+        effect="sensor_crosstalk", component="range_z", parameters={"curvature": 0.03}
+    )
+    model = DeltaModel(delta, [record(bent, seconds=20.0)])
+    search = Search(prepare(model, model.readings.valid.copy()), 1e-3)
+    free = next(one for one in search.prepared.fine if one.location == one.covariate == "range_z")
+    shaped = search.fitter.solve((), (free,), search.tests.empty.nuisances)
+    assert _of_shape(search, shaped, free) < 0.01
+    named = named_instead(search, shaped)
+    assert [term.candidate.key for term in named.terms] == [("sensor_crosstalk", "range_z")]
+    assert named.frees == ()
+
+
+def test_a_shape_that_explains_better_than_any_name_stays(loosely: ToleranceRival) -> None:
+    search = loosely.search
+    shaped = with_spline_terms(search, search.run())
+    assert named_instead(search, shaped) is shaped
+    assert all(_of_shape(search, shaped, free) > 0.95 for free in shaped.frees)
