@@ -109,6 +109,8 @@ class ControlLoop:
             self._emergency.output_stopped(seen)  # a stop came between the look and the feeding
 
     def _drive(self, job: ActiveJob, now_ns: int) -> None:
+        if self._clock.now_ns() - now_ns > ns(self.robot.steps.heartbeat_s):
+            return  # hung within this round, no sensor's fault: the next round says so and stops
         loss = self._observer.lost_steps(now_ns)
         if loss is not None:
             job.lost_steps(loss)

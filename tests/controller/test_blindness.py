@@ -12,7 +12,8 @@ from firmware_py.controller.controller import Controller
 from firmware_py.controller.sensing.determined import determine, unseen_rad
 from firmware_py.controller.sensing.home_check import check_plausible, expected_ranges_m
 from firmware_py.controller.sensing.ranging_loop import RangingLoop
-from firmware_py.controller.sensing.sight import BLIND_S, Sight
+from firmware_py.controller.sensing.sight import BLIND_S, Blindness, Sight
+from firmware_py.controller.states import State
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from foundation.clock import VirtualClock, ns, sleep_s
 from foundation.errors import NotReady
@@ -180,6 +181,23 @@ def test_a_job_may_go_on_blind_with_a_warning(homed: Controller, write_job, fini
     result = finish(homed, number)
     assert result.outcome == "done"
     assert result.warning.startswith("blind: no good reading of sensor z")
+
+
+def test_a_hang_within_a_round_is_not_the_sensors_fault(
+    homed: Controller, write_job, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody read for two seconds: the next round says that the controller hung, and stops."""
+    homed.submit(write_job())
+    sleep_s(homed.clock, 3.0)
+    unread = Blindness(("x", "y", "z"), 0, 2.0, ("no new sample",) * 3)
+    monkeypatch.setattr(homed._observer, "blind", lambda **_: unread)
+    job, now_ns = homed.jobs.running, homed.clock.now_ns()
+    assert job is not None
+    with homed.condition.lock:
+        homed._loop._drive(job, now_ns - ns(2.0))
+        assert homed.condition.state is State.RUNNING
+        homed._loop._drive(job, now_ns)
+        assert homed.condition.state is State.FAULT
 
 
 def test_a_job_is_not_begun_blind(homed: Controller, write_job, finish) -> None:
