@@ -32,6 +32,14 @@ def test_play_is_announced_with_the_second_run_that_has_it_and_since_the_first()
     assert standing(runs([], [PLAY], [PLAY], [], [])) == []
 
 
+def test_one_run_that_misses_it_delays_nothing_two_do() -> None:
+    """Near the detection limit a run misses one time in three what is there."""
+    (one,) = standing(runs([], [PLAY], [], [PLAY]))
+    assert one.since_s == 3600.0
+    assert standing(runs([], [PLAY], [], [], [PLAY])) == []
+    assert standing(runs([PLAY], [], [PLAY], [], [])) == []
+
+
 def test_what_comes_by_chance_in_one_run_of_fifty_is_not_announced_in_200() -> None:
     """Alarms of single runs, each at another place, stay without a second run that has them."""
     rng = np.random.default_rng(4)
