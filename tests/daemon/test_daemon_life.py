@@ -113,7 +113,7 @@ def test_a_manager_that_has_gone_does_not_matter(tmp_path, caplog):
 
 
 def test_the_watchdog_is_fed_by_progress_only():
-    count, serving, fed = [0], [True], []
+    count, serving, fed, start_s = [0], [True], [], time.monotonic()
     watchdog = Watchdog(lambda: count[0], lambda: fed.append(count[0]), lambda: serving[0])
     assert not watchdog.check()
     count[0] = 5
@@ -124,6 +124,7 @@ def test_the_watchdog_is_fed_by_progress_only():
     serving[0] = True
     assert watchdog.check()
     assert fed == [5, 6]
+    assert 0.0 <= watchdog.quiet_s < time.monotonic() - start_s + 1.0
 
 
 def test_the_watchdog_is_looked_after_often_enough():

@@ -10,6 +10,7 @@ from drivers.steps.build import lgpio_pins, player_settings, release_drives
 from drivers.steps.lgpio_lines import LgpioLines
 from drivers.steps.lines import ALARM_BITS, ALARM_SHIFT, ENABLE_BIT, ESTOP_BIT
 from foundation.errors import PulseFault
+from tests.steps.step_rig import SWITCHES
 
 OPEN = 0b1111
 
@@ -30,6 +31,7 @@ class Gpio:
         self.flags = 0
         self.outputs: dict[int, int] = {}
         self.written: list[tuple[int, int]] = []
+        self.leaders: list[int] = []
         self.open = 0
 
     def gpiochip_open(self, chip: int) -> int:
@@ -51,7 +53,7 @@ class Gpio:
     def group_claim_output(self, handle: int, group: list[int], levels: list[int]) -> None:
         if set(group) & set(self.busy):
             raise RuntimeError("GPIO busy")
-        self.outputs = dict(zip(group, levels, strict=True))
+        self.outputs |= dict(zip(group, levels, strict=True))
 
     def group_read(self, handle: int, leader: int) -> tuple[int, int]:
         assert leader == self.inputs[0]
@@ -61,6 +63,7 @@ class Gpio:
 
     def group_write(self, handle: int, leader: int, levels: int, mask: int) -> None:
         self.written.append((levels, mask))
+        self.leaders.append(leader)
 
 
 STEPS = StepSettings()
@@ -117,6 +120,17 @@ def test_outputs_begin_safe_and_only_the_group_is_written() -> None:
     assert gpio.written == [(0b101, 0b111)]
     made.close()
     assert gpio.open == 0
+
+
+def test_switched_outputs_are_a_group_of_their_own_that_begins_safe() -> None:
+    """A valve that is off at a high level, and a brake that is safe when it is on."""
+    gpio = Gpio()
+    made = LgpioLines(lgpio_pins(STEPS, InputSettings(), SWITCHES), gpio)
+    assert [gpio.outputs[pin] for pin in (12, 16, 18)] == [0, 1, 1]
+    made.write(0b101, 0b111)
+    assert (gpio.leaders, gpio.written) == ([17], [(0b101, 0b111)])
+    made.write(*SWITCHES.levels({"gripper": True, "brake": False}))
+    assert (gpio.leaders, gpio.written[1:]) == ([17, 12], [(0b001, 0b101)])
 
 
 @pytest.mark.parametrize(("active_high", "released"), [(True, 0), (False, 1)])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -279,3 +280,48 @@ def test_enable_level_and_mirrored_motor_reach_the_lines() -> None:
     rig.push(ticks_of([(100_000, (1, 1, -1))], 0))
     rig.play([])
     assert rig.lines.rises[0][1:] == (0b111, 0b001)
+
+
+def test_ticks_that_came_in_while_it_stopped_are_dropped_with_the_stop() -> None:
+    """Its state was looked at before the stop, and the ticks were written after it."""
+    rig = Player()
+    rig.player.stop(b.REQUESTED)
+    rig.push(ticks_of([(100_000, (1, 1, 1))] * 3, 0))
+    assert rig.ask(b.ACKNOWLEDGE) == b.DONE
+    assert rig.ask(b.ENABLE) == b.DONE
+    rig.play([])
+    assert rig.lines.rises == []
+
+
+class Fences:
+    """Stands in for a fence; notes what the other side may see at each."""
+
+    def __init__(self, words: memoryview):
+        self.words = words
+        self.seen: list[tuple[int, ...]] = []
+
+    def __call__(self) -> None:
+        self.seen.append(tuple(self.words[i] for i in (b.VERSION, b.COUNTS, b.PLAYED)))
+
+
+def test_memory_is_ordered_wherever_the_other_side_may_look(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """No test on a PC shows what an ARM core may reorder, so here is where the fences are."""
+    rig = Player()
+    fence = Fences(rig.board.words)
+    monkeypatch.setattr(rig.player, "_fence", fence)
+    rig.push(ticks_of([(100_000, (1, 0, 0))], 0))
+    rig.play([])
+    # Before the tick is read; after the counters are marked; after they and the edge are written.
+    assert fence.seen == [(0, 0, 0), (1, 0, 0), (1, 1, 0)]
+    fence.seen.clear()
+    rig.board.words[b.ARGUMENTS] = 7
+    assert rig.ask(b.SET_COUNTS) == b.DONE
+    # Before the request is read, round the counters, and before it is said to be served.
+    assert fence.seen == [(2, 1, 1), (3, 1, 1), (3, 7, 1), (4, 7, 1)]
+    fence.seen.clear()
+    rig.push(ticks_of([(100_000, (1, 0, 0))], rig.lines.now_ns))
+    rig.player.stop(b.REQUESTED)
+    # Before what was queued is dropped, and before it is said to be played.
+    assert fence.seen == [(4, 7, 1), (4, 7, 1)]

@@ -14,8 +14,9 @@ from drivers.settings import InputSettings, StepSettings
 from drivers.steps.build import build_step_output, lgpio_pins, minimum_period_ns, player_settings
 from drivers.steps.contract import OutputState, Ticks
 from drivers.steps.lines import ALARM_BITS, ESTOP_BIT
-from drivers.steps.task_host import TaskStepOutput
-from foundation.clock import RealClock, VirtualClock, sleep_s
+from drivers.steps.output import PlayerStepOutput
+from drivers.steps.task_host import TaskHost, TaskStepOutput
+from foundation.clock import RealClock, Task, TaskHandle, VirtualClock, sleep_s
 from foundation.errors import ConfigError, LimitExceeded, PulseFault
 
 INPUTS = InputSettings()
@@ -131,6 +132,7 @@ def test_lines_that_fail_end_the_output() -> None:
     output.push(ticks(clock.now_ns() + 1_000_000, 8, 1_000_000))
     sleep_s(clock, 0.05)
     assert output.status().state is OutputState.STOPPED
+    assert output.status().queued == 0
     assert "burned through" in output.status().reason
     with pytest.raises(PulseFault, match="burned through"):
         output.push(ticks(clock.now_ns(), 1, 1_000_000))
@@ -138,3 +140,45 @@ def test_lines_that_fail_end_the_output() -> None:
         output.close()
     output.close()
     assert output.status().counts == (1, 1, 1)
+
+
+class CountingClock(VirtualClock):
+    """Remembers which tasks were started."""
+
+    def __init__(self) -> None:
+        self.started: list[str] = []
+        super().__init__()
+
+    def start(self, name: str, task: Task) -> TaskHandle:
+        self.started.append(name)
+        return super().start(name, task)
+
+
+def test_one_task_plays_however_often_ticks_come() -> None:
+    clock = CountingClock()
+    host = TaskHost(BrokenLines(good=1000), player_settings(StepSettings(), INPUTS), clock)
+    output = PlayerStepOutput(host, clock, 50_000)
+    output.enable()
+    begin_ns = clock.now_ns() + 1_000_000
+    for part in range(3):
+        output.push(ticks(begin_ns + part * 4_000_000, 4, 1_000_000))
+    assert clock.started.count("pulses") == 1
+    sleep_s(clock, 0.05)
+    assert output.status().counts == (12, 12, 12)
+    output.push(ticks(clock.now_ns() + 1_000_000, 4, 1_000_000))
+    assert clock.started.count("pulses") == 2
+    sleep_s(clock, 0.05)
+    output.close()
+    host.play()
+    assert clock.started.count("pulses") == 2
+
+
+def test_an_estop_is_noticed_though_nobody_asks_and_nothing_moves() -> None:
+    clock = VirtualClock()
+    made = simulated_step_output(StepSettings(), INPUTS, clock, realtime=False)
+    made.output.enable()
+    made.bench.press_estop()
+    sleep_s(clock, 0.03)
+    made.bench.release_estop()
+    assert made.output.status().reason == "e-stop"
+    made.close()

@@ -7,7 +7,16 @@ import pytest
 
 from drivers.fakes.steps import simulated_step_output
 from drivers.settings import InputSettings, StepSettings
-from drivers.steps.board import ALL_MOTORS, BOARD_BYTES, BY_ALARM, REASON, REQUESTED, Board
+from drivers.steps.board import (
+    ALL_MOTORS,
+    BOARD_BYTES,
+    BY_ALARM,
+    LINE_FAULT,
+    REASON,
+    REQUESTED,
+    TEXT_BYTES,
+    Board,
+)
 from drivers.steps.contract import Ticks
 from foundation.clock import VirtualClock
 
@@ -19,6 +28,19 @@ def test_an_alarm_names_its_motor(motor: int) -> None:
     assert board.reason_text() == f"alarm motor{motor}"
     board.words[REASON] = BY_ALARM + ALL_MOTORS
     assert "all three motors at once" in board.reason_text()
+
+
+def test_what_the_lines_said_and_what_was_asked_for_are_kept_apart() -> None:
+    board = Board(bytearray(BOARD_BYTES))
+    board.set_request("somebody stands in the way")
+    board.set_fault("the wire burned through")
+    board.words[REASON] = LINE_FAULT
+    assert board.reason_text() == "the wire burned through"
+    board.words[REASON] = REQUESTED
+    assert board.reason_text() == "somebody stands in the way"
+    board.set_fault("x" * 1000)
+    assert board.fault() == "x" * TEXT_BYTES
+    assert board.request() == "somebody stands in the way"
 
 
 def test_the_words_of_a_request_are_kept() -> None:
