@@ -1,8 +1,9 @@
 """Fuzzing: python benchmarks/endurance/fuzz.py [-n 100000] [--target job] [--engine atheris].
 
-Job and robot files, the socket, recordings, networks and tables, each with hypothesis and with
-atheris (make extras WITH=fuzz; x86-64). Every input may be taken or refused with an error
-of ours in one line. Prints inputs, errors by kind, the slowest input and how memory grew.
+Job and robot files, the socket, recordings (by their bytes, and well-formed ones by the values in
+them), networks and tables, each with hypothesis and with atheris (make extras WITH=fuzz;
+x86-64). Every input may be taken or refused with an error of ours in one line. Prints inputs,
+errors by kind, the slowest input and how memory grew.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-TARGETS = ("job", "socket", "recording", "model", "csv")
+TARGETS = ("job", "socket", "recording", "values", "model", "csv")
 ENGINES = ("hypothesis", "atheris")
 MOST_GROWTH_MB = 30.0
 """Over a fifth of the inputs again without hypothesis, whose own notes grow; with atheris

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks.endurance import fuzz_values
 from firmware_py.controller.contract import JobResult, Status
 from firmware_py.daemon import protocol
 from firmware_py.daemon.actions import Actions
@@ -165,6 +166,12 @@ def recording_target() -> Fuzzed:
     return Fuzzed(run, (packed, _unpacked(packed)), words)
 
 
+def values_target() -> Fuzzed:
+    """A well-formed recording with any values in it, up to where a diagnosis begins to fit."""
+    recordings = fuzz_values.Recordings(Folder().path)
+    return Fuzzed(recordings.admit, (b"", *fuzz_values.WORDS[:3]), fuzz_values.WORDS)
+
+
 def model_target() -> Fuzzed:
     """A network file; with its checksum made right, so that what is behind that is reached."""
 
@@ -199,6 +206,7 @@ TARGETS: dict[str, Callable[[], Fuzzed]] = {
     "job": job_target,
     "socket": socket_target,
     "recording": recording_target,
+    "values": values_target,
     "model": model_target,
     "csv": csv_target,
 }

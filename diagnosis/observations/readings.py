@@ -179,8 +179,9 @@ def _repeats(values: FloatArray) -> BoolArray:
     Only when about half the rows or more do; rounding alone also makes neighbours equal.
     """
     same = np.zeros(len(values), dtype=bool)
-    same[1:] = np.diff(values) == 0.0
-    moving = np.nanstd(values) > 0.0
+    same[1:] = values[1:] == values[:-1]
+    known = values[np.isfinite(values)]
+    moving = len(known) > 0 and known.max() > known.min()
     low, high = OBSERVATIONS.held
     if not moving or not low < same.mean() < high:
         return np.zeros_like(same)

@@ -47,8 +47,14 @@ class EdgeBlock:
 
 def from_message(message: dict[str, Any]) -> EdgeBlock:
     """Undo `EdgeBlock.as_message`. Raises RecordingError when the parts do not fit together."""
-    deltas = np.frombuffer(base64.b64decode(message["delta_ns"]), dtype="<u4")
-    bits = np.frombuffer(base64.b64decode(message["bits"]), dtype=np.uint8)
+    try:
+        deltas = np.frombuffer(base64.b64decode(message["delta_ns"]), dtype="<u4")
+        bits = np.frombuffer(base64.b64decode(message["bits"]), dtype=np.uint8)
+    except ValueError as error:
+        raise RecordingError(
+            f"edges at {message['t_ns']} ns: delta_ns or bits is not base64 of whole numbers"
+            f" ({error})"
+        ) from None
     if not len(deltas) == len(bits) == message["count"]:
         raise RecordingError(
             f"edges at {message['t_ns']} ns: {len(deltas)} times and {len(bits)} steps "

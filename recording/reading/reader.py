@@ -40,6 +40,8 @@ from recording.reading.scan import Scan
 _MOST_NS = 366 * 86400 * 10**9
 """Run time counts from the start of the run; more than a year is no run time."""
 _OFTEN = 100
+_LONGEST_GATE = 40
+"""Characters; ours have six."""
 
 
 def read_run(
@@ -110,10 +112,14 @@ def _order(columns: Columns) -> tuple[Int64Array, Int64Array]:
     Several threads record, so neighbours may stand in the file the other way round.
     """
     t_ns = columns.integers("t_ns")
-    if len(t_ns) and (t_ns.min() < -_MOST_NS or t_ns.max() > _MOST_NS):
-        raise ValueError("t_ns of a message is more than a year after the start of the run")
+    _check_times(t_ns)
     order = np.argsort(t_ns, kind="stable")
     return t_ns[order], order
+
+
+def _check_times(t_ns: Int64Array) -> None:
+    if len(t_ns) and (t_ns.min() < -_MOST_NS or t_ns.max() > _MOST_NS):
+        raise ValueError("t_ns of a message is more than a year from the start of the run")
 
 
 def _targets(columns: Columns) -> Targets:
@@ -142,6 +148,7 @@ def _edges(columns: Columns) -> Edges:
         empty = np.zeros((0, 3), dtype=np.int64)
         return Edges(np.zeros(0, dtype=np.int64), empty.astype(np.int8), empty)
     t_ns = np.concatenate(times)
+    _check_times(t_ns)
     order = np.argsort(t_ns, kind="stable")
     return Edges(t_ns[order], np.concatenate(steps)[order], np.concatenate(counts)[order])
 
@@ -158,7 +165,8 @@ def _readings(axis: str, columns: Columns) -> Readings:
         ambient_mcps=columns.numbers("ambient_mcps")[order],
         sigma_m=columns.numbers("sigma_m")[order],
         stream_count=columns.integers("stream_count")[order],
-        gate=np.array(columns.texts("gate"), dtype=np.str_)[order],
+        # As wide as the longest of them: one long text must not make all of them long.
+        gate=np.array([gate[:_LONGEST_GATE] for gate in columns.texts("gate")], np.str_)[order],
     )
 
 

@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drivers.steps.contract import Ticks
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.controller import Controller
+from firmware_py.controller.homing import Homer
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.clock import sleep_s
 from foundation.errors import BusDead, NotReady, SensorFault
@@ -90,6 +92,36 @@ def test_a_sensor_that_is_gone_stops_the_robot_and_is_named(
     result = finish(homed, number)
     assert result.outcome == "fault"
     assert "sensor z" in result.why
+
+
+def test_a_slow_walk_begins_in_time_and_is_waited_for(switched: Controller) -> None:
+    machine, due_in_ns = switched.machine, []
+
+    def push(ticks: Ticks) -> None:
+        due_in_ns.append(int(ticks.due_ns[0]) - machine.clock.now_ns())
+        machine.output.push(ticks)
+
+    homer = Homer(switched.robot, machine, switched.ranging, push)
+    homer._walk(1, +1, 0.1, 0.02)
+    assert due_in_ns[0] > 0
+    status = machine.output.status()
+    assert status.queued == 0
+    assert status.counts == (0, round(0.1 / switched.robot.drive.rad_per_step), 0)
+
+
+def test_sensors_that_are_back_are_started_by_an_acknowledgement(homed: Controller) -> None:
+    rig = homed.machine.rig
+    assert rig is not None
+    rig.chips["z"].faults.unpowered = True
+    for _ in range(200):
+        sleep_s(homed.clock, 0.1)
+        if homed.status().state == "fault":
+            break
+    rig.chips["z"].faults.unpowered = False
+    homed.acknowledge()
+    homed.home()
+    assert homed.status().state == "ready"
+    assert all(sensor.health == "ok" for sensor in homed.status().sensors)
 
 
 def stuck(switched: Controller, motor: int, closed: bool) -> None:

@@ -219,3 +219,16 @@ def test_steps_that_a_drive_loses_are_told(homed: Controller, write_job, finish)
     assert "lost" in result.warning
     assert "T_PWM" in result.warning
     assert finish(homed, homed.submit(write_job("calm"))).warning == ""
+
+
+def test_progress_grows_to_all_of_it_and_the_path_begins_once(homed: Controller, write_job) -> None:
+    number, seen = homed.submit(write_job(radius_m=0.005, t_pwm_s=0.003)), []
+    while (result := homed.result(number)) is None:
+        seen.append(homed.status().progress)
+        sleep_s(homed.clock, 0.25)
+    assert seen == sorted(seen)
+    assert len(seen) > 5
+    assert 0.0 <= seen[0] < 0.3
+    assert 0.7 < seen[-1] <= 1.0
+    kinds = [event.kind for event in run_of(result).events]
+    assert [kinds.count(kind) for kind in ("approach", "path_start", "path_end")] == [1, 1, 1]

@@ -166,3 +166,23 @@ def test_the_job_says_what_happens(homed: Controller, write_job, finish, on_step
         result = finish(homed, number)
         assert result.outcome == "done"
         assert "motor3" in result.warning or "drive 3" in result.warning
+
+
+def test_what_is_usual_is_learnt_and_slowly_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    """6 mm at an elbow: not enough at first, a loss after a quiet minute, usual where it recurs."""
+    watch, elbow_m = StepWatch(ROBOT), float(np.max(ROBOT.geometry.upper_arm_m))
+    moved_m = [0.0]
+    monkeypatch.setattr(
+        watch, "_moved_rad", lambda now_ns: np.array([0.0, moved_m[0] / elbow_m, 0.0])
+    )
+    looks = iter(range(10_000))
+
+    def found(of_m: float, times: int = 1) -> list[bool]:
+        moved_m[0] = of_m
+        return [watch._compare(round(LOOK_S * 1e9) * next(looks)) is not None for _ in range(times)]
+
+    assert found(0.006) == [False]
+    assert not any(found(0.0005, times=1500))
+    assert found(0.006) == [True]
+    assert not any(found(0.004, times=40))
+    assert found(0.006) == [False]

@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.endurance.fuzz_targets import OURS, TARGETS, mutated
 
-INPUTS = {"job": 150, "socket": 150, "recording": 250, "model": 100, "csv": 250}
+INPUTS = {"job": 150, "socket": 150, "recording": 250, "values": 60, "model": 100, "csv": 250}
 
 
 @pytest.mark.parametrize("name", TARGETS)
