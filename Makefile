@@ -51,9 +51,11 @@ benchmarks: $(VENV)/.test
 	for name in $(FIGURES); do echo "== $$name"; $(BIN)/python benchmarks/costs/$$name.py || exit 1; done
 
 # The virtual environment is made without ensurepip, which Debian ships separately:
-# the system's pip installs into it from outside.
+# the system's pip installs into it from outside. On a Pi it sees the system's packages, because
+# PyPI has lgpio up to Python 3.12 only, and Debian has python3-lgpio.
+SYSTEM := $(if $(ON_A_PI),--system-site-packages)
 $(VENV)/bin/python:
-	@$(PYTHON) -m venv --without-pip $(VENV)
+	@$(PYTHON) -m venv --without-pip $(SYSTEM) $(VENV)
 
 $(VENV)/.run: $(VENV)/bin/python pyproject.toml constraints.txt
 	@echo "Installing deltactl$(EXTRAS) into $(VENV): one to four minutes, the first time."

@@ -15,6 +15,12 @@ from typing import Any
 
 from foundation.errors import ConfigError
 
+NO_LGPIO = (
+    "the package lgpio is missing; type: sudo apt install python3-lgpio (a virtual environment sees"
+    " it if made with --system-site-packages, as 'make run' makes it on a Raspberry Pi)"
+)
+"""PyPI has it up to Python 3.12 only; Raspberry Pi OS 13 has Python 3.13."""
+
 
 def lgpio_pin_factory() -> Any:
     """A gpiozero LGPIOFactory. Raises ConfigError when this machine has no usable GPIO."""
@@ -25,7 +31,7 @@ def lgpio_pin_factory() -> Any:
 
         return LGPIOFactory()
     except ImportError as error:
-        raise ConfigError("the package lgpio is missing; install it (python3-lgpio)") from error
+        raise ConfigError(NO_LGPIO) from error
     except Exception as error:  # lgpio.error, PinUnknownPi and OSError have no common root
         raise ConfigError(f"the GPIO pins of this machine cannot be used: {error}") from error
     finally:

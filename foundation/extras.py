@@ -35,7 +35,7 @@ def how_to_install(extras: str) -> str:
         usual = "" if venv == ROOT / ".venv" else f" VENV={venv}"
         return f"make {at}extras WITH={extras}{usual}"
     packages = " ".join(f"'{name}'" for name in _packages(extras.split(",")))
-    if "pipx" in Path(sys.prefix).parts:
+    if (Path(sys.prefix) / "pipx_metadata.json").is_file():
         return f"pipx inject deltactl {packages}"
     from importlib import util
 

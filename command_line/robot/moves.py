@@ -202,7 +202,7 @@ def _go_simulated(
         job = Path(folder) / "goto.yaml"
         text = _text(place_m, speed_mmps, str(find(robot).resolve()))
         job.write_text(text, encoding="utf-8")
-        run_job(job, None, simulate, False, None, None, json_out, socket)
+        run_job(job, None, simulate, False, None, None, json_out, socket, one_place=True)
     if not json_out:
         say(f"the simulated platform was moved to {_words(place_m)} mm")
 

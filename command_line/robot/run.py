@@ -43,8 +43,12 @@ def run_job(
     json_out: bool,
     socket: Path | None,
     accept_unseen_deg: float = 0.0,
+    one_place: bool = False,
 ) -> None:
-    """Run one job and show what came of it. Raises any DeltactlError."""
+    """Run one job and show what came of it. Raises any DeltactlError.
+
+    `one_place`: the job is a single move, without a path along which errors could be shown.
+    """
     path = find(str(job))
     load_job(path)
     if record is not None and record.suffix != ".mcap":
@@ -72,7 +76,7 @@ def run_job(
         if not json_out:
             say_covered(coverage_of(path, robot_file))
         result = _in_this_process(path, robot_file, record, realtime, json_out, accept_unseen_deg)
-    _show(result, report, json_out)
+    _show(result, report, json_out, one_place)
     refuse_unless_done(result)
 
 
@@ -155,9 +159,9 @@ def _terminated_is_interrupted() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-def _show(result: JobResult, report: Path | None, json_out: bool) -> None:
+def _show(result: JobResult, report: Path | None, json_out: bool, one_place: bool) -> None:
     recording = Path(result.recording) if result.recording else None
-    tracking = show_tracking(recording, quiet=json_out) if recording else {}
+    tracking = show_tracking(recording, quiet=json_out or one_place) if recording else {}
     if recording and report:
         write_report(recording, report)
     if json_out:

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
+from drivers.pin_factory import NO_LGPIO
 from drivers.steps.lines import SWITCH_SHIFT
 from foundation.errors import PulseFault
 
@@ -130,7 +131,7 @@ def _library() -> ModuleType:
     try:
         return import_module("lgpio")
     except ImportError as error:
-        raise PulseFault("the package lgpio is missing; install it (python3-lgpio)") from error
+        raise PulseFault(NO_LGPIO) from error
 
 
 def of_config(config: dict[str, Any]) -> LgpioLines:

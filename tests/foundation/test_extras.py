@@ -61,6 +61,27 @@ def test_elsewhere_it_names_the_packages_themselves(
     assert "deltactl" not in command.split(" install ")[1]
 
 
+def test_in_an_environment_of_pipx_it_is_pipx_that_adds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(extras, "ROOT", tmp_path)
+    monkeypatch.setattr("sys.prefix", str(tmp_path))
+    assert "pipx" not in extras.how_to_install("tables")
+    (tmp_path / "pipx_metadata.json").touch()
+    assert extras.how_to_install("tables").startswith("pipx inject deltactl 'pyarrow")
+
+
+@pytest.mark.parametrize(("on_a_pi", "seen"), [("yes", True), ("", False)])
+def test_on_a_pi_the_environment_sees_the_packages_of_the_system(
+    on_a_pi: str, seen: bool, tmp_path: Path
+) -> None:
+    """There is no lgpio for Python 3.13 but Debian's."""
+    python = f"{tmp_path}/.venv/bin/python"
+    asked = ["make", "-n", f"ON_A_PI={on_a_pi}", f"VENV={tmp_path}/.venv", python]
+    dry = subprocess.run(asked, cwd=ROOT, capture_output=True, text=True, check=True)
+    assert ("--system-site-packages" in dry.stdout) is seen
+
+
 def test_a_broken_package_of_ours_is_no_missing_extra() -> None:
     with pytest.raises(MissingExtra, match="diagnose needs nothing_such"), needs_it():
         importlib.import_module("nothing_such")

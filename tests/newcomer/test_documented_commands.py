@@ -29,6 +29,7 @@ ON_A_PI = {
     "cp",
     "nano",
     "pipx",
+    "pip",
 }
 
 
