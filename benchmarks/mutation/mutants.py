@@ -31,7 +31,9 @@ def main() -> int:
     parser.add_argument("--folder", action="append", help="only folders whose name holds this")
     parser.add_argument("--only", help="only mutants whose name holds this")
     parser.add_argument("--named", action="store_true", help="only the known mistakes")
-    parser.add_argument("--again", action="store_true", help="those that survived, once more")
+    parser.add_argument(
+        "--again", action="store_true", help="those that survived and have no reason, once more"
+    )
     parser.add_argument("--list", action="store_true", help="only say which there are")
     parser.add_argument(
         "--longest", type=float, default=float("inf"), help="leave out tests that take longer [s]"
@@ -97,7 +99,9 @@ def _placed(path: str, was: str, now: str) -> Mutant:
 
 def _is_due(results: Results, mutant: Mutant, again: bool) -> bool:
     known = results.get(mutant.name)
-    return known is None or (again and known["verdict"] == SURVIVED)
+    if known is None:
+        return True
+    return again and known["verdict"] == SURVIVED and mutant.name not in EQUIVALENT
 
 
 def _known(path: Path | None) -> Results:

@@ -85,3 +85,10 @@ def test_after_a_restart_nothing_is_remembered() -> None:
     gated.see(300)
     gated.keeper.forget()
     assert gated.see(600) == [Gate.GOOD]
+
+
+def test_a_jump_that_goes_on_as_far_as_a_step_may_be_is_believed() -> None:
+    step_mm = int(RangingSettings().maximum_jump_mm)
+    ways = [300, *(301 + step_mm * number for number in (1, 2, 3))]
+    assert Gated().see(*ways) == [Gate.GOOD, Gate.JUMP, Gate.JUMP, Gate.GOOD]
+    assert Gated().see(300, 300 + step_mm) == [Gate.GOOD, Gate.GOOD]

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.ranging.sample_times import SampleTimes
+from drivers.ranging.sample_times import DRIFT, SAMPLES_PER_ANCHOR, SampleTimes
 from foundation.clock import ns
 
 RANGE_NS, COLLECTION_NS = ns(0.0126), ns(0.008)
@@ -86,3 +86,45 @@ def test_a_count_that_does_not_fit_the_time_is_implausible() -> None:
 def test_half_the_rate_is_seen() -> None:
     _, times = _errors_s(0.02, 2.0, 0.01, 0.0, 12.0, 1)
     assert times.measured_hz == pytest.approx(25.0, rel=0.05)
+
+
+def test_the_period_may_drift_either_way_from_one_anchor_to_the_next() -> None:
+    """By a thousandth in a minute, as a sensor warms up."""
+    times = SampleTimes(ns(0.02), RANGE_NS, COLLECTION_NS)
+    times.started(0)
+    bounds = []
+    for number in range(1, SAMPLES_PER_ANCHOR + 1):
+        ready_ns = RANGE_NS + number * ns(0.02)
+        times.middle_ns(1, ready_ns - ns(0.01), ready_ns + ns(0.001))
+        bounds.append((times._shortest_ns, times._longest_ns))
+    (shorter, longer), (shortest, longest) = bounds[-2:]
+    assert shortest - shorter == pytest.approx(-DRIFT * ns(0.02), abs=100)
+    assert longest - longer == pytest.approx(DRIFT * ns(0.02), abs=100)
+
+
+def test_a_sample_is_no_sooner_than_one_shortest_period_after_the_last() -> None:
+    """Also where the polls between did not happen, and say nothing."""
+    times = SampleTimes(ns(0.02), RANGE_NS, COLLECTION_NS)
+    times.started(0)
+    first_ns = RANGE_NS + ns(0.02)
+    times.middle_ns(1, first_ns + ns(0.0015), first_ns + ns(0.0019))  # the clock is slow by 7 %
+    middle_ns = times.middle_ns(1, 0, first_ns + ns(0.03))
+    assert middle_ns + COLLECTION_NS // 2 >= first_ns + ns(0.0015) + 0.9 * ns(0.02)
+    assert times._earliest_ns == pytest.approx(first_ns + ns(0.0015) + 0.9 * ns(0.02))
+
+
+@pytest.mark.parametrize("slowness", [0.96, 1.04])
+def test_a_period_that_contradicts_what_was_learnt_is_learnt_anew(slowness: float) -> None:
+    """After a minute at its nominal pace it keeps another one."""
+    times = SampleTimes(ns(0.02), RANGE_NS, COLLECTION_NS)
+    times.started(0)
+    ready_ns, errors_s = float(RANGE_NS), []
+    for number in range(4000):
+        ready_ns += ns(0.02) * (slowness if number > 2500 else 1.0)
+        late_ns = 1 + number * 7919 % ns(0.002)
+        seen_ns = round(ready_ns + late_ns)
+        middle_ns = times.middle_ns(1, seen_ns - ns(0.003), seen_ns)
+        errors_s.append((middle_ns + COLLECTION_NS / 2 - ready_ns) * 1e-9)
+    assert np.abs(errors_s[:2500]).max() < 1e-6
+    assert np.abs(errors_s[2600:]).max() < 0.003  # the distance of two polls
+    assert times._period_ns == pytest.approx(slowness * ns(0.02), rel=1e-3)

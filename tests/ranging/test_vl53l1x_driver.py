@@ -150,8 +150,18 @@ def test_a_sensor_that_never_has_a_first_sample_is_a_fault_in_two_seconds(
     ready: CommandWorker,
 ) -> None:
     ready.chip.faults.silent_flag = True
+    start_ns = ready.clock.now_ns()
     with pytest.raises(SensorFault, match="no first sample within 2 s"):
         ready.finish(ready.sensor.calibrate_vhv())
+    assert ready.clock.now_ns() - start_ns == pytest.approx(ns(2.0), rel=0.01)
+
+
+def test_an_oscillator_that_stands_is_a_fault(
+    ready: CommandWorker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ready.sensor, "_read", lambda register: 0)
+    with pytest.raises(SensorFault, match="reports a fast oscillator of 0 MHz"):
+        ready.sensor.set_mode("short", 20)
 
 
 def test_a_missing_oscillator_calibration_is_a_fault(desk: CommandWorker) -> None:
