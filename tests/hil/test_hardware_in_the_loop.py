@@ -89,6 +89,37 @@ def test_the_shipped_heart(moving_site: Site, pi: ModelledPi, client: Client) ->
     assert pi.gpio.calls[SET_VALUES] >= 2 * len(run.edges.t_ns) - 2
 
 
+def test_a_large_job_changes_no_pulse_of_a_run(
+    moving_site: Site, pi: ModelledPi, client: Client
+) -> None:
+    """It is parsed and planned elsewhere: every pulse goes out, and no heartbeat is missed."""
+    site = moving_site
+    poses = ",".join(f"[{30 + n % 7}.125, 31.{n:06d}, 32.25]" for n in range(5_000))
+    large = site.folder / "large.yaml"
+    large.write_text(
+        f"name: large\nrobot: {site.robot_file}\ninverse_kinematics: {{kind: geometry}}\n"
+        f"timing: {{mode: together, t_pwm_s: 0.001}}\n"
+        f"path: {{shape: joints, angles_deg: [{poses}]}}\n"
+    )
+    site.home(client)
+    before, home = np.array(pi.bench.counts()), np.array(client.status().counts)
+    number = client.submit(site.job(0.015))
+    with site.client() as other:
+        other.cancel(other.submit(large))
+    wait_for(lambda: client.result(number) is not None, 60.0)
+    result = client.result(number)
+    assert result is not None
+    assert (result.outcome, result.why, result.recording_error) == ("done", "", "")
+    run = read_run(Path(result.recording or ""))
+    assert tuple(run.edges.counts[-1]) == tuple(run.targets.steps[-1]) == client.status().counts
+    assert tuple(home + np.array(pi.bench.counts()) - before) == client.status().counts
+    assert pi.bench.memory.lost() == (0, 0, 0)
+    path_ns = next(event.t_ns for event in run.events if event.kind == "path_start")
+    gaps_ns = np.diff(run.edges.t_ns[run.edges.t_ns > path_ns + 50_000_000])
+    least = load_robot(site.robot_file).steps.minimum_gap_fraction
+    assert gaps_ns.min() >= least * T_PWM_S * 1e9 - 1_000
+
+
 def test_the_e_stop_ends_the_pulses(running: Client, pi: ModelledPi) -> None:
     pressed_ns = time.monotonic_ns()
     pi.bench.press_estop()
