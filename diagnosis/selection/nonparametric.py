@@ -70,9 +70,10 @@ def named_instead(search: Search, solution: Solution) -> Solution:
     """The same with named effects in the place of spline terms, where that explains it better.
 
     A spline term competes with the effects that the search had chosen; this one it may never have
-    been compared with.
+    been compared with. Not where effects stand beside it: several that bend together imitate what
+    acts outside the vocabulary, and it is the better for being named so.
     """
-    for free in solution.frees:
+    for free in () if solution.terms else solution.frees:
         named = in_place_of(search, solution, free).named
         cost = search.criterion.fully_penalised
         if named is not None and cost(named) < cost(solution):
