@@ -15,12 +15,17 @@ other. Over many they are one quantity; the row keeps what was said beside it.""
 
 
 def diagnose_one(recording: str, robot: str) -> Row:
-    """Answer of one recording: {"verdict", "findings": [...], ...} or {"error": one line}."""
+    """Answer of one recording: {"verdict", "findings": [...], ...} or {"error": one line}.
+
+    In this process alone: the cores are busy with other recordings, or a robot runs on them.
+    """
     from diagnosis.api import diagnose
+    from diagnosis.estimation.side_by_side import alone
 
     started_s = time.monotonic()
     try:
-        answer = diagnose([Path(recording)], Path(robot))
+        with alone():
+            answer = diagnose([Path(recording)], Path(robot))
     except (DeltactlError, OSError) as error:
         return {"error": " ".join(str(error).split())}
     except Exception as error:
