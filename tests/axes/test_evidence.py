@@ -17,6 +17,7 @@ from diagnosis.pipelines.lone_machine import diagnose_axis
 from diagnosis.plants.lone.commanded_axis import CommandedAxis
 from diagnosis.plants.regression import Columns, Regressor
 from diagnosis.plants.spline_terms import spline_basis, spline_terms
+from diagnosis.report.sentences.telling import told
 from foundation.errors import RecordingError
 from models.robot import AxisGravity, RangeSensor, ServoAxis, StepperAxis
 from recording.tables.flat import FlatRecording, from_columns
@@ -176,7 +177,8 @@ def test_rounding_alone_is_no_effect(rigs: ModuleType, seed: int) -> None:
     assert answer.probability_nothing_missing > 0.5
 
 
-def test_a_servo_that_droops_under_gravity_is_said_to_yield() -> None:
+def drooping() -> FlatRecording:
+    """A servo of 14 N m/rad that swings a weight of 1.5 N m."""
     rng = np.random.default_rng(5)
     t_s = np.arange(1200) / 50.0
     command = 1.1 * np.sin(0.7 * t_s) + 0.4 * np.sin(1.9 * t_s)
@@ -186,14 +188,25 @@ def test_a_servo_that_droops_under_gravity_is_said_to_yield() -> None:
         at += (goal - at) * 0.02 / 0.08
         seen[k] = at
     seen += 2e-3 * rng.standard_normal(len(seen))
+    return from_columns({"t": t_s, "command": command, "position": seen}, "droop")
+
+
+def test_a_servo_that_droops_under_gravity_is_said_to_yield() -> None:
     robot = FOLLOWS.model_copy(update={"gravity": AxisGravity(torque_nm=1.5)})
-    columns = {"t": t_s, "command": command, "position": seen}
-    answer = diagnose_axis(robot, [from_columns(columns, "droop")])
+    answer = diagnose_axis(robot, [drooping()])
     sizes = {f.effect: f.parameters for f in answer.findings}
     assert sizes["joint_compliance"]["stiffness"].value == pytest.approx(14.0, rel=0.1)
     assert sizes["following_lag"]["time"].value == pytest.approx(0.08, rel=0.35)
     assert "gear_ratio" not in sizes
     assert contradictions(answer) == []
+
+
+def test_where_no_weight_is_given_a_servo_s_ratio_may_as_well_be_a_droop() -> None:
+    answer = told(diagnose_axis(FOLLOWS, [drooping()]))
+    (ratio,) = [f for f in answer.findings if f.effect == "gear_ratio"]
+    (droop,) = [one for one in ratio.alternatives if one.effect == "joint_compliance"]
+    assert ratio.probability == pytest.approx(droop.probability)
+    assert "what hangs on the axis (`gravity`)" in " ".join(answer.says)
 
 
 def rise_and_fall(seed: int) -> FlatRecording:

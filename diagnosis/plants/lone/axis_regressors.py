@@ -11,7 +11,7 @@ from diagnosis.plants.lone.odds import ODDS
 from diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
 from diagnosis.plants.regression import Equivalent, Regressor, Size, Sizes
-from models.robot import StepperAxis
+from models.robot import ServoAxis, StepperAxis
 
 OF_REVERSALS = ("friction", "rubbing", "play")
 """Regressors that show where the command turns back; on a one-way travel they are a constant."""
@@ -43,8 +43,16 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     )
     known_pull = bool(np.ptp(axis.pull[axis.rows]) > 0.0)
     stepper = isinstance(axis.robot, StepperAxis)
+    # A weight that the file leaves out bends a rotary servo nearly in proportion to its angle.
+    rotary = isinstance(axis.robot, ServoAxis) and axis.robot.motion == "rotary"
+    yields = Equivalent("joint_compliance", ODDS.unknown_load_for_ratio)
     found = [
-        Regressor("ratio", "gear_ratio", ODDS.ratio_of_stepper if stepper else ODDS.ratio_of_servo),
+        Regressor(
+            "ratio",
+            "gear_ratio",
+            ODDS.ratio_of_stepper if stepper else ODDS.ratio_of_servo,
+            equivalents=(yields,) if rotary and not known_pull else (),
+        ),
         Regressor("lag", "following_lag", ODDS.everyday, sizes=lag, equivalents=late),
     ]
     if axis.robot.zero == "absolute":

@@ -153,7 +153,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
     def not_testable(self) -> list[NotTestable]:
         """Effects that need a known load, or a zero that means something."""
         reasons = {
-            "joint_compliance": "the load on the axis is not known (no gravity, no load column)",
+            "joint_compliance": "the load on the axis is not known: it needs `gravity` in the robot"
+            " file, or a column `load`",
             "home_offset": "the zero of the reading is arbitrary",
         }
         if self.arrived:
@@ -165,7 +166,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
             one_speed = "the axis turns at one speed and never back: there it is a constant"
             reasons |= dict.fromkeys(OF_ONE_SPEED, one_speed)
         offered = {r.effect for r in self.regressors}
-        offered |= {same.effect for r in self.regressors for same in r.equivalents}
+        same = {same.effect for r in self.regressors for same in r.equivalents}
+        offered |= same - {"joint_compliance"}  # which may be meant, but has no size without a load
         return [
             NotTestable(effect=effect, component="axis", why=why)
             for effect, why in reasons.items()

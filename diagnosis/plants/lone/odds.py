@@ -57,6 +57,9 @@ class LoneOddsOptions:
     """Seen in the first minutes, which few recordings hold."""
 
     # Other names of one operator, against the name it goes by.
+    unknown_load_for_ratio: float = 0.0
+    """A servo that yields under a weight, of which the file says nothing: yielding is the more
+    frequent, but a file without a weight is mostly that of an axis without one."""
     late_sensor_for_lag: float = -1.0
     """A drive lags more often than a reading is late."""
     late_sensor_for_late_effort: float = -0.5

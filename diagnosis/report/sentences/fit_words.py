@@ -52,4 +52,5 @@ def _held_out_gain(diagnosis: Diagnosis) -> str:
     gain = 100.0 * (1.0 - above[1] / above[0])
     if gain <= 0.0:
         return " (no gain there)"
-    return f" ({gain:.0f} % of what is above the noise is gone)"
+    share = "over 99" if gain > 99.0 else f"{gain:.0f}"
+    return f" ({share} % of what is above the noise is gone)"

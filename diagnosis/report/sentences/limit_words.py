@@ -22,7 +22,9 @@ def untested_line(diagnosis: Diagnosis) -> str:
     for one in diagnosis.not_testable:
         grouped.setdefault(one.effect, []).append(one.component)
     names = [words.effect(effect, *components) for effect, components in grouped.items()]
-    return words.sentence(f"this recording could not show {_some(names)}") if names else ""
+    reasons = {one.why for one in diagnosis.not_testable}
+    why = f": {reasons.pop()}" if len(reasons) == 1 else ""
+    return words.sentence(f"this recording could not show {_some(names)}{why}") if names else ""
 
 
 def faintest_line(diagnosis: Diagnosis) -> str:

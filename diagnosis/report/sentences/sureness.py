@@ -98,8 +98,8 @@ def false_alarm(diagnosis: Diagnosis) -> str:
     p = diagnosis.false_alarm_p
     if not math.isfinite(p):
         return "How often a machine without a fault would look like this could not be computed."
-    said = f"If the machine were exactly as its file says, {_by_noise(p)}."
+    said = f"If the machine were exactly as the robot file says, {_by_noise(p)}."
     nothing = diagnosis.probability_nothing_missing
     if nothing is not None:
-        said += f" Probability that the file is complete: {percent(nothing)}."
+        said += f" Probability that the robot file is complete: {percent(nothing)}."
     return said

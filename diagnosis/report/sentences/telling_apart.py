@@ -31,6 +31,11 @@ _TABLE: tuple[tuple[Pair, str], ...] = (
         "record the effort, or change the drive's gain: friction lags less behind a stiffer drive",
     ),
     (
+        frozenset({"gear_ratio", "joint_compliance"}),
+        "say in the robot file what hangs on the axis (`gravity`), or record it as `load`, and "
+        "diagnose again: a wrong ratio is the same at every load",
+    ),
+    (
         frozenset({"home_offset", "joint_compliance"}),
         "repeat the motion with a known weight on the axis: a yielding joint sags further",
     ),
