@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from firmware_py.controller.controller import Controller
+from firmware_py.controller.jobs.active_job import Phase
 from foundation.clock import sleep_s
 from foundation.errors import (
     ConfigError,
@@ -232,3 +234,18 @@ def test_progress_grows_to_all_of_it_and_the_path_begins_once(homed: Controller,
     assert 0.7 < seen[-1] <= 1.0
     kinds = [event.kind for event in run_of(result).events]
     assert [kinds.count(kind) for kind in ("approach", "path_start", "path_end")] == [1, 1, 1]
+
+
+def test_what_feedback_says_at_the_end_is_a_warning_and_in_the_recording(
+    homed: Controller, write_job, finish, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    number = homed.submit(write_job(radius_m=0.005, t_pwm_s=0.003))
+    while homed.jobs.running is None or homed.jobs.running.phase is not Phase.SETTLE:
+        sleep_s(homed.clock, 0.05)
+    said = SimpleNamespace(says=lambda: "the arms were up to 3 mm away")
+    monkeypatch.setattr(homed.jobs.running, "feedback", said)
+    result = finish(homed, number)
+    assert result.warning == said.says()
+    events = [(event.kind, event.text) for event in run_of(result).events]
+    assert ("feedback", said.says()) in events
+    assert result.warning == said.says()

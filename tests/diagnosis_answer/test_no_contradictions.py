@@ -12,6 +12,7 @@ from diagnosis.answer.assembly import assembled, sharing
 from diagnosis.answer.consistency import contradictions
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import (
+    Alternative,
     Diagnosis,
     Evidence,
     Finding,
@@ -20,7 +21,7 @@ from diagnosis.answer.records import (
     Unexplained,
     Where,
 )
-from diagnosis.answer.verdict import ALARM, Rest, left_over
+from diagnosis.answer.verdict import ALARM, Rest, claimed, left_over, rather_unknown
 
 RMS = st.floats(1e-6, 1.0)
 PS = st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 1e-300, ALARM, 1.0]))
@@ -95,6 +96,7 @@ def left(share: float, *depends_on: str) -> Unexplained:
         ({"verdict": "nothing_missing", "findings": []}, "with p = 1e-09"),
         ({"verdict": "unexplained"}, "a named effect is a finding"),
         ({"findings": [finding("unknown")]}, "not by named effects alone"),
+        ({"findings": [finding(), finding("unknown", 0.4)]}, "not by named effects alone"),
         ({"verdict": "partly_explained", "findings": []}, "nothing that has a name"),
         ({"fit": fit_of(rms_after_m=1.01 * VERDICT.at_floor)}, "above the noise floor"),
         ({"fit": fit_of(holdout_rms_after_m=5.01 * VERDICT.grew)}, "held-out mismatch grew"),
@@ -213,3 +215,23 @@ def test_what_is_left_is_a_share_of_the_power_above_the_noise(
         holdout_rms_before_m=5.0 * unit_m, holdout_rms_after_m=after * unit_m,
     )  # fmt: skip
     assert left_over(fit, Rest(0.0)) == pytest.approx(left)
+
+
+def test_what_is_left_over_of_noise_is_nothing() -> None:
+    above = fit_of(rms_after_m=0.5 + 0.5 * VERDICT.at_floor)  # and yet at the floor
+    assert left_over(above, Rest(0.5)) == 0.0
+    assert left_over(above, Rest(0.0)) > 0.0
+
+
+@pytest.mark.parametrize(("beside", "effect", "unknown"), [
+    (0.9, "unknown", True),
+    (0.1, "unknown", False),
+    (0.9, "home_offset", False),
+])  # fmt: skip
+def test_a_name_is_doubted_for_something_unknown_and_for_no_other_name(
+    beside: float, effect: str, unknown: bool
+) -> None:
+    other = Alternative(effect=effect, component="motor1", delta_chi2=1.0, probability=beside)
+    named = likely(0.09).model_copy(update={"alternatives": [other]})
+    assert rather_unknown(named) is unknown
+    assert claimed(named) is not unknown

@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
+from mcap.records import Footer, SummaryOffset
+from mcap.stream_reader import StreamReader
 
 from foundation.errors import RecordingError
 from recording.format.channels import CHANNELS, WRITTEN
@@ -178,6 +180,20 @@ def test_the_index_leads_viewers_to_the_messages_of_each_channel(
     assert found >= len(summary.chunk_indexes) > 0
     assert summary.statistics is not None
     assert summary.statistics.chunk_count == len(summary.chunk_indexes)
+
+
+def test_the_summary_says_where_each_group_of_it_lies(recorded: Callable[[int], Path]) -> None:
+    path = recorded(100)
+    with path.open("rb") as stream:
+        found = list(StreamReader(stream, emit_chunks=True).records)
+    groups = [one for one in found if isinstance(one, SummaryOffset)]
+    footer = next(one for one in found if isinstance(one, Footer))
+    at, data = footer.summary_start, path.read_bytes()
+    for group in groups:
+        assert group.group_start == at
+        assert data[at] == group.group_opcode
+        at += group.group_length
+    assert at == footer.summary_offset_start
 
 
 def test_recordings_begun_in_one_second_are_numbered(tmp_path: Path) -> None:
