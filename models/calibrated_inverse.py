@@ -12,6 +12,7 @@ from models.effects.port import Port
 from models.effects.tables import shifted
 from models.inverse_kinematics import targets_of
 from models.linkage import Linkage, forward, inverse, inverse_one
+from models.linkage.scalar_forward import Point, forward_one
 from models.robot import ARMS, DeltaRobot, EffectEntry, FloatArray
 
 INVERTIBLE = frozenset(
@@ -84,6 +85,13 @@ class CalibratedInverse:
         """Where the platform is [m] when arms are commanded to angles [rad], both (n, 3)."""
         commanded_rad = np.asarray(commanded_rad, dtype=np.float64)
         return self.place_m(self.achieved_rad(commanded_rad))
+
+    def position_of_one_m(self, commanded_rad: Point) -> Point:
+        """`position_m` of one pose; NaN where the linkage cannot be assembled."""
+        if self._angle_effects or self._place_effects:
+            x_m, y_m, z_m = self.position_m(np.array([commanded_rad]))[0].tolist()
+            return x_m, y_m, z_m
+        return forward_one(self.linkage, commanded_rad)
 
     def place_m(self, true_rad: FloatArray) -> FloatArray:
         """Where the platform is [m] when arms stand at angles [rad], both (..., 3)."""

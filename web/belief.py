@@ -11,7 +11,8 @@ import numpy as np
 from firmware_py.controller.contract import SensorStatus
 from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
 from foundation.errors import ConfigError, DeltactlError, MissingFile
-from models.linkage import Linkage, forward, inverse
+from models.linkage import Linkage, inverse
+from models.linkage.scalar_forward import forward_one
 
 Three = tuple[float, float, float]
 HALVINGS = 12
@@ -33,11 +34,10 @@ class Belief:
 
     def pose(self, counts: tuple[int, ...]) -> tuple[Three, Three | None]:
         """Arm angles [rad] and platform position [m] of step counts."""
-        angles = [count * self.robot.drive.rad_per_step for count in counts]
-        place = forward(self.linkage, np.array(angles)).position_m
-        position = (float(place[0]), float(place[1]), float(place[2]))
-        known = all(math.isfinite(value) for value in position)
-        return (angles[0], angles[1], angles[2]), position if known else None
+        first, second, third = (count * self.robot.drive.rad_per_step for count in counts)
+        angles = (first, second, third)
+        position = forward_one(self.linkage, angles)
+        return angles, position if all(map(math.isfinite, position)) else None
 
     def measured(self, sensors: tuple[SensorStatus, ...]) -> Three | None:
         """Where three good ranges put the platform [m]: range = offset + axis . p."""

@@ -1,12 +1,13 @@
-"""The page: python benchmarks/costs/web_page.py [--seconds 20] [--pages 1].
+"""The page: python -m benchmarks.costs.web_page [--seconds 20] [--pages 1].
 
 A simulated robot draws a heart; a real Chromium (skipped where there is none) looks at its page.
 Printed: how often the counts on the page change and how old they are when they do, processor time
-of the page's service and of the daemon's two processes, how late the daemon's step schedule slipped
-(`late_ns` of its status), and how long after STOP is pressed the last edge went out. All of it with
-no page, with a page that nobody draws (a connection that listens as a browser does: what the page
-itself costs), and with Chromium, which draws in software on the same cores here; on a Pi it is
-another machine.
+of the page's service and of the daemon's two processes, how much of the latter went into simulated
+hardware (benchmarks/costs/simulated_share.py), how often its control loop went round (100 Hz, less
+on a machine that keeps it waiting), how late its step schedule slipped (`late_ns` of its status),
+and how long after STOP is pressed the last edge went out. All of it with no page, with a page that
+nobody draws (a connection that listens as a browser does: what the page itself costs), and with
+Chromium, which draws in software on the same cores here; on a Pi it is another machine.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ import numpy as np
 import psutil
 import socketio
 
+from benchmarks.costs.simulated_share import TALLY, make_tally, tally
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import ServiceError
@@ -43,6 +45,10 @@ new MutationObserver(() => window.seen.push([performance.timeOrigin + performanc
 """Notes when the counts on the page change, and to what. In the benchmark only."""
 CLIENT_ID = re.compile(r'client_id["\']?\s*[:=]\s*["\']([0-9a-f-]{36})')
 LOOK_S = 0.02
+ROOT = Path(__file__).resolve().parents[2]
+SETTLE_S = 5.0
+"""The planner of the next job is started beside a job's beginning, and loads for a second."""
+PROGRAMS = {"daemon": "benchmarks.costs.simulated_share", "web": "command_line.main"}
 LONGEST_S = 3.0
 
 
@@ -52,6 +58,8 @@ class Bench:
     def __init__(self, folder: Path):
         self._folder = folder
         self.socket = folder / "d.sock"
+        self.tally = folder / "tally"
+        make_tally(self.tally)
         # Jobs bear the pauses of a machine that draws its own browser.
         text = (CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8")
         robot = folder / "zhao-2023.yaml"
@@ -83,6 +91,7 @@ class Bench:
             client.submit(job)
             while client.status().state != "running":
                 time.sleep(0.1)
+        time.sleep(SETTLE_S)
 
     def state(self) -> str:
         """As the daemon says."""
@@ -97,10 +106,11 @@ class Bench:
 
     def _start(self, *call: str) -> subprocess.Popen[bytes]:
         more = ["--socket", str(self.socket), "--recordings", str(self._folder / "recordings")]
+        there = {TALLY: str(self.tally), "PYTHONPATH": str(ROOT)}
         with (self._folder / f"{call[0]}.log").open("wb") as log:
             return subprocess.Popen(
-                [sys.executable, "-P", "-m", "command_line.main", *call, *more],
-                stdout=log, stderr=log,
+                [sys.executable, "-P", "-m", PROGRAMS[call[0]], *call, *more],
+                stdout=log, stderr=log, env=os.environ | there,
             )  # fmt: skip
 
     def _wait_for_page(self) -> None:
@@ -164,24 +174,41 @@ def used_s(process: subprocess.Popen[bytes]) -> float:
     return sum(one.user + one.system for one in times)
 
 
-def look(bench: Bench, seconds: float) -> tuple[dict[str, float], list[tuple[float, str]]]:
-    """Processor time and slip over a while, and the counts as the daemon had them, by epoch [s]."""
+def costs(bench: Bench, seconds: float) -> dict[str, float]:
+    """Processor time [% of a core], rounds a second and slip over a while in which nobody asks."""
+    before, started_s = _costs_so_far(bench), time.monotonic()
+    time.sleep(seconds)
+    passed_s = time.monotonic() - started_s
+    after = _costs_so_far(bench)
+    return {name: (after[name] - before[name]) / passed_s for name in before} | {
+        "slip_ms": after["slip_ms"] - before["slip_ms"]
+    }
+
+
+def _costs_so_far(bench: Bench) -> dict[str, float]:
+    with Client(bench.socket) as client:
+        slip_ms = client.status().late_ns / 1e6
+    simulated_s, rounds = tally(bench.tally)
+    return {
+        "page": 100.0 * used_s(bench.page),
+        "daemon": 100.0 * used_s(bench.daemon),
+        "simulated": 100.0 * simulated_s,
+        "rounds": float(rounds),
+        "slip_ms": slip_ms,
+    }
+
+
+def counts_had(bench: Bench, seconds: float) -> list[tuple[float, str]]:
+    """The counts as the daemon had them, by epoch [s]; to ask so often costs it some percent."""
     had: list[tuple[float, str]] = []
     with Client(bench.socket) as client:
-        before = [used_s(one) for one in (bench.page, bench.daemon)]
-        late_ns, started_s = client.status().late_ns, time.monotonic()
-        while time.monotonic() < started_s + seconds:
+        give_up_s = time.monotonic() + seconds
+        while time.monotonic() < give_up_s:
             counts = "  ".join(str(count) for count in client.status().counts)
             if not had or had[-1][1] != counts:
                 had.append((time.time(), counts))
             time.sleep(LOOK_S)
-        passed_s = time.monotonic() - started_s
-        after = [used_s(one) for one in (bench.page, bench.daemon)]
-        slip_ms = (client.status().late_ns - late_ns) / 1e6
-    page, daemon = (
-        100.0 * (end - start) / passed_s for start, end in zip(before, after, strict=True)
-    )
-    return {"page": page, "daemon": daemon, "slip_ms": slip_ms}, had
+    return had
 
 
 def lags_s(had: list[tuple[float, str]], seen: list[list[Any]]) -> np.ndarray:
@@ -215,8 +242,9 @@ def stopped_after_ms(bench: Bench, browser: Any) -> float:
 
 
 def _tell(what: str, found: dict[str, float]) -> None:
-    print(f"{what:<16}page {found['page']:5.1f} %  daemon {found['daemon']:5.1f} % of a core, "
-          f"schedule slipped {found['slip_ms']:.2f} ms", flush=True)  # fmt: skip
+    print(f"{what:<16}page {found['page']:5.1f} %  daemon {found['daemon']:5.1f} % of a core "
+          f"({found['simulated']:.1f} of it simulated hardware; {found['rounds']:.0f} rounds a "
+          f"second), schedule slipped {found['slip_ms']:.2f} ms", flush=True)  # fmt: skip
 
 
 def main() -> None:
@@ -230,9 +258,9 @@ def main() -> None:
         try:
             bench.run_heart()
             print(f"load of this machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
-            _tell("no page open", look(bench, given.seconds)[0])
+            _tell("no page open", costs(bench, given.seconds))
             bare = [BarePage(bench.port) for _ in range(given.pages)]
-            _tell(f"{given.pages} undrawn", look(bench, given.seconds)[0])
+            _tell(f"{given.pages} undrawn", costs(bench, given.seconds))
             print(f"changes sent to it: {bare[0].rate_hz():.1f} Hz")
             for one in bare:
                 one.close()
@@ -241,10 +269,10 @@ def main() -> None:
                 print("no Chromium here: apt-get install chromium chromium-driver")
                 return
             time.sleep(8.0)
+            _tell(f"{given.pages} in Chromium", costs(bench, given.seconds))
             opened[0].execute_script(WATCHED)
-            shown, had = look(bench, given.seconds)
+            had = counts_had(bench, given.seconds)
             seen = opened[0].execute_script("return window.seen")
-            _tell(f"{given.pages} in Chromium", shown)
             lag = 1e3 * lags_s(had, seen)
             gaps = np.diff([when for when, _ in seen])
             print(f"update rate: {1e3 / gaps.mean():.1f} Hz; longest gap {gaps.max():.0f} ms")

@@ -144,8 +144,10 @@ class FakeI2cBus:
             data = chips[0].read(message.len)
             for other in chips[1:]:
                 data = bytes(a & b for a, b in zip(data, other.read(message.len), strict=True))
-            ctypes.memmove(message.buf, data, message.len)
+            block = ctypes.c_char * message.len
+            # Not memmove, which lets go of the interpreter: some other thread then has its turn.
+            block.from_address(ctypes.addressof(message.buf.contents)).raw = data
         else:
-            data = ctypes.string_at(message.buf, message.len)
+            data = message.buf[: message.len]
             for chip in chips:
                 chip.write(data)

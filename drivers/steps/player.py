@@ -58,6 +58,8 @@ class PulsePlayer:
         self._last_gap_ns = 0
         self._offset_ns = 0
         self._fresh = True
+        self.near_edge = True
+        """Whether the time that `play` last yielded is an edge's, or close before one."""
         self._state = b.DISABLED
         lines.write(0, STEP_BITS | DIRECTION_BITS)
         self._switch(settings.switch_safe, settings.switch_mask)
@@ -161,6 +163,7 @@ class PulsePlayer:
         check_ns = until_ns - ahead_ns
         while True:
             poll_at_ns = self._t_ns + poll_ns
+            self.near_edge = check_ns < poll_at_ns + poll_ns // 2
             yield check_ns if check_ns < poll_at_ns else poll_at_ns
             if not self.serve() or self._next != index:
                 return False

@@ -68,7 +68,7 @@ class PulseProcess:
 
     def kick(self) -> None:
         """Give the process a moment."""
-        if self._process.poll() is None and self._waiting():
+        if self._waiting() and self._process.poll() is None:
             time.sleep(0.0002)
 
     def play(self) -> None:

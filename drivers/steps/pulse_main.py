@@ -17,7 +17,7 @@ from typing import Any
 from drivers.steps import board as b
 from drivers.steps.lines import LineGroup
 from drivers.steps.player import PulsePlayer
-from drivers.steps.realtime import become_punctual, die_with_parent, wait_until
+from drivers.steps.realtime import become_punctual, die_with_parent, doze_until, wait_until
 from drivers.steps.timing import PlayerSettings
 
 IDLE_S = 0.001
@@ -61,7 +61,10 @@ def run(player: PulsePlayer, words: memoryview) -> None:
     """Serve and play until told to close."""
     while not words[b.CLOSE]:
         for wake_ns in player.play():
-            wait_until(wake_ns)
+            if player.near_edge:
+                wait_until(wake_ns)
+            else:
+                doze_until(wake_ns)
         player.serve()
         if not player.pending:
             sleep(IDLE_S)

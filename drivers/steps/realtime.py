@@ -48,6 +48,13 @@ def wait_until(wake_ns: int) -> None:
         pass
 
 
+def doze_until(wake_ns: int) -> None:
+    """As `wait_until` without the spin: some tens of us late, and half the processor time."""
+    left_ns = wake_ns - monotonic_ns()
+    if left_ns > 0:
+        sleep(left_ns * 1e-9)
+
+
 def _take_priority() -> int:
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-
-import numpy as np
 
 from drivers.steps.contract import Counts
 from firmware_py.controller.contract import SensorStatus, Status
@@ -79,8 +78,5 @@ def _angles(robot: RobotFile, counts: Counts) -> Three:
 
 
 def _position(robot: RobotFile, belief: CalibratedInverse, counts: Counts) -> Three | None:
-    position_m = belief.position_m(np.array([_angles(robot, counts)]))[0]
-    if not np.isfinite(position_m).all():
-        return None
-    x_m, y_m, z_m = position_m.tolist()
-    return x_m, y_m, z_m
+    position_m = belief.position_of_one_m(_angles(robot, counts))
+    return position_m if all(map(math.isfinite, position_m)) else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from models.linkage import Linkage
 from models.robot import FloatArray, Geometry
 
 Matrix = list[list[float]]
+Point = tuple[float, float, float]
 ROD_APART_PART = 0.45
 """Of the platform's radius: half the distance between the two rods of a forearm."""
 
@@ -70,39 +72,65 @@ class Skeleton:
     def links(
         self, angles_rad: tuple[float, ...], position_m: tuple[float, float, float] | None
     ) -> list[Placed]:
-        """Three upper arms, then three forearms (left out without a position)."""
-        shoulders, elbows = self.shoulders_m(), self.elbows_m(angles_rad)
-        ends = [(shoulders[k], elbows[k], k) for k in range(3)]
-        if position_m is not None:
-            wrists = np.array(position_m) + self.platform_radius_m * self.outward
-            ends += [(elbows[k], wrists[k], k) for k in range(3)]
-        return [self._placed(start, end, arm) for start, end, arm in ends]
+        """Three upper arms, then three forearms (left out without a position).
 
-    def _placed(self, start: FloatArray, end: FloatArray, arm: int) -> Placed:
-        along = (end - start) / np.linalg.norm(end - start)
-        level = np.cross([0.0, 0.0, 1.0], self.outward[arm])
-        level = level - along * (level @ along)
-        sideways = level / np.linalg.norm(level)
-        rotation = np.stack([sideways, along, np.cross(sideways, along)], axis=1)
-        x_m, y_m, z_m = (0.5 * (start + end)).tolist()
-        return Placed((x_m, y_m, z_m), np.round(rotation, 5).tolist())
+        In plain floats: it is asked for ten times a second beside a running motion.
+        """
+        arms, rods = [], []
+        for number, (east, north, _) in enumerate(self.outward.tolist()):
+            shoulder = (self.base_radius_m * east, self.base_radius_m * north, 0.0)
+            length_m, angle_rad = self.upper_arm_m[number], angles_rad[number]
+            reach_m = self.base_radius_m + length_m * math.cos(angle_rad)
+            elbow = (reach_m * east, reach_m * north, -length_m * math.sin(angle_rad))
+            level = (-north, east, 0.0)
+            arms.append(_placed(shoulder, elbow, level))
+            if position_m is not None:
+                x_m, y_m, z_m = position_m
+                aside_m = self.platform_radius_m
+                wrist = (x_m + aside_m * east, y_m + aside_m * north, z_m)
+                rods.append(_placed(elbow, wrist, level))
+        return arms + rods
 
 
-def quaternion(rotation: FloatArray) -> tuple[float, float, float, float]:
+def _placed(start: Point, end: Point, level: Point) -> Placed:
+    """From here to there; `level` is the direction of the motor's axis."""
+    along = _unit(_less(end, start))
+    tilt = sum(a * b for a, b in zip(level, along, strict=True))
+    sideways = _unit(_less(level, _times(along, tilt)))
+    columns = zip(sideways, along, _cross(sideways, along), strict=True)
+    rotation = [[round(value, 5) for value in row] for row in columns]
+    x_m, y_m, z_m = (0.5 * (a + b) for a, b in zip(start, end, strict=True))
+    return Placed((x_m, y_m, z_m), rotation)
+
+
+def _less(a: Point, b: Point) -> Point:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def _times(a: Point, factor: float) -> Point:
+    return (factor * a[0], factor * a[1], factor * a[2])
+
+
+def _unit(a: Point) -> Point:
+    return _times(a, 1.0 / math.hypot(*a))
+
+
+def _cross(a: Point, b: Point) -> Point:
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def quaternion(rotation: Sequence[Sequence[float]]) -> tuple[float, float, float, float]:
     """Quaternion x, y, z, w of a rotation matrix (Shepperd 1978: by the largest part)."""
-    r = rotation
-    parts = np.array([
-        1.0 + r[0, 0] - r[1, 1] - r[2, 2], 1.0 - r[0, 0] + r[1, 1] - r[2, 2],
-        1.0 - r[0, 0] - r[1, 1] + r[2, 2], 1.0 + r[0, 0] + r[1, 1] + r[2, 2],
-    ])  # fmt: skip
-    big = int(np.argmax(parts))
-    rows = {
-        0: (parts[0], r[1, 0] + r[0, 1], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]),
-        1: (r[1, 0] + r[0, 1], parts[1], r[2, 1] + r[1, 2], r[0, 2] - r[2, 0]),
-        2: (r[0, 2] + r[2, 0], r[2, 1] + r[1, 2], parts[2], r[1, 0] - r[0, 1]),
-        3: (r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], parts[3]),
-    }[big]
-    x, y, z, w = (float(part) / (2.0 * math.sqrt(parts[big])) for part in rows)
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation
+    parts = (1.0 + xx - yy - zz, 1.0 - xx + yy - zz, 1.0 - xx - yy + zz, 1.0 + xx + yy + zz)
+    big = max(range(4), key=parts.__getitem__)
+    found = (
+        (parts[0], yx + xy, xz + zx, zy - yz),
+        (yx + xy, parts[1], zy + yz, xz - zx),
+        (xz + zx, zy + yz, parts[2], yx - xy),
+        (zy - yz, xz - zx, yx - xy, parts[3]),
+    )[big]
+    x, y, z, w = (part / (2.0 * math.sqrt(parts[big])) for part in found)
     return x, y, z, w
 
 
@@ -111,4 +139,4 @@ def turn_x_to(axis: FloatArray) -> tuple[float, float, float, float]:
     other = np.array([0.0, 0.0, 1.0]) if abs(axis[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
     y = np.cross(other, axis)
     y = y / np.linalg.norm(y)
-    return quaternion(np.stack([axis, y, np.cross(axis, y)], axis=1))
+    return quaternion(np.stack([axis, y, np.cross(axis, y)], axis=1).tolist())

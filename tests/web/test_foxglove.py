@@ -78,7 +78,7 @@ def test_quaternions_turn_as_their_matrix(seed: int) -> None:
     rng = np.random.default_rng(seed)
     matrix, _ = np.linalg.qr(rng.standard_normal((3, 3)))
     matrix = matrix * np.sign(np.linalg.det(matrix))
-    *imaginary, w = quaternion(matrix)
+    *imaginary, w = quaternion(matrix.tolist())
     vector = rng.standard_normal(3)
     u = np.array(imaginary)
     turned = vector + 2.0 * np.cross(u, np.cross(u, vector) + w * vector)

@@ -165,7 +165,7 @@ def stamp(t_ns: int) -> Timestamp:
 
 def quaternion(rotation: FloatArray) -> Quaternion:
     """Of a rotation matrix."""
-    return _quaternion(skeleton.quaternion(rotation))
+    return _quaternion(skeleton.quaternion(rotation.tolist()))
 
 
 def _quaternion(parts: tuple[float, float, float, float]) -> Quaternion:

@@ -14,7 +14,8 @@ import numpy as np
 
 from drivers.ranging.contract import Gate, Reading
 from firmware_py.robot_file import RobotFile
-from models.linkage import Linkage, forward
+from models.linkage import Linkage
+from models.linkage.scalar_forward import forward_one
 from models.linkage.skeleton import Placed, Skeleton, quaternion, turn_x_to
 from models.robot import AXES
 from recording.format.viewed import LOG, POSES, RANGES, SCENE, TRANSFORMS, UNUSED, ViewedChannel
@@ -71,11 +72,10 @@ class View:
         """Where the counts put the robot."""
         if not self._due("counts", t_ns):
             return
-        turns = np.array(counts, dtype=np.float64) * self._robot.drive.rad_per_step
-        angles = (float(turns[0]), float(turns[1]), float(turns[2]))
-        place = forward(self._linkage, turns).position_m
-        known = (float(place[0]), float(place[1]), float(place[2]))
-        position = known if all(math.isfinite(value) for value in known) else None
+        first, second, third = (count * self._robot.drive.rad_per_step for count in counts)
+        angles = (first, second, third)
+        known = forward_one(self._linkage, angles)
+        position = known if all(map(math.isfinite, known)) else None
         links = self._skeleton.links(angles, position)
         names = [f"{part}_{number}" for part in ("arm", "forearm") for number in (1, 2, 3)]
         frames = [(name, *_frame(link)) for name, link in zip(names, links, strict=False)]
@@ -168,7 +168,7 @@ class View:
 
 def _frame(link: Placed) -> tuple[Point, Point]:
     """Middle and turn of a link whose length lies along the frame's y axis."""
-    return link.middle_m, quaternion(np.array(link.rotation))
+    return link.middle_m, quaternion(link.rotation)
 
 
 def _rod(length_m: float, width_m: float, colour: Point, aside_m: float) -> Message:

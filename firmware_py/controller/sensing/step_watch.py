@@ -191,10 +191,17 @@ class StepWatch:
             now_m, then_m = rows.excess_m[now], rows.excess_m[then]
             if min(len(now_m), len(then_m)) < READINGS_NEEDED:
                 return None
-            change_m[axis] = np.median(now_m) - np.median(then_m)
+            change_m[axis] = _median(now_m) - _median(then_m)
             slopes_m[axis] = rows.slope_m[now].mean(axis=0)
         try:
             moved_rad: FloatArray = np.linalg.solve(slopes_m, change_m)
         except np.linalg.LinAlgError:
             return None
         return moved_rad
+
+
+def _median(values: FloatArray) -> float:
+    """As np.median, which takes ten times as long for so few."""
+    ordered = np.sort(values).tolist()
+    middle = len(ordered) // 2
+    return float(0.5 * (ordered[middle] + ordered[-middle - 1]))
