@@ -3,7 +3,7 @@
 A simulated robot draws a heart; a real Chromium (skipped where there is none) looks at its page.
 Printed: how often the counts on the page change and how old they are when they do, processor time
 of the page's service and of the daemon's two processes, how much of the latter went into simulated
-hardware (benchmarks/costs/simulated_share.py), how often its control loop went round (100 Hz, less
+hardware (benchmarks/simulated_share.py), how often its control loop went round (100 Hz, less
 on a machine that keeps it waiting), how late its step schedule slipped (`late_ns` of its status),
 and how long after STOP is pressed the last edge went out. All of it with no page, with a page that
 nobody draws (a connection that listens as a browser does: what the page itself costs), and with
@@ -30,7 +30,7 @@ import numpy as np
 import psutil
 import socketio
 
-from benchmarks.costs.simulated_share import TALLY, make_tally, tally
+from benchmarks.simulated_share import TALLY, make_tally, tally
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import ServiceError
@@ -48,7 +48,7 @@ LOOK_S = 0.02
 ROOT = Path(__file__).resolve().parents[2]
 SETTLE_S = 5.0
 """The planner of the next job is started beside a job's beginning, and loads for a second."""
-PROGRAMS = {"daemon": "benchmarks.costs.simulated_share", "web": "command_line.main"}
+PROGRAMS = {"daemon": "benchmarks.simulated_share", "web": "command_line.main"}
 LONGEST_S = 3.0
 
 

@@ -1,6 +1,6 @@
 """The daemon with a stop watch on its simulated hardware; web_page.py starts it as `deltactl`.
 
-`TALLY=FILE python -m benchmarks.costs.simulated_share daemon ROBOT.yaml --simulate ...`: as
+`TALLY=FILE python -m benchmarks.simulated_share daemon ROBOT.yaml --simulate ...`: as
 `deltactl daemon`, and FILE holds three 64-bit words: the processor time [ns] spent in the fakes so
 far, in the daemon (bus, sensors, the robot they see) and in its pulse process (lines, drives), and
 the rounds of the control loop. On a robot the kernel and the wires take the fakes' place; what
@@ -26,7 +26,7 @@ from firmware_py.simulation.world import SimulatedRobot
 TALLY = "TALLY"
 DAEMON, PULSES, ROUNDS = 0, 1, 2
 BYTES = 24
-FAKE = "benchmarks.costs.simulated_share:of_config"
+FAKE = "benchmarks.simulated_share:of_config"
 """Opens the lines in the pulse process in place of `drivers.fakes.steps.FAKE`."""
 
 
