@@ -54,6 +54,12 @@ def run(
     report: Annotated[Path | None, typer.Option(help="Write an HTML report here.")] = None,
     robot: RobotOption = None,
     accept_unseen: AcceptOption = 0.0,
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            help="Other noise of the simulated sensors; without it each run has the same.", min=0
+        ),
+    ] = None,
     json_out: JsonOption = False,
     socket: SocketOption = None,
     force: ForceOption = False,
@@ -69,7 +75,7 @@ def run(
     deltactl run circle.yaml --realtime --report circle.html
     deltactl run heart.yaml --robot corrected.yaml
     deltactl run survey.yaml --simulate --record survey.mcap --json
-    deltactl run mine.yaml --simulate --accept-unseen 80
+    deltactl run mine.yaml --simulate --accept-unseen 80 --seed 2
     ```
     """
     from command_line.robot.run import run_job
@@ -78,8 +84,9 @@ def run(
     refuse_other_page(report)
     refuse_recorded(record)
     run_job(
-        job, robot, simulate or realtime, realtime, record, report, json_out, socket, accept_unseen
-    )
+        job, robot, simulate or realtime, realtime, record, report, json_out, socket, accept_unseen,
+        seed=seed,
+    )  # fmt: skip
 
 
 def check(job: JobArgument, robot: RobotOption = None, json_out: JsonOption = False) -> None:

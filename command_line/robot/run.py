@@ -44,10 +44,12 @@ def run_job(
     socket: Path | None,
     accept_unseen_deg: float = 0.0,
     one_place: bool = False,
+    seed: int | None = None,
 ) -> None:
     """Run one job and show what came of it. Raises any DeltactlError.
 
     `one_place`: the job is a single move, without a path along which errors could be shown.
+    `seed`: of the simulated sensors' noise, instead of the robot's own.
     """
     path = find(str(job))
     load_job(path)
@@ -68,6 +70,8 @@ def run_job(
                 "--accept-unseen: the robot of a daemon is homed before a job; say 'deltactl home"
                 f" --accept-unseen {accept_unseen_deg:g}', then run the job without"
             )
+        if seed is not None:
+            raise ConfigError("--seed: the noise of a simulated robot; add --simulate")
         result = _through_daemon(path, record, socket, json_out)
     else:
         if socket is not None and not simulate:
@@ -75,7 +79,9 @@ def run_job(
         _say_where(simulate, json_out)
         if not json_out:
             say_covered(coverage_of(path, robot_file))
-        result = _in_this_process(path, robot_file, record, realtime, json_out, accept_unseen_deg)
+        result = _in_this_process(
+            path, robot_file, record, realtime, json_out, accept_unseen_deg, seed
+        )
     _show(result, report, json_out, one_place)
     refuse_unless_done(result)
 
@@ -129,12 +135,13 @@ def _in_this_process(
     realtime: bool,
     quiet: bool,
     accept_unseen_deg: float,
+    seed: int | None,
 ) -> JobResult:
     from firmware_py.controller.build import build_controller
 
     robot = robot_file or find(load_job(path).robot, beside=path)
     controller = build_controller(
-        robot, simulated=True, realtime=realtime, recordings=Path("recordings")
+        robot, simulated=True, realtime=realtime, recordings=Path("recordings"), seed=seed
     )
     with _terminated_is_interrupted():
         try:

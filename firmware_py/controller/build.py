@@ -16,7 +16,7 @@ from firmware_py.controller.servo_machine import servo_machine
 from firmware_py.machine import Machine
 from firmware_py.planning.prepared import Prepare, prepare_here
 from firmware_py.robot_file import RobotFile, check_said, load_robot
-from firmware_py.simulation.noise import range_noise
+from firmware_py.simulation.noise import range_noise, with_seed
 from firmware_py.simulation.world import SimulatedRobot
 from foundation.clock import Clock, RealClock, VirtualClock
 from foundation.errors import ConfigError
@@ -29,8 +29,9 @@ def build_controller(
     realtime: bool,
     recordings: Path,
     prepare: Prepare = prepare_here,
+    seed: int | None = None,
 ) -> Controller:
-    """A controller, switched off. `realtime` matters in simulation only.
+    """A controller, switched off. `realtime` and `seed` (of the noise) matter in simulation only.
 
     prepare: who reads and plans jobs.
 
@@ -39,7 +40,10 @@ def build_controller(
     robot = load_robot(robot_file)
     if realtime or not simulated:
         _load_ahead()
-    machine = simulated_machine(robot, realtime) if simulated else real_machine(robot)
+    if simulated:
+        machine = simulated_machine(with_seed(robot, seed), realtime)
+    else:
+        machine = real_machine(robot)
     return Controller(robot, robot_file, machine, recordings, prepare)
 
 

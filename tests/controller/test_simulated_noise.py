@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from firmware_py.robot_file import CONFIG_FOLDER, AsBuilt, RobotFile, SensorNoise, load_robot
-from firmware_py.simulation.noise import range_noise
+from firmware_py.simulation.noise import range_noise, with_seed
 
 ZHAO = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")
 
@@ -28,3 +28,10 @@ def test_a_seed_that_is_given_holds_for_whatever_name() -> None:
     given = SensorNoise(seed=7)
     assert errors_m(named("my-delta", given)) == errors_m(named("your-delta", given))
     assert errors_m(named("my-delta", given)) != errors_m(named("my-delta", SensorNoise(seed=8)))
+
+
+def test_a_run_may_have_a_seed_of_its_own() -> None:
+    mine = named("my-delta", SensorNoise(sigma_m=0.002))
+    assert errors_m(with_seed(mine, None)) == errors_m(mine)
+    assert errors_m(with_seed(mine, 2)) != errors_m(mine)
+    assert with_seed(mine, 2).as_built.noise == SensorNoise(sigma_m=0.002, seed=2)

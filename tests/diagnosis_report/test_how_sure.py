@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from diagnosis.answer.records import Alternative, Evidence, Finding, Where
-from diagnosis.report.sentences.summary import alternatives_line, headline
+from diagnosis.report.sentences.summary import alternatives_line, headline, share_line
 from diagnosis.report.sentences.sureness import evidence
 
 
@@ -40,3 +40,25 @@ def test_what_is_settled_has_no_rival_in_the_headline(
     assert alternatives_line(one).startswith(
         "This recording cannot tell" if open_ else "Far less probable: "
     )
+
+
+def test_rivals_below_one_percent_are_listed_once() -> None:
+    rivals = [
+        Alternative(effect=effect, component="axis", delta_chi2=2.0, probability=probability)
+        for effect, probability in
+        [("viscous_friction", 0.02), ("gear_backlash", 0.001), ("following_lag", 1e-6)]
+    ]  # fmt: skip
+    settled = _finding(1e-9, 0.97)
+    said = alternatives_line(settled.model_copy(update={"alternatives": rivals}))
+    assert said.count("below 1 %") == 1
+    assert "(2 %)" in said
+    assert said.endswith("(below 1 % each).")
+    one = alternatives_line(settled.model_copy(update={"alternatives": rivals[:2]}))
+    assert one.endswith("(below 1 %).")
+
+
+@pytest.mark.parametrize(("p", "said"), [(1e-9, True), (0.2, False)])
+def test_a_small_part_beside_a_sure_finding_is_no_contradiction(p: float, said: bool) -> None:
+    line = share_line(_finding(p, 0.97).model_copy(update={"share_of_mismatch": 0.004}))
+    assert line.startswith("Its part is small: ")
+    assert ("yet that is more than noise" in line) == said

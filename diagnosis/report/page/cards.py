@@ -19,10 +19,6 @@ NOT_FROM_ZERO = frozenset(
 )
 """Parameters for which zero is not 'nothing wrong', so that a bar from zero would mislead."""
 
-LITTLE = 0.01
-WHY_LITTLE = " Yet what they would leave is more than noise."
-"""Where a share below LITTLE stands beside a finding that is sure."""
-
 
 def finding_cards(diagnosis: Diagnosis, span: tuple[float, float]) -> list[str]:
     """All findings as cards, the strongest first as the answer has them."""
@@ -85,8 +81,7 @@ def _smallest(
 def _share(finding: Finding) -> str:
     if not math.isfinite(finding.share_of_mismatch):
         return ""
-    small = finding.share_of_mismatch < LITTLE and finding.evidence.p < sureness.SURE_P
-    return _text(f"{share_line(finding)}{WHY_LITTLE if small else ''}")
+    return _text(share_line(finding))
 
 
 def _depends(finding: Finding) -> str:

@@ -178,8 +178,12 @@ def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.
 def share_line(finding: Finding) -> str:
     """What the other findings cannot take over: each is left out and the others fitted again."""
     share = 100.0 * finding.share_of_mismatch
-    shown = f"{share:.0f} %" if share >= 1.0 else "under 1 %"
-    return f"Without it {shown} of the mismatch comes back, even with the others fitted again."
+    shown = f"{share:.0f} %" if share >= 1.0 else "less than 1 %"
+    says = f"without it {shown} of the mismatch comes back, even with the others fitted again"
+    if share >= 1.0:
+        return words.sentence(says)
+    yet = "; yet that is more than noise" if finding.evidence.p < sureness.SURE_P else ""
+    return words.sentence(f"its part is small: {says}{yet}")
 
 
 def where_line(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> str:
@@ -217,14 +221,24 @@ def _stretches(where: Where, start_s: float, end_s: float) -> str:
 
 def alternatives_line(finding: Finding) -> str:
     """What this recording cannot distinguish from the finding."""
-    others = [_rival(finding, other) for other in finding.alternatives]
-    if not others:
+    if not finding.alternatives:
         if finding.effect == "unknown":
             return "No known effect matches it."
         return "No other known effect fits these readings as well."
     if sureness.settled(finding):
-        return f"Far less probable: {words.listed(others)}."
+        return f"Far less probable: {_rivals_of_settled(finding)}."
+    others = [_rival(finding, other) for other in finding.alternatives]
     return f"This recording cannot tell it from {words.listed(others, 'or')}."
+
+
+def _rivals_of_settled(finding: Finding) -> str:
+    """Each with its probability, and once for all of those that have next to none."""
+    rest = [one for one in finding.alternatives if sureness.negligible(one.probability)]
+    if len(rest) < 2:
+        return words.listed([_rival(finding, other) for other in finding.alternatives])
+    named = words.listed([words.rival(finding.effect, one.effect, one.component) for one in rest])
+    told = [_rival(finding, one) for one in finding.alternatives if one not in rest]
+    return "; ".join([*told, f"{named} ({sureness.percent(0.0)} each)"])
 
 
 def _rival(finding: Finding, other: Alternative) -> str:

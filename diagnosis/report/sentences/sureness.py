@@ -49,7 +49,7 @@ def percent(probability: float) -> str:
     """A probability in percent, never 0 or 100."""
     if probability > CERTAIN:
         return "above 99 %"
-    return "below 1 %" if probability < 1.0 - CERTAIN else f"{100.0 * probability:.0f} %"
+    return "below 1 %" if negligible(probability) else f"{100.0 * probability:.0f} %"
 
 
 def by_priors(one: PriorSensitivity) -> str:
@@ -60,6 +60,11 @@ def by_priors(one: PriorSensitivity) -> str:
         f" such an effect is expected to be: {narrower} if three times smaller, {wider} if"
         " three times larger."
     )
+
+
+def negligible(probability: float | None) -> bool:
+    """Whether it rounds to less than one percent."""
+    return probability is not None and probability < 1.0 - CERTAIN
 
 
 def evidence(finding: Finding) -> str:
