@@ -46,7 +46,9 @@ class Document:
         try:
             text = read_plain(path, most_bytes, follow).decode("utf-8-sig")
         except UnicodeDecodeError as error:
-            raise ConfigError(f"{path}: is not a text file in UTF-8") from error
+            told = "; recordings are for 'deltactl report' and 'diagnose'"
+            hint = told if path.suffix == ".mcap" else ""
+            raise ConfigError(f"{path}: is not a text file in UTF-8{hint}") from error
         except TooLong:
             raise ConfigError(f"{path}: is longer than {most_bytes:,} bytes") from None
         return cls(path, text.replace("\r\n", "\n"))

@@ -60,7 +60,7 @@ def diagnose_recordings(
     if next_job is not None:
         why = "no run would tell more"
         if not isinstance(described, DeltaRobot):
-            why = "only deltas have jobs; the lines above say what would tell more, if anything"
+            why = "only deltas have jobs"
         made = answer.next_experiment is not None
         say(f"job: {next_job}" if made else f"job: none, as {why}")
     for name, path in (("report", report), ("answer", json_file), ("robot file", save_robot)):

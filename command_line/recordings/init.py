@@ -133,31 +133,38 @@ def _write(file: Path, kind: str, answers: Answers, wired: bool, force: bool) ->
 
     before = file.read_text(encoding="utf-8") if file.exists() else None
     file.write_text(robot_text(kind, answers, wired), encoding="utf-8")
+    job: list[str] = []
     try:
         load_robot(file) if kind == "delta" else load_robot_model(file)
+        if kind == "delta":
+            job = _first_job(file, force)
     except ConfigError:
         if before is None:
             file.unlink()
         else:
             file.write_text(before, encoding="utf-8")
         raise
-    say(f"robot file: {file}")
-    if kind == "delta":
-        _first_job(file, force)
+    for line in (f"robot file: {file}", *job):
+        say(line)
     say(f"next: deltactl diagnose RECORDING --robot {file}")
 
 
-def _first_job(file: Path, force: bool) -> None:
-    from firmware_py.describing.first_job import write_first_job
+def _first_job(file: Path, force: bool) -> list[str]:
+    """Write it; what is to be said of it. Raises ConfigError for arms that are interchanged."""
+    from firmware_py.describing.first_job import arms_interchanged, write_first_job
     from firmware_py.robot_file import load_robot
 
     job = file.with_name(f"{file.stem}-circle.yaml")
     if job.exists() and not force:
-        say(f"job: {job} exists already and is kept")
-        return
-    what = write_first_job(load_robot(file), file, job)
-    if what is None:
-        warn("no circle fits: can arms of these lengths be assembled with this base and platform?")
-        return
-    say(f"job: {job}, {what}")
-    say(f"next: deltactl run {job}")
+        return [f"job: {job} exists already and is kept"]
+    robot = load_robot(file)
+    what = write_first_job(robot, file, job)
+    if what is not None:
+        return [f"job: {job}, {what}", f"next: deltactl run {job}"]
+    if arms_interchanged(robot):
+        raise ConfigError(
+            "no circle fits, and the forearm is not longer than the upper arm: are the two"
+            " interchanged? Nothing was written"
+        )
+    warn("no circle fits: can arms of these lengths be assembled with this base and platform?")
+    return []

@@ -48,7 +48,7 @@ def goto(
     deltactl goto 20 0 -450 --robot zhao-2023.yaml --simulate
     ```
     """
-    _go((x / 1e3, y / 1e3, z / 1e3), speed, robot, simulate, json_out, socket)
+    _go("goto", (x / 1e3, y / 1e3, z / 1e3), speed, robot, simulate, json_out, socket)
 
 
 def jog(
@@ -73,7 +73,7 @@ def jog(
         raise ConfigError("say how far: --x, --y or --z, in mm")
     here = _position_m(socket)
     there = (here[0] + x / 1e3, here[1] + y / 1e3, here[2] + z / 1e3)
-    _go(there, speed, robot, False, json_out, socket)
+    _go("jog", there, speed, robot, False, json_out, socket)
 
 
 def teach(
@@ -150,6 +150,7 @@ def convert(
 
 
 def _go(
+    name: str,
     place_m: Place,
     speed_mmps: float,
     robot: str | None,
@@ -167,17 +168,17 @@ def _go(
                 f"--robot {robot}: the daemon runs the robot file it was started with; leave it"
                 " out, or add --simulate"
             )
-        _go_through_daemon(place_m, speed_mmps, json_out, socket)
+        _go_through_daemon(name, place_m, speed_mmps, json_out, socket)
         return
     if robot is None:
         raise ConfigError("no daemon answers that could say which robot this is; add --robot FILE")
-    _go_simulated(place_m, speed_mmps, robot, simulate, json_out, socket)
+    _go_simulated(name, place_m, speed_mmps, robot, simulate, json_out, socket)
 
 
-def _text(place_m: Place, speed_mmps: float, robot: str) -> str:
+def _text(name: str, place_m: Place, speed_mmps: float, robot: str) -> str:
     x_m, y_m, z_m = place_m
     return (
-        f"name: goto\nrobot: {robot}\n"
+        f"name: {name}\nrobot: {robot}\n"
         f"path: {{shape: points, points_m: [[{x_m:.9g}, {y_m:.9g}, {z_m:.9g}]]}}\n"
         f"timing: {{mode: accelerated, speed_mps: {speed_mmps / 1e3:.9g}}}\n"
         "inverse_kinematics: {kind: geometry}\n"
@@ -185,6 +186,7 @@ def _text(place_m: Place, speed_mmps: float, robot: str) -> str:
 
 
 def _go_simulated(
+    name: str,
     place_m: Place,
     speed_mmps: float,
     robot: str,
@@ -199,8 +201,8 @@ def _go_simulated(
     from firmware_py.robot_file import find
 
     with TemporaryDirectory() as folder:
-        job = Path(folder) / "goto.yaml"
-        text = _text(place_m, speed_mmps, str(find(robot).resolve()))
+        job = Path(folder) / f"{name}.yaml"
+        text = _text(name, place_m, speed_mmps, str(find(robot).resolve()))
         job.write_text(text, encoding="utf-8")
         run_job(job, None, simulate, False, None, None, json_out, socket, one_place=True)
     if not json_out:
@@ -208,7 +210,7 @@ def _go_simulated(
 
 
 def _go_through_daemon(
-    place_m: Place, speed_mmps: float, json_out: bool, socket: Path | None
+    name: str, place_m: Place, speed_mmps: float, json_out: bool, socket: Path | None
 ) -> None:
     import time
     from dataclasses import asdict
@@ -220,7 +222,7 @@ def _go_through_daemon(
 
     with Client(socket) as client:
         robot = client.status().robot_file
-        number = client.submit_text(_text(place_m, speed_mmps, robot), "goto.yaml")
+        number = client.submit_text(_text(name, place_m, speed_mmps, robot), f"{name}.yaml")
         result = follow(client, number, time.sleep, POLL_S, json_out)
         position_m = client.status().position_m
     if json_out:
@@ -241,7 +243,10 @@ def _position_m(socket: Path | None) -> Place:
             f"the robot is {status.state}: {status.job}; wait for its end, or 'deltactl cancel'"
         )
     if status.position_m is None:
-        raise NotReady("the position is unknown; put the arms against their stops, 'deltactl home'")
+        on = "'deltactl on', " if status.state == "off" else ""
+        raise NotReady(
+            f"the position is unknown; {on}put the arms against their stops, 'deltactl home'"
+        )
     return status.position_m
 
 

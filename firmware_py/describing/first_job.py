@@ -41,6 +41,12 @@ def write_first_job(robot: RobotFile, robot_file: Path, job_file: Path) -> str |
     return None
 
 
+def arms_interchanged(robot: RobotFile) -> bool:
+    """Whether a forearm is not longer than its upper arm, as it has to be to reach all around."""
+    upper_m, forearm_m = robot.geometry.upper_arm_m, robot.geometry.forearm_m
+    return bool((per_arm(forearm_m) <= per_arm(upper_m)).any())
+
+
 def _heights_m(robot: RobotFile) -> list[float]:
     """Where the platform hangs in the poses that can be assembled."""
     linkage = Linkage.of(robot.geometry)

@@ -67,9 +67,15 @@ def test_what_looks_the_same_is_to_be_ruled_out_first() -> None:
 def test_what_is_not_certain_is_recorded_only_when_all_is_asked_for(make: Any) -> None:
     tied = found("transmission_error", "motor1", 0.01, "rad", "sensor_offset")
     own = found("home_offset", "motor1", 0.01, "rad")
-    lines = remedies(make("explained", findings=[tied, own]), ROBOT)
+    first, *lines = remedies(make("explained", findings=[tied, own]), ROBOT)
+    assert "record the run proposed below" in first
     assert ["NEW.yaml --all records it" in line for line in lines] == [True, False]
     assert all("--save-robot NEW.yaml" in line for line in lines)
+
+
+def test_where_nothing_is_tied_no_run_is_asked_for(make: Any) -> None:
+    (line,) = remedies(make("explained", findings=[found("home_offset", "motor1", 0.01, "rad")]))
+    assert "the home stop" in line
 
 
 def test_nothing_is_told_of_what_has_no_name() -> None:

@@ -203,7 +203,7 @@ def test_the_next_experiment_is_a_job_to_save(make: Any, parts: Any) -> None:
     page = report_html(make("explained"), parts["delta"]())
     assert "radius_m: 0.1" in page
     assert "deltactl run job.yaml" in page
-    assert "The run proposed below would distinguish them." in page
+    assert "The run proposed below is made to distinguish them." in page
     alone = report_html(make("explained", next_experiment=None), parts["delta"]())
     assert "deltactl run job.yaml" not in alone
 

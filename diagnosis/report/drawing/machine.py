@@ -38,9 +38,9 @@ def _legend(findings: Sequence[Finding]) -> str:
     for number, finding in enumerate(findings, 1):
         what = html.escape(words.effect(finding.effect, finding.component))
         rows.append(f'<li>{badge(number)}<a href="#finding-{number}">{what}</a></li>')
-    places = {(o.effect, o.component) for f in findings for o in f.alternatives}
+    found = {f.component for f in findings}
     note = ""
-    if places:
+    if any(o.component not in found for f in findings for o in f.alternatives):
         note = '<p class="note">Dashed: parts where the cause could also be.</p>'
     return f'<ol class="legend-list">{"".join(rows)}</ol>{note}'
 

@@ -11,6 +11,7 @@ from diagnosis.report.drawing.machine import badge
 from diagnosis.report.drawing.scene import hue
 from diagnosis.report.page.bars import interval_bar
 from diagnosis.report.sentences import sureness, words
+from diagnosis.report.sentences.hints import hint
 from diagnosis.report.sentences.sizes import Size, number, scale_of, sizes, told
 from diagnosis.report.sentences.summary import finding_title, share_line, where_line
 
@@ -134,39 +135,8 @@ def _told_apart(finding: Finding, diagnosis: Diagnosis) -> str:
     mine |= {words.effect(one.effect, one.component) for one in finding.alternatives}
     apart = [words.spelled(name) for name in plan.tells_apart] if plan is not None else []
     if any(name in text for name in mine for text in apart):
-        return "The run proposed below would distinguish them."
-    return _hint(finding)
-
-
-_HINTS: tuple[tuple[frozenset[str], str], ...] = (
-    (
-        frozenset({"gear_backlash", "joint_friction"}),
-        "Standing still after approaching from both sides, another payload, or the motor "
-        "current would distinguish play from friction.",
-    ),
-    (
-        frozenset({"following_lag", "sensor_latency"}),
-        "Recording the arm angles too would distinguish a late drive from late readings.",
-    ),
-    (
-        frozenset({"home_offset", "forearm_length"}),
-        "A run through more of the workspace would distinguish them better.",
-    ),
-    (
-        frozenset({"home_offset", "sensor_offset"}),
-        "A run with more tilted arms, or arm angles measured, would distinguish them.",
-    ),
-    (
-        frozenset({"following_lag", "motor_azimuth"}),
-        "The same path run the other way round would distinguish them.",
-    ),
-)
-"""Pairs that are hard to distinguish, and what distinguishes them."""
-
-
-def _hint(finding: Finding) -> str:
-    effects = {finding.effect, *(one.effect for one in finding.alternatives)}
-    return next((hint for pair, hint in _HINTS if pair <= effects), "")
+        return "The run proposed below is made to distinguish them."
+    return hint(finding)
 
 
 def _text(text: str) -> str:

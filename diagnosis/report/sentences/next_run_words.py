@@ -21,7 +21,9 @@ def experiment_line(diagnosis: Diagnosis) -> str:
     minutes = f"{plan.minutes:.1f} minutes" if math.isfinite(plan.minutes) else "some minutes"
     gain = plan.expected_delta_chi2
     expected = f" (expected difference {gain:.0f} in chi-square)" if math.isfinite(gain) else ""
-    return words.sentence(f"a run of {minutes} would tell apart {apart or 'them'}{expected}")
+    one_sided = any(tie.minutes is None and not tie.needs_drive for tie in diagnosis.open_ties)
+    would = "may" if one_sided else "would"
+    return words.sentence(f"a run of {minutes} {would} tell apart {apart or 'them'}{expected}")
 
 
 def tie_lines(diagnosis: Diagnosis) -> list[str]:
@@ -39,7 +41,7 @@ def tie_line(tie: OpenTie) -> str:
     if tie.minutes is not None:
         return f"No safe run of {tie.minutes:.0f} minutes can tell {one} from {other}: {helps}."
     return (
-        f"The proposed run tells {one} from {other} if it is {one}; "
+        f"If the cause is {one}, the proposed run will tell; "
         f"if it is {other}, both will still fit: then {helps}."
     )
 

@@ -20,6 +20,11 @@ from models.robot import DeltaRobot, RobotModel, per_arm
 NOTE = " (deltactl diagnose ... --save-robot NEW.yaml{all} records it)"
 """For what can be described in the robot file instead of being repaired."""
 
+RUN_FIRST = (
+    "Before anything is taken apart, record the run proposed below, which is made to tell the"
+    " causes apart (--next-job JOB.yaml writes it), and diagnose it together with this recording."
+)
+
 REMEDIES: dict[str, str] = {
     "gear_backlash": "take up the play of {part} ({size} at its output): tighten coupling and set"
     " screws; if it stays, replace the gear",
@@ -86,10 +91,22 @@ class Remedy:
 
 
 def remedies(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]:
-    """One sentence for each finding that can be remedied, the surest and largest first."""
-    named = filter(claimed, diagnosis.findings)
+    """One sentence for each finding that can be remedied, the surest and largest first.
+
+    Before them, where causes are tied, the run that would tell them apart.
+    """
+    named = [one for one in diagnosis.findings if claimed(one)]
     found = (remedy(one, robot, sure(one, diagnosis)) for one in named)
-    return [one.line for one in found if one is not None]
+    lines = [one.line for one in found if one is not None]
+    plan = diagnosis.next_experiment
+    if lines and plan is not None and any(tied(one) for one in named):
+        lines.insert(0, RUN_FIRST)
+    return lines
+
+
+def tied(finding: Finding) -> bool:
+    """Whether it could as well be something else, by this recording."""
+    return bool(finding.alternatives) and not settled(finding)
 
 
 def remedy(finding: Finding, robot: RobotModel | None, certain: bool = True) -> Remedy | None:
@@ -111,7 +128,7 @@ def remedy(finding: Finding, robot: RobotModel | None, certain: bool = True) -> 
     says = text.format(part=words.part_of(finding.effect, finding.component), size=shown, true=true)
     if finding.effect in WRITABLE:
         says += NOTE.format(all="" if certain else " --all")
-    likely = [] if settled(finding) else finding.alternatives
+    likely = finding.alternatives if tied(finding) else []
     others = [words.rival(finding.effect, o.effect, o.component) for o in likely]
     unsure = f"; but first rule out {others[0]}, which looks the same here" if others else ""
     if len(others) > 1:

@@ -20,6 +20,9 @@ UNTOLD = frozenset({"phase", "start", "drag", "friction", "stiffness"})
 FINEST_S = 2
 """Decimals of a time in s: sampling periods are hardly ever shorter than 10 ms."""
 
+LEAST_S = 5e-7
+"""A second parameter below it is not told: half a microsecond."""
+
 VECTOR_PARTS = ("x", "y", "z")
 
 
@@ -192,7 +195,16 @@ def decimals(value: float, low: float, high: float) -> int:
 def told(parameters: Mapping[str, ParameterResult]) -> dict[str, ParameterResult]:
     """The parameters to tell: the first (the main one), and what is not UNTOLD."""
     first = next(iter(parameters), "")
-    return {name: p for name, p in parameters.items() if name == first or name not in UNTOLD}
+    return {
+        name: p
+        for name, p in parameters.items()
+        if name == first or (name not in UNTOLD and not _is_nothing(p))
+    }
+
+
+def _is_nothing(result: ParameterResult) -> bool:
+    """A time that would be shown as 0.000 ms."""
+    return result.unit == "s" and all(abs(value) < LEAST_S for value, _, _ in result.components)
 
 
 def _component(k: int, of: int) -> str:

@@ -11,9 +11,10 @@ from diagnosis.answer.records import Alternative, Diagnosis, Finding, Thinned, W
 from diagnosis.answer.verdict import claimed, rather_unknown, seen
 from diagnosis.report.sentences import sureness, words
 from diagnosis.report.sentences.fit_words import fit_lines, fit_title
+from diagnosis.report.sentences.hints import hint
 from diagnosis.report.sentences.limit_words import faintest_line, untested_line
 from diagnosis.report.sentences.next_run_words import experiment_line, tie_lines
-from diagnosis.report.sentences.remedies import remedies
+from diagnosis.report.sentences.remedies import remedies, tied
 from diagnosis.report.sentences.sizes import sizes, told
 from models.robot import RobotModel
 
@@ -109,6 +110,8 @@ def _summary(diagnosis: Diagnosis, robot: RobotModel | None) -> Iterator[tuple[s
         title = finding_title(finding)
         yield "head", f"{number}. {title}"
         yield from (("", f"   {line}") for line in finding_lines(finding, span_s(diagnosis)))
+        if diagnosis.next_experiment is None and tied(finding) and (tells := hint(finding)):
+            yield "", f"   {tells}"
     yield from (("", line) for line in remarks(diagnosis))
     yield "head", fit_title(diagnosis)
     yield from (("", line) for line in fit_lines(diagnosis))
