@@ -48,6 +48,15 @@ def test_from_options_to_a_simulated_job(deltactl: Deltactl, tmp_path: Path) -> 
     assert load_robot(tmp_path / "mine.yaml").left_open()
 
 
+def test_interchanged_arms_are_refused_and_leave_no_file(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    arms = {"upper_arm_mm": DELTA["forearm_mm"], "forearm_mm": DELTA["upper_arm_mm"]}
+    refused = deltactl("init", "mine.yaml", *options(DELTA | arms), status=2)
+    assert "interchanged" in refused.stderr
+    assert not list(tmp_path.iterdir())
+
+
 def test_what_was_taken_unasked_and_full_steps_are_said() -> None:
     said = {key: text for key, text in DELTA.items() if key != "microsteps_per_rev"}
     answers = gather(QUESTIONS["delta"], said, None)

@@ -134,3 +134,10 @@ def test_a_corner_row_of_numbers_without_a_heading(tmp_path: Path) -> None:
     path = tmp_path / "points.txt"
     path.write_text("\n".join(f"{x} {x * x / 40} -5" for x in np.linspace(0, 40, 9)))
     assert len(read_points(path, ORIGIN).legs) == 8
+
+
+def test_a_word_where_a_speed_should_be_is_refused_with_its_line(tmp_path: Path) -> None:
+    table = tmp_path / "points.csv"
+    table.write_text("x,y,z,speed\n0,0,-450,10\n10,0,-450,\n20,5,-450,fast\n")
+    with pytest.raises(ConfigError, match=r"points.csv:4: speed must be a number \(got 'fast'\)"):
+        read_points(table, (0.0, 0.0, 0.0))
