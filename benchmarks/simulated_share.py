@@ -17,11 +17,8 @@ from pathlib import Path
 from time import thread_time_ns
 from typing import Any
 
-from drivers.fakes import lines, steps
-from drivers.fakes.i2c_bus import FakeI2cBus
+from drivers.fakes import lines
 from drivers.fakes.lines import FakeLines
-from firmware_py.controller.control_loop import ControlLoop
-from firmware_py.simulation.world import SimulatedRobot
 
 TALLY = "TALLY"
 DAEMON, PULSES, ROUNDS = 0, 1, 2
@@ -81,8 +78,13 @@ def _counted(method: Callable[..., Any], words: memoryview) -> Callable[..., Any
 
 
 def main() -> None:
-    """Watch the fakes, then be `deltactl`."""
+    """Watch the fakes, then be `deltactl`; the pulse process, which has to start quickly, needs
+    none of what is imported here."""
     from command_line.main import main as deltactl
+    from drivers.fakes import steps
+    from drivers.fakes.i2c_bus import FakeI2cBus
+    from firmware_py.controller.control_loop import ControlLoop
+    from firmware_py.simulation.world import SimulatedRobot
 
     steps.FAKE = FAKE  # type: ignore[misc]
     _time(DAEMON, FakeI2cBus, "i2c_rdwr")

@@ -66,6 +66,7 @@ class Bench:
         robot.write_text(text.replace("backend: pulse", "heartbeat_s: 5.0\n  backend: pulse"))
         self.daemon = self._start("daemon", str(robot), "--simulate")
         while not self._answers():
+            assert self.daemon.poll() is None, (folder / "daemon.log").read_text(encoding="utf-8")
             time.sleep(0.1)
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
