@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from functools import partial
 
 import pytest
 
-from tests.rigs.faults.campaign import KINDS, campaign, daemon_campaign, rest_campaign, table
-from tests.rigs.faults.daemon_stand import DAEMON_KINDS, kill_pulses_of_daemon, stop_daemon
+from tests.rigs.faults.campaign import (
+    KINDS,
+    campaign,
+    once_more,
+    rest_campaign,
+    settled,
+    table,
+)
+from tests.rigs.faults.daemon_stand import DAEMON_KINDS
 from tests.rigs.faults.rest_kinds import REST_KINDS
 from tests.rigs.faults.verdict import MINIMUM_GAP, Verdict
-
-Attempt = Callable[[int], Verdict]
-ATTEMPTS = 4
 
 ENDING = (
     "e-stop pressed",
@@ -29,29 +33,13 @@ def chosen(names: tuple[str, ...]) -> list:
     return [kind for kind in KINDS if kind.name in names]
 
 
-def settled(attempt: Attempt, first: Verdict | None = None) -> Verdict:
-    """Again where the machine had no core for us; a failure with a core counts at once.
-
-    What fails every time fails here, however busy the machine is.
-    """
-    verdict = first or attempt(0)
-    for number in range(1, ATTEMPTS):
-        if not verdict.problems or verdict.counts:
-            break
-        verdict = attempt(number)
-    return verdict
-
-
 @pytest.mark.parametrize("names", [ENDING, GOING_ON], ids=["ending", "going on"])
 def test_faults_in_the_middle_of_a_run(names: tuple[str, ...]) -> None:
     kinds = {kind.name: kind for kind in chosen(names)}
     assert len(kinds) == len(names)
 
-    def again(name: str) -> Attempt:
-        return lambda number: one_of(campaign(1, seed=number, kinds=[kinds[name]]))
-
     tried = list(campaign(len(kinds), seed=7, kinds=list(kinds.values())))
-    verdicts = [settled(again(one.kind), one) for one in tried]
+    verdicts = [settled(partial(once_more, one.kind), one) for one in tried]
     assert {one.kind for one in verdicts} == set(names)
     assert [(one.kind, one.problems, one.waited_s) for one in verdicts if one.problems] == []
     assert len(table(verdicts)) == 1 + len(names)
@@ -62,30 +50,19 @@ def test_faults_in_the_middle_of_a_run(names: tuple[str, ...]) -> None:
 def test_faults_beside_a_run() -> None:
     verdicts = list(rest_campaign(len(REST_KINDS), seed=5))
     for verdict in verdicts:
-
-        def again(number: int, name: str = verdict.kind) -> Verdict:
-            return one_of(rest_campaign(1, number, {name: REST_KINDS[name]}))
-
-        settled_one = settled(again, verdict)
+        settled_one = settled(partial(once_more, verdict.kind), verdict)
         assert (settled_one.kind, settled_one.problems) == (verdict.kind, [])
 
 
 def test_a_daemon_without_its_pulse_process_releases_the_drives_and_ends() -> None:
-    kinds = {"daemon without pulse process": kill_pulses_of_daemon}
-    verdict = settled(lambda number: one_of(daemon_campaign(1, seed=1 + number, kinds=kinds)))
+    verdict = settled(partial(once_more, "daemon without pulse process"))
     assert verdict.problems == []
 
 
 def test_a_daemon_that_wakes_up_does_not_just_go_on() -> None:
-    kinds = {"daemon SIGSTOP": stop_daemon}
-    verdict = settled(lambda number: one_of(daemon_campaign(1, seed=1 + number, kinds=kinds)))
+    verdict = settled(partial(once_more, "daemon SIGSTOP"))
     assert verdict.problems == []
     assert 0.0 < verdict.last_edge_s < 0.25
-
-
-def one_of(verdicts: Iterator[Verdict]) -> Verdict:
-    (verdict,) = verdicts
-    return verdict
 
 
 def test_a_failure_is_excused_only_where_the_machine_was_too_busy_and_not_for_ever() -> None:

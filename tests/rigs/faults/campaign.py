@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from random import Random
 
@@ -77,6 +77,34 @@ def daemon_campaign(
                     stand.restart()
         finally:
             stand.close()
+
+
+ATTEMPTS = 4
+
+
+def settled(attempt: Callable[[int], Verdict], first: Verdict | None = None) -> Verdict:
+    """Again where the machine had no core for us; a failure with a core counts at once.
+
+    What fails every time fails here, however busy the machine is.
+    """
+    verdict = first or attempt(0)
+    for number in range(1, ATTEMPTS):
+        if not verdict.problems or verdict.counts:
+            break
+        verdict = attempt(number)
+    return verdict
+
+
+def once_more(name: str, number: int) -> Verdict:
+    """One more fault of a kind, at another moment for each number."""
+    if name in REST_KINDS:
+        tried = rest_campaign(1, number, {name: REST_KINDS[name]})
+    elif name in DAEMON_KINDS:
+        tried = daemon_campaign(1, number, {name: DAEMON_KINDS[name]})
+    else:
+        tried = campaign(1, number, [kind for kind in KINDS if kind.name == name])
+    (verdict,) = tried
+    return verdict
 
 
 def _order(count: int, kinds: Sequence[Kind], chance: Random) -> Iterator[Kind]:
