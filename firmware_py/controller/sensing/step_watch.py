@@ -39,10 +39,14 @@ READINGS_NEEDED = 6
 LOOKS_IN_A_ROW = 2
 LEAST_M, FIRST_M = 0.0042, 0.008
 """Of an elbow's way. With 1.5 mm of noise a difference scatters by 0.5 to 0.7 mm."""
+NOISE_TIMES = 6.0
+"""A loss is so many times the scatter of what is made of the noise in this pose: where the arms
+lie level, the sensors see an arm turn ten times worse than elsewhere."""
 TIMES_USUAL = 2.0
 """A loss is so many times the largest difference that was no loss."""
 USUAL_S = 90.0
 """Which is forgotten with this time constant."""
+MAD_TO_SIGMA = 1.4826
 PATIENCE_S = 2.0
 """A difference is usual only after it has not become a loss for so long."""
 
@@ -89,6 +93,16 @@ class StepLoss:
             f" {abs(self.steps)} steps ({abs(self.elbow_m) * 1e3:.0f} mm at the elbow) from its"
             f" counts ({cause})"
         )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moved:
+    """What the windows say of the arms."""
+
+    angles_rad: FloatArray
+    """How far they turned beyond the edges, (3,)."""
+    scatter_rad: FloatArray
+    """Standard deviation of that by the readings' noise, (3,): that of a median, in this pose."""
 
 
 class Usual:
@@ -166,38 +180,44 @@ class StepWatch:
         return replace(loss, late_s=late_s(self._rows, now_ns))
 
     def _compare(self, now_ns: int) -> StepLoss | None:
-        moved_rad = self._moved_rad(now_ns)
-        if moved_rad is None:
+        moved = self._moved(now_ns)
+        if moved is None:
             return None
+        moved_rad = moved.angles_rad
         elbows_m = moved_rad * self._elbows_m
         worst = int(np.argmax(np.abs(elbows_m)))
         elbow_m = float(elbows_m[worst])
         if abs(elbow_m) < self._usual.limit_m():
             self._usual.note(now_ns, elbow_m)
             return None
+        if abs(moved_rad[worst]) < NOISE_TIMES * moved.scatter_rad[worst]:
+            return None
         behind = -float(moved_rad[worst]) / self._step_rad
         all_three = bool((np.abs(elbows_m) >= self._usual.limit_m()).all())
         return StepLoss(worst + 1, round(behind), elbow_m, all_three)
 
-    def _moved_rad(self, now_ns: int) -> FloatArray | None:
-        """How far the arms are now from where they were, beyond the edges; shape (3,)."""
+    def _moved(self, now_ns: int) -> Moved | None:
+        """How far the arms are now from where they were, beyond the edges."""
         rows = self._rows
         newest = rows.t_ns >= now_ns - ns(NOW_S)
         before = rows.t_ns < now_ns - ns(BEFORE_S[0])
-        change_m, slopes_m = np.empty(3), np.empty((3, 3))
+        change_m, scatter_m, slopes_m = np.empty(3), np.empty(3), np.empty((3, 3))
         for axis in range(3):
             mine = rows.axis == axis
             now, then = mine & newest, mine & before
             now_m, then_m = rows.excess_m[now], rows.excess_m[then]
             if min(len(now_m), len(then_m)) < READINGS_NEEDED:
                 return None
-            change_m[axis] = _median(now_m) - _median(then_m)
+            usually_m = _median(then_m)
+            change_m[axis] = _median(now_m) - usually_m
+            spread_m = MAD_TO_SIGMA * _median(np.abs(then_m - usually_m))
+            scatter_m[axis] = spread_m * math.sqrt(0.5 * math.pi / len(now_m))
             slopes_m[axis] = rows.slope_m[now].mean(axis=0)
         try:
-            moved_rad: FloatArray = np.linalg.solve(slopes_m, change_m)
+            inverse = np.linalg.inv(slopes_m)
         except np.linalg.LinAlgError:
             return None
-        return moved_rad
+        return Moved(inverse @ change_m, np.sqrt(inverse**2 @ scatter_m**2))
 
 
 def _median(values: FloatArray) -> float:
