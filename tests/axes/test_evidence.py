@@ -17,6 +17,7 @@ from diagnosis.pipelines.lone_machine import diagnose_axis
 from diagnosis.plants.lone.commanded_axis import CommandedAxis
 from diagnosis.plants.regression import Columns, Regressor
 from diagnosis.plants.spline_terms import spline_basis, spline_terms
+from diagnosis.report.sentences.hints import hint
 from diagnosis.report.sentences.telling import told
 from foundation.errors import RecordingError
 from models.robot import AxisGravity, RangeSensor, ServoAxis, StepperAxis
@@ -207,6 +208,7 @@ def test_where_no_weight_is_given_a_servo_s_ratio_may_as_well_be_a_droop() -> No
     (droop,) = [one for one in ratio.alternatives if one.effect == "joint_compliance"]
     assert ratio.probability == pytest.approx(droop.probability)
     assert "what hangs on the axis (`gravity`)" in " ".join(answer.says)
+    assert "what hangs on the axis (`gravity`)" in hint(ratio)
 
 
 def rise_and_fall(seed: int) -> FlatRecording:

@@ -1,8 +1,12 @@
-"""What distinguishes a finding from an alternative, one sentence for a pair of effects."""
+"""What distinguishes a finding from an alternative, one sentence for a pair of effects.
+
+These are of deltas; a lone axis has its own table (`telling_apart`).
+"""
 
 from __future__ import annotations
 
 from diagnosis.answer.records import Finding
+from diagnosis.report.sentences.telling_apart import LONE, how
 
 _HINTS: tuple[tuple[frozenset[str], str], ...] = (
     (
@@ -32,5 +36,9 @@ _HINTS: tuple[tuple[frozenset[str], str], ...] = (
 
 def hint(finding: Finding) -> str:
     """What would distinguish a finding from its alternatives; empty where no line says."""
-    effects = {finding.effect, *(one.effect for one in finding.alternatives)}
+    others = [one.effect for one in finding.alternatives]
+    if finding.component == LONE:
+        ways = [way for other in others if (way := how(finding.effect, other))]
+        return f"To tell them apart: {ways[0]}." if ways else ""
+    effects = {finding.effect, *others}
     return next((hint for pair, hint in _HINTS if pair <= effects), "")

@@ -74,7 +74,15 @@ _TABLE: tuple[tuple[Pair, str], ...] = (
         "record again from switching on, for longer",
     ),
 )
+LONE = "axis"
+"""Component of a machine that is one axis."""
 OTHERWISE = "repeat the motion with other speeds, spans and rests"
+
+
+def how(effect: str, other: str) -> str:
+    """What separates two effects of a lone axis; empty where the table has nothing."""
+    pair = frozenset({effect, other})
+    return next((says for row, says in _TABLE if row == pair), "")
 
 
 def telling_apart(findings: Sequence[Finding]) -> list[str]:
@@ -83,6 +91,6 @@ def telling_apart(findings: Sequence[Finding]) -> list[str]:
     for finding in findings:
         for other in finding.alternatives:
             pair = frozenset({finding.effect, other.effect})
-            how = next((says for row, says in _TABLE if row == pair), OTHERWISE)
-            lines.setdefault(pair, f"To tell {finding.effect} from {other.effect}: {how}.")
+            says = how(finding.effect, other.effect) or OTHERWISE
+            lines.setdefault(pair, f"To tell {finding.effect} from {other.effect}: {says}.")
     return list(lines.values())
