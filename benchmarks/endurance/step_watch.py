@@ -68,29 +68,29 @@ class Watched:
     def begin(self, warm_s: float) -> None:
         """From any state to the middle of a run."""
         one = self.controller
-        if one.state in (State.FAULT, State.STOPPED):
+        if one.condition.state in (State.FAULT, State.STOPPED):
             one.power_off()
             one.acknowledge()
-        elif one.state is State.OFF:
+        elif one.condition.state is State.OFF:
             one.power_on()
         one.home()
         one.submit(self.job)
         sleep_s(one.clock, warm_s + self.chance.uniform(0.0, 5.0))
-        assert one.state is State.RUNNING, one.why
+        assert one.condition.state is State.RUNNING, one.condition.why
 
     def seen_after_s(self, fault: Callable[[int], None], motor: int) -> tuple[float, bool]:
         """Seconds from the fault to its being seen (inf: not within WAIT_S); the right motor."""
         one = self.controller
         start_ns = one.clock.now_ns()
         fault(motor)
-        while one.state is State.RUNNING and one.clock.now_ns() < start_ns + WAIT_S * NS_PER_S:
+        while one.condition.state is State.RUNNING and one.clock.now_ns() < start_ns + WAIT_S * NS_PER_S:
             sleep_s(one.clock, 0.01)
-        if one.state is State.RUNNING:
+        if one.condition.state is State.RUNNING:
             one.cancel()
             sleep_s(one.clock, 3.0)
             one.power_off()
             return float("inf"), False
-        return (one.clock.now_ns() - start_ns) / NS_PER_S, f"motor{motor} " in one.why
+        return (one.clock.now_ns() - start_ns) / NS_PER_S, f"motor{motor} " in one.condition.why
 
 
 def _robot(folder: Path, seed: int, built: str) -> Path:
@@ -177,8 +177,8 @@ def quiet(folder: Path, hours: float) -> None:
         alarms, end_ns = 0, one.clock.now_ns() + round(hours * 3600 * NS_PER_S)
         while one.clock.now_ns() < end_ns:
             sleep_s(one.clock, 1.0)
-            if one.state is not State.RUNNING:
-                alarms += "lost steps" in one.why
+            if one.condition.state is not State.RUNNING:
+                alarms += "lost steps" in one.condition.why
                 watched.begin(0.0)
         errors = "with errors of the model" if built else "as its file says"
         said = f"{hours:g} h of {shape}s at {t_pwm_s * 1e3:g} ms, {errors}"
