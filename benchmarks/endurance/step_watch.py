@@ -83,7 +83,8 @@ class Watched:
         one = self.controller
         start_ns = one.clock.now_ns()
         fault(motor)
-        while one.condition.state is State.RUNNING and one.clock.now_ns() < start_ns + WAIT_S * NS_PER_S:
+        end_ns = start_ns + WAIT_S * NS_PER_S
+        while one.condition.state is State.RUNNING and one.clock.now_ns() < end_ns:
             sleep_s(one.clock, 0.01)
         if one.condition.state is State.RUNNING:
             one.cancel()
