@@ -153,6 +153,7 @@ def test_a_heart_through_the_daemon(daemon: Process, wait_until: WaitUntil) -> N
             _start_a_second_one(daemon)
         wait_until(lambda: next(stream).state == "ready")
         stream.close()
+        wait_until(lambda: client.result(number) is not None)  # its recording is closed apart
         result = client.result(number)
         assert (result.outcome, result.recording_error) == ("done", "")
         commanded = client.status().counts
