@@ -10,8 +10,7 @@ import numpy as np
 from firmware_py.importing.drawn import Drawn, Point
 from foundation.errors import ConfigError
 from recording.tables.foreign_table import read_table
-from recording.tables.table_format import TableFormat, guess_format, split
-from recording.tables.text_file import read_text
+from recording.tables.table_format import guess_format
 
 NAMES = {
     "x": ("x", "x_mm"), "y": ("y", "y_mm"), "z": ("z", "z_mm"),
@@ -29,12 +28,12 @@ def read_points(path: Path, origin_m: Point, spline: bool = False) -> Drawn:
     Raises RecordingError, or ConfigError naming what is missing.
     """
     form = guess_format(path)
-    heading = () if form.heading_line is not None else form.names
+    names = form.names if form.named else (*NAMES, *form.names[len(NAMES) :])[: len(form.names)]
+    heading = () if form.heading_line is not None else names
     skip = form.first_row if heading else form.heading_line or 0
-    table = read_table(path, skip, heading, form.separator, form.decimal)
-    _refuse_words(path, form)
-    if not form.named:
-        table = dict(zip(NAMES, table.values(), strict=False))
+    known = {name for many in NAMES.values() for name in many}
+    read = [name for name in names if name.strip().lower() in known]
+    table = read_table(path, skip, heading, form.separator, form.decimal, read)
     plain = {name.strip().lower(): values for name, values in table.items()}
     columns: dict[str, Any] = {
         wanted: next((plain[name] for name in names if name in plain), None)
@@ -55,27 +54,6 @@ def read_points(path: Path, origin_m: Point, spline: bool = False) -> Drawn:
         legs = [leg | {"spline": True} for leg, far in zip(legs, moved, strict=True) if far]
     start = places[0].tolist()
     return Drawn((start[0], start[1], start[2]), tuple(legs))
-
-
-def _refuse_words(path: Path, form: TableFormat) -> None:
-    """A cell of a column that counts is a number, or empty. Raises ConfigError with its line."""
-    known = {name: wanted for wanted, names in NAMES.items() for name in names}
-    names = form.names if form.named else tuple(NAMES)
-    wanted = {at: known.get(name.strip().lower()) for at, name in enumerate(names)}
-    lines = read_text(path, any_encoding=True).split("\n")
-    for number, line in enumerate(lines[form.first_row :], form.first_row + 1):
-        for at, cell in enumerate(split(line, form.separator)):
-            if wanted.get(at) and cell.strip() and not _is_number(cell, form.decimal):
-                said = f"{wanted[at]} must be a number (got {cell.strip()!r})"
-                raise ConfigError(f"{path}:{number}: {said}")
-
-
-def _is_number(cell: str, decimal: str) -> bool:
-    try:
-        float(cell.replace(decimal, "."))
-    except ValueError:
-        return False
-    return True
 
 
 def _leg(place: Any, columns: dict[str, Any], row: int) -> dict[str, Any]:

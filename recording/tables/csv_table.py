@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from foundation.errors import RecordingError
+from recording.tables.cell import not_a_number, number
 from recording.tables.flat import MOST_COLUMNS, UNITS, AnyArray, FlatRecording, from_columns
 from recording.tables.text_file import Block, blocks
 
@@ -152,14 +153,12 @@ def _rows(path: Path, block: Block) -> Iterator[tuple[int, list[str]]]:
 def _column(path: Path, name: str, cells: list[str], first_line: int) -> AnyArray:
     values = np.empty(len(cells))
     for row, cell in enumerate(cells):
-        try:
-            values[row] = math.nan if cell.lower() in _NO_VALUE else float(cell)
-        except ValueError:
+        value = math.nan if cell.lower() in _NO_VALUE else number(cell)
+        if value is None:
             if name not in UNITS:
                 return np.array(cells, dtype=np.str_)
-            raise RecordingError(
-                f"{path}:{row + first_line}: {name} must be a number (got {cell[:40]!r})"
-            ) from None
+            raise not_a_number(path, row + first_line, name, cell)
+        values[row] = value
     return values
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 
 from foundation.errors import RecordingError
+from recording.tables.cell import is_number, not_a_number, number
 from recording.tables.flat import AnyArray
 from recording.tables.table_format import is_moment, split
 from recording.tables.text_file import read_text
@@ -23,27 +25,32 @@ def read_table(
     heading: Sequence[str] = (),
     separator: str = ",",
     decimal: str = ".",
+    numbers: Collection[str] = (),
 ) -> dict[str, AnyArray]:
     """Columns of numbers by name, shape (n,) each; NaN where a cell holds no number.
 
     heading: names of the columns where the file has none. Dates with a time become seconds since
-    the first row's. Raises RecordingError.
+    the first row's. numbers: columns in which every cell is to hold a number, or nothing. Raises
+    RecordingError.
     """
     lines = read_text(path, any_encoding=True).split("\n")[skip_lines:]
     if not heading:
         if not lines:
             raise RecordingError(f"{path}: has no line {skip_lines + 1} with a heading")
         heading = split(lines[0], separator)
-        lines = lines[1:]
-    cells = [split(line, separator) for line in lines if line.strip()]
+        lines, skip_lines = lines[1:], skip_lines + 1
+    rows = [(n, text) for n, text in enumerate(lines, skip_lines + 1) if text.strip()]
+    cells = [split(text, separator) for _, text in rows]
     if not cells:
         raise RecordingError(f"{path}: has a heading but no rows")
-    for row, parts in enumerate(cells):
+    for (line, _), parts in zip(rows, cells, strict=True):
         if len(parts) != len(heading):
-            line = row + skip_lines + 2
             raise RecordingError(
-                f"{path}: about line {line}: has {len(parts)} cells, the heading {len(heading)}"
+                f"{path}:{line}: has {len(parts)} cells, the heading {len(heading)}"
             )
+        for name, cell in zip(heading, parts, strict=True):
+            if name in numbers and not is_number(cell, decimal):
+                raise not_a_number(path, line, name, cell)
     columns = list(zip(*cells, strict=True))
     for name, column in zip(heading, columns, strict=True):
         if decimal == "." and all(_WITH_COMMA.fullmatch(cell) for cell in column):
@@ -75,14 +82,8 @@ def read_parquet_table(path: Path) -> dict[str, AnyArray]:
 def _numbers(cells: tuple[str, ...], decimal: str) -> AnyArray:
     if is_moment(cells[0]):
         return _seconds(cells)
-    return np.array([_number(cell, decimal) for cell in cells])
-
-
-def _number(cell: str, decimal: str) -> float:
-    try:
-        return float(cell if decimal == "." else cell.replace(decimal, "."))
-    except ValueError:
-        return float("nan")
+    found = (number(cell, decimal) for cell in cells)
+    return np.array([math.nan if value is None else value for value in found])
 
 
 def _seconds(cells: tuple[str, ...]) -> AnyArray:

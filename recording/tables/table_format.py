@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foundation.errors import RecordingError
+from recording.tables.cell import is_number
 from recording.tables.text_file import read_text
 
 SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "spaces"}
@@ -18,7 +19,6 @@ MANY_LINES = 400
 UNIT_CELL = re.compile(
     r"[\[(]?(°|[numkcM]?(s|m|rad|A|V|N|Nm|N\.m|Hz)(/s)?|deg(/s)?|turn|min|1|-|%)?[\])]?"
 )
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|nan|", re.IGNORECASE)
 _TIME_OF_DAY = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[-+]\d\d:?\d\d)?")
 
 
@@ -49,13 +49,6 @@ def split(line: str, separator: str) -> list[str]:
     if separator == " ":
         return line.split()
     return [cell.strip() for cell in next(csv.reader(io.StringIO(line), delimiter=separator), [])]
-
-
-def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell holds a number (or nothing) with this decimal mark."""
-    if decimal == ",":
-        cell = "x" if "." in cell else cell.replace(",", ".")
-    return _NUMBER.fullmatch(cell) is not None
 
 
 def is_moment(cell: str) -> bool:

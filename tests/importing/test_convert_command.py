@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from firmware_py.importing.gcode import read_gcode
 from firmware_py.importing.points_table import read_points
 from firmware_py.job_file import load_job
-from foundation.errors import ConfigError
+from foundation.errors import ConfigError, RecordingError
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 PART = """\
@@ -136,8 +136,12 @@ def test_a_corner_row_of_numbers_without_a_heading(tmp_path: Path) -> None:
     assert len(read_points(path, ORIGIN).legs) == 8
 
 
-def test_a_word_where_a_speed_should_be_is_refused_with_its_line(tmp_path: Path) -> None:
+@pytest.mark.parametrize("word", ["fast", "1_0", "１２", "inf"])
+def test_what_is_no_number_where_a_speed_should_be_is_refused_with_its_line(
+    tmp_path: Path, word: str
+) -> None:
     table = tmp_path / "points.csv"
-    table.write_text("x,y,z,speed\n0,0,-450,10\n10,0,-450,\n20,5,-450,fast\n")
-    with pytest.raises(ConfigError, match=r"points.csv:4: speed must be a number \(got 'fast'\)"):
+    table.write_text(f"x,y,z,speed\n0,0,-450,10\n10,0,-450,\n20,5,-450,{word}\n")
+    says = rf"points.csv:4: speed must be a number \(got '{word}'\)"
+    with pytest.raises(RecordingError, match=says):
         read_points(table, (0.0, 0.0, 0.0))

@@ -87,6 +87,8 @@ def test_whole_numbers_look_whole(tmp_path: Path) -> None:
         ("t,steps_1\n0,1\n1,2\n0.5,3\n", r":4: t does not increase \(0.5 after 1\)"),
         ("t,steps_1\n0,1\n,2\n", ":3: t is empty"),
         ("t,steps_1\n0,1\n1,abc\n", r":3: steps_1 must be a number \(got 'abc'\)"),
+        ("t,steps_1\n0,1\n1,1_0\n", r":3: steps_1 must be a number \(got '1_0'\)"),
+        ("t,steps_1\n0,1\n1,１２\n", r":3: steps_1 must be a number \(got '１２'\)"),
         ("t,steps_1\n0,1\n1\n", ":3: has 1 cells, the heading 2"),
         ("t,steps_1\n0,1\n1,2,3\n", ":3: has 3 cells, the heading 2"),
         ("t,steps_1\n0,1\n\n1,2\n", ":3: has 0 cells, the heading 2"),

@@ -1,0 +1,38 @@
+"""The number that a cell of a table holds, and what is said of one that holds none."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from foundation.errors import RecordingError
+
+_MOST_SHOWN = 40
+
+
+def number(cell: str, decimal: str = ".") -> float | None:
+    """The number in a cell; None where it holds none, an empty one included.
+
+    Python's own float() also takes 1_0 for ten, and digits of any script: neither is a number
+    here, nor to the programs that write tables.
+    """
+    plain = cell if decimal == "." else cell.replace(decimal, ".")
+    if "_" in plain or not plain.isascii():
+        return None
+    try:
+        return float(plain)
+    except ValueError:
+        return None
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell holds a number that is not infinite (or nothing) with this decimal mark."""
+    if decimal == "," and "." in cell:
+        return False
+    value = number(cell, decimal)
+    return not cell if value is None else not math.isinf(value)
+
+
+def not_a_number(path: Path, line: int, name: str, cell: str) -> RecordingError:
+    """What is said of a cell that should hold a number; `line` counts from 1."""
+    return RecordingError(f"{path}:{line}: {name} must be a number (got {cell[:_MOST_SHOWN]!r})")
