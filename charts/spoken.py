@@ -25,10 +25,20 @@ def spoken(spec: dict[str, Any]) -> str:
         x, y = x[known], y[known]
         said.append(
             f"{series['name']}: {len(y)} points from {y.min():.4g} to {y.max():.4g}, mean "
-            f"{y.mean():.4g}, between {x.min():.4g} and {x.max():.4g}."
+            f"{y.mean():.4g}, between {x.min():.4g} and {x.max():.4g}{_band(series)}."
         )
     said += [f"Mark at {mark['x']:.4g}: {mark['label']}." for mark in spec["marks"]]
     return " ".join(said)
+
+
+def _band(series: dict[str, Any]) -> str:
+    """How far the band around a curve reaches; empty without one."""
+    if "low" not in series or "high" not in series:
+        return ""
+    low, high = unpack(series["low"]), unpack(series["high"])
+    if not (np.isfinite(low).any() and np.isfinite(high).any()):
+        return ""
+    return f", in a band from {np.nanmin(low):.4g} to {np.nanmax(high):.4g}"
 
 
 def column_names(spec: dict[str, Any]) -> dict[str, str]:

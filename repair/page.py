@@ -141,9 +141,7 @@ def _mismatch(demo: Demonstration) -> list[str]:
         ]
         title = f"{channel.name} in the survey, measured minus predicted, smoothed over 0.5 s"
         charts.append(
-            LineChart(
-                title, "time [s]", "measured \u2212 predicted [mm]", left, group="survey"
-            ).html()
+            LineChart(title, "time [s]", "measured - predicted [mm]", left, group="survey").html()
         )
     return [heading("Measured minus predicted"), *charts]
 

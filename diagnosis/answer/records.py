@@ -152,6 +152,8 @@ class Fit(_Record):
     holdout_rms_before_m: float
     holdout_rms_after_m: float
     unit: str = "m"
+    scatter_within_m: float | None = None
+    """Of a range sensor: what its readings scatter around their mean at one place."""
     holdout: str = "blocks"
     """'run': another recording, of which nothing was known before. 'blocks': blocks of time of the
     recording itself, left out of the last fit only: they took part in choosing what is fitted.

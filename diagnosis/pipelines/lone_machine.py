@@ -67,7 +67,7 @@ def diagnose_axis(
     answer = diagnose_plant(plant, others, progress, singles)
     if isinstance(plant, CommandedAxis):
         check_together(plant, answer.fit, answer.findings, source)
-    return spoken(answer, kinds_of(robot, answer), left_out)
+    return spoken(answer, kinds_of(robot, answer), left_out, robot.effects)
 
 
 def diagnose_servo(

@@ -13,6 +13,8 @@ class RegressionOptions:
     """Of the sizes: the ends of a 95 % interval are then known to a few per cent of its width."""
     least_probability: float = 0.02
     """Alternatives less probable than this get no line."""
+    fewest_places: int = 5
+    """Places at which readings stand, before their scatter is told from what is alike at one."""
     found_at_sigma: float = 4.2
     """Standard deviations of a size at which the alarm is raised in four recordings of five: 3.3
     to overcome its Occam factor and its odds, 0.84 for the power. Reckoned, not counted."""

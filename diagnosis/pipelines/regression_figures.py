@@ -54,8 +54,21 @@ def fit_of(
         holdout_rms_before_m=before,
         holdout_rms_after_m=after,
         unit=selected.plant.unit,
+        scatter_within_m=_within(selected),
         holdout="run" if others else "blocks",
     )
+
+
+def _within(selected: Selected) -> float | None:
+    """Scatter of readings around their mean at one place; None where they stand at too few."""
+    plant, rows = selected.plant, selected.noise.rows
+    _, place, counts = np.unique(plant.groups[rows], return_inverse=True, return_counts=True)
+    spare = len(rows) - len(counts)
+    if not plant.averages or len(counts) < REGRESSION.fewest_places or spare < len(counts):
+        return None
+    left = selected.best.residual[rows]
+    means = np.bincount(place, weights=left) / counts
+    return float(np.sqrt(np.sum((left - means[place]) ** 2) / spare))
 
 
 def _above_noise(selected: Selected) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Literal
@@ -108,19 +109,28 @@ _FRICTION = {
     "width": "friction holds the axis back by {width} in all between its two directions",
     "torque": "dry (Coulomb) friction of {torque} brakes the axis",
 }
-_SMALL = {"rad": ("mrad", 1e3), "m": ("mm", 1e3), "s": ("ms", 1e3)}
+_SMALL = {"m": ("mm", 1e3), "s": ("ms", 1e3)}
 
 
 def said(value: float, unit: str) -> str:
-    """A number with a unit in which it is easily read."""
+    """A number with a unit in which it is easily read, angles in degrees first."""
     if unit == "1":
         return f"{value:.5g}"
+    if unit == "rad":
+        small = f" ({plain(1e3 * value)} mrad)" if abs(value) < 1.0 else ""
+        return f"{plain(math.degrees(value))} degrees{small}"
     if unit in _SMALL and abs(value) < 1.0:
         unit, factor = _SMALL[unit]
         value *= factor
-        if unit == "mrad":
-            return f"{value:.4g} mrad ({value * 0.05729578:.3g} degrees)"
-    return f"{value:.4g} {unit}"
+    return f"{plain(value)} {unit}"
+
+
+def plain(value: float, digits: int = 3) -> str:
+    """So many significant digits, and no exponent where a person would write none."""
+    if not math.isfinite(value) or value == 0.0 or not 1e-5 <= abs(value) < 1e6:
+        return f"{value:.{digits}g}"
+    decimals = digits - 1 - math.floor(math.log10(abs(value)))
+    return f"{value:.{max(decimals, 0)}f}"
 
 
 def _sentence(name: str, parameters: tuple[Parameter, ...], values: Mapping[str, Any]) -> str:

@@ -17,8 +17,8 @@ from diagnosis.pipelines.lone_machine import diagnose_axis
 from diagnosis.plants.lone.commanded_axis import CommandedAxis
 from diagnosis.plants.regression import Columns, Regressor
 from diagnosis.plants.spline_terms import spline_basis, spline_terms
-from diagnosis.report.sentences.hints import hint
 from diagnosis.report.sentences.telling import told
+from diagnosis.report.sentences.telling_apart import hint
 from foundation.errors import RecordingError
 from models.robot import AxisGravity, RangeSensor, ServoAxis, StepperAxis
 from recording.tables.flat import FlatRecording, from_columns

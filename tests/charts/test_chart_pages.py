@@ -174,6 +174,9 @@ def test_what_is_not_seen_can_be_read_and_pressed() -> None:
     assert [b["aria-pressed"] for b in buttons if "data-series" in b] == ["true", "true"]
     assert "a: 2 points from 2 to 4, mean 3" in text.html()
 
+    band = Series("flat", [0.0, 1.0], [0.0, 0.0], low=[-2.0, -1.0], high=[1.0, 3.0])
+    assert "in a band from -2 to 3." in chart(series=[band]).html()
+
 
 def test_precision_far_from_zero() -> None:
     """Run times of days, to the microsecond: 32 bits from an offset, not from zero."""

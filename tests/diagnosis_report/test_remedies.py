@@ -7,12 +7,16 @@ from typing import Any
 import pytest
 
 from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
-from diagnosis.report.sentences.remedies import REMEDIES, remedies, remedy
+from diagnosis.report.sentences.advice import EVERYWHERE
+from diagnosis.report.sentences.remedies import KEPT, remedies, remedy
 from diagnosis.report.sentences.words import EFFECTS
 from firmware_py.robot_file import CONFIG_FOLDER
-from models.robot import load_robot_model
+from models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis, load_robot_model
 
 ROBOT = load_robot_model(CONFIG_FOLDER / "zhao-2023.yaml")
+SERVO = ServoAxis(kind="servo_axis", name="mount", motion="rotary")
+STEPPER = StepperAxis(kind="stepper_axis", name="table")
+SENSOR = RangeSensor(kind="range_sensor", name="tag")
 
 
 def found(effect: str, component: str, value: float, unit: str, *others: str) -> Finding:
@@ -28,11 +32,11 @@ def found(effect: str, component: str, value: float, unit: str, *others: str) ->
 
 
 def test_every_effect_but_the_unknown_has_a_remedy() -> None:
-    assert set(EFFECTS) - set(REMEDIES) == {"unknown"}
-    assert set(REMEDIES) <= set(EFFECTS)
+    assert set(EFFECTS) - set(EVERYWHERE) == {"unknown"}
+    assert {name.split(".")[0] for name in EVERYWHERE} <= set(EFFECTS)
 
 
-@pytest.mark.parametrize("effect", sorted(REMEDIES))
+@pytest.mark.parametrize("effect", sorted(EFFECTS.keys() - {"unknown"}))
 def test_each_is_one_plain_sentence(effect: str) -> None:
     one = remedy(found(effect, "motor2", 0.01, "rad"), ROBOT)
     assert one is not None
@@ -50,12 +54,48 @@ def test_an_arm_is_told_by_its_true_length() -> None:
     assert "249.0 mm (not 250.0 mm)" in base.line
 
 
-def test_a_drive_is_late_by_the_larger_of_lag_and_dead_time() -> None:
+def test_a_drive_is_late_by_dead_time_and_time_constant() -> None:
     late = found("following_lag", "axis", 0.0, "s")
     late.parameters["dead_time"] = ParameterResult(value=0.0064, ci95=[0.006, 0.007], unit="s")
-    one = remedy(late, ROBOT)
+    one = remedy(late, SERVO)
     assert one is not None
-    assert "late by 6.40 ms" in one.line
+    assert "late by a dead time of 6.40 ms." in one.line
+    late.parameters["time"] = ParameterResult(value=0.0481, ci95=[0.04, 0.05], unit="s")
+    one = remedy(late, SERVO)
+    assert one is not None
+    assert "a dead time of 6.40 ms and a time constant of 48.1 ms" in one.line
+
+
+@pytest.mark.parametrize(
+    ("robot", "effect", "parameter", "value", "unit", "says"),
+    [
+        (SENSOR, "sensor_offset", "offset", -0.124, "m", "Add 124 mm to what the sensor reads"),
+        (SENSOR, "sensor_offset", "offset", 0.124, "m", "Take 124 mm off what the sensor reads"),
+        (SENSOR, "sensor_scale", "scale", 1.014, "1", "by 1.0140"),
+        (SERVO, "home_offset", "angle", -0.01, "rad", "Add 0.573 degrees to the commands"),
+        (SERVO, "gear_ratio", "scale", 1.00069, "1", "Divide the commands of the axis by 1.000690"),
+        (SERVO, "gear_ratio", "scale", 1.5, "1", "counts per turn of its encoder"),
+        (STEPPER, "gear_ratio", "scale", 2.0, "1", "microstep switches"),
+        (STEPPER, "gear_ratio", "scale", 0.9993, "1", "0.0700 % less far"),
+        (ROBOT, "home_offset", "angle", 0.01, "rad", "0.573 degrees lower than it should"),
+        (ROBOT, "gear_ratio", "scale", 1.001, "1", "too little for a wrong gear"),
+    ],
+)
+def test_what_to_do_depends_on_the_machine_and_the_way_it_is_off(
+    robot: RobotModel, effect: str, parameter: str, value: float, unit: str, says: str
+) -> None:
+    named = found(effect, "motor1" if robot is ROBOT else "axis", value, unit)
+    named.parameters[parameter] = named.parameters.pop("size")
+    one = remedy(named, robot)
+    assert one is not None
+    assert says in one.line
+
+
+def test_a_lone_machine_is_told_once_how_what_stays_is_made_known(make: Any) -> None:
+    both = [found("home_offset", "axis", 0.01, "rad"), found("joint_friction", "axis", 1.0, "N m")]
+    lines = remedies(make("explained", findings=both), SERVO)
+    assert sum("--save-robot" in line for line in lines) == 1
+    assert lines[-1] == KEPT.format(all="")
 
 
 def test_what_looks_the_same_is_to_be_ruled_out_first() -> None:

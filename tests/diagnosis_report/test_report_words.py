@@ -8,25 +8,23 @@ import pytest
 
 from diagnosis.answer.records import ParameterResult
 from diagnosis.report.sentences import words
-from diagnosis.report.sentences.remedies import REMEDIES
+from diagnosis.report.sentences.advice import ADVICE
 from diagnosis.report.sentences.sizes import sizes
 from models.effects.kind import EffectKind
 from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 
 OF_A_DELTA = re.compile(r"platform|\barms?\b|forearm|all joints")
+OF_STEPPERS = re.compile(r"microstep|stop or jig|\bjobs\b|deltactl sensors")
 ROTARY = re.compile(r"\bangle|\bturns?\b")
 TYPICAL = 0.1
 
 
-def said(kind: EffectKind, component: str) -> list[str]:
-    """All that a report may say of one effect at one component."""
+def said(kind: EffectKind, component: str, *machines: str) -> list[str]:
+    """All that a report may say of one effect at one component of these machines."""
     values = {one.name: TYPICAL for one in kind.parameters}
-    remedy = REMEDIES.get(kind.name, "")
-    return [
-        words.effect(kind.name, component),
-        kind.sentence(component, values),
-        remedy.format(part=words.part_of(kind.name, component), size="0.1", true="0.1"),
-    ]
+    keys = (kind.name, f"{kind.name}.small", f"{kind.name}.width")
+    texts = [ADVICE[machine].get(key, "") for machine in machines for key in keys]
+    return [words.effect(kind.name, component), kind.sentence(component, values), *texts]
 
 
 @pytest.mark.parametrize("motion", ["rotary", "linear"])
@@ -34,15 +32,18 @@ def test_a_lone_axis_is_told_in_words_of_its_own(motion: str) -> None:
     kinds = [*command_effects(motion).values(), *effort_effects(motion).values()]
     assert len(kinds) > 15
     for kind in kinds:
-        for text in said(kind, "axis"):
+        for text in said(kind, "axis", "servo_axis" if motion == "rotary" else "servo_slide"):
             assert not OF_A_DELTA.search(text)
+            assert not OF_STEPPERS.search(text) or kind.name == "lost_steps"
             assert motion == "rotary" or not ROTARY.search(text)
 
 
 def test_a_range_sensor_has_no_robot() -> None:
     for kind in sensor_effects().values():
         for component in kind.components:
-            assert not any(OF_A_DELTA.search(text) for text in said(kind, component))
+            assert not any(
+                OF_A_DELTA.search(text) for text in said(kind, component, "range_sensor")
+            )
             assert "axis" not in words.effect(kind.name, component)
 
 

@@ -11,9 +11,9 @@ from diagnosis.report.drawing.machine import badge
 from diagnosis.report.drawing.scene import hue
 from diagnosis.report.page.bars import interval_bar
 from diagnosis.report.sentences import sureness, words
-from diagnosis.report.sentences.hints import hint
 from diagnosis.report.sentences.sizes import Size, number, scale_of, sizes, told
 from diagnosis.report.sentences.summary import finding_title, share_line, where_line
+from diagnosis.report.sentences.telling_apart import hint
 
 NOT_FROM_ZERO = frozenset(
     {"time", "time_constant", "period", "height", "frequency", "stiffness", "times_s", "speed"}

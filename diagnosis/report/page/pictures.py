@@ -103,7 +103,7 @@ def _time_chart(
     return LineChart(
         f"{one.name.capitalize()}",
         time,
-        f"measured \u2212 predicted [{one.unit}]",
+        f"measured - predicted [{one.unit}]",
         series,
         spans=[replace(one, start=one.start - began_s, end=one.end - began_s) for one in spans],
         group=TIME_GROUP,
@@ -118,7 +118,7 @@ def _clock(picture: Picture) -> tuple[float, str]:
     first = math.floor(known.min()) if len(known) else 0
     if first < LATE_S:
         return 0.0, "time [s]"
-    return float(first), f"time \u2212 {first} [s]"
+    return float(first), f"time - {first} [s]"
 
 
 def _spans(picture: Picture, findings: Sequence[Finding], source: str) -> list[Span]:
@@ -200,7 +200,7 @@ def _driver_chart(name: str, unit: str, one: Mismatch, curve: Curve, lone: bool)
     return LineChart(
         f"Against {covariate}" if lone else f"{one.name.capitalize()} against {covariate}",
         f"{covariate.removeprefix('the ')}{of}",
-        f"measured \u2212 predicted [{one.unit}]",
+        f"measured - predicted [{one.unit}]",
         series,
         height_px=220,
     )

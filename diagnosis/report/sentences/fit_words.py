@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 
-from diagnosis.answer.records import Diagnosis
+from diagnosis.answer.records import Diagnosis, Fit
 from diagnosis.report.sentences.sizes import quantity
 from models.effects import VOCABULARY
 
 ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)
 
+MOSTLY_BY_PLACE = 0.7
+"""Less scatter at a place than this share: over half of the noise's power is between places."""
 LEFT_OUT = "parts of the recording left out of the last fit (not of the choice of causes)"
 
 
@@ -26,8 +28,9 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
         for value in (fit.rms_before_m, fit.rms_after_m, fit.noise_floor_m)
     )
     if not diagnosis.findings:
-        return [f"Mismatch {before}; the noise alone is {floor}."]
+        return [f"Mismatch {before}; the noise alone is {floor}.", *_by_place(fit)]
     lines = [f"Mismatch before {before}, after {after}; the noise alone is {floor}."]
+    lines += _by_place(fit)
     held = (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
     if all(math.isfinite(value) for value in held):
         where = "another run" if fit.holdout == "run" else LEFT_OUT
@@ -36,6 +39,18 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
     else:
         lines.append("Nothing could be held out, so that the gain is not proved on other data.")
     return lines
+
+
+def _by_place(fit: Fit) -> list[str]:
+    """That most of what counts as noise is the same for all readings at a place."""
+    within = fit.scatter_within_m
+    if within is None or within > MOSTLY_BY_PLACE * fit.noise_floor_m:
+        return []
+    return [
+        f"Most of this noise is the same for all readings of one place or walk, which scatter by "
+        f"only {quantity(within, fit.unit, digits=3)}: more places make the answer surer, longer "
+        "stays do not."
+    ]
 
 
 def _held_out_gain(diagnosis: Diagnosis) -> str:

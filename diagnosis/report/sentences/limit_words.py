@@ -43,7 +43,7 @@ def smallest_text(value: float, unit: str, parameter: str) -> str:
     """A detection limit; for a scale the departure from 1, whichever of both is given."""
     if parameter == "scale" and abs(value) < 0.5:
         value += 1.0
-    size = quantity(value, unit, parameter).lstrip("+\u2212")
+    size = quantity(value, unit, parameter).lstrip("+-")
     return f"softer than {size}" if parameter == "stiffness" else size
 
 

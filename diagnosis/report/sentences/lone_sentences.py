@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from diagnosis.answer.records import Diagnosis, Finding
+import numpy as np
+
+from diagnosis.answer.records import Diagnosis, Finding, Picture
+from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.report.sentences import sureness
+from diagnosis.report.sentences.sizes import quantity
 from diagnosis.report.sentences.telling_apart import telling_apart
 from models.effects.kind import EffectKind
 from models.effects.lone_axis import command_effects, effort_effects, said, sensor_effects
-from models.robot import RangeSensor, ServoAxis, StepperAxis
+from models.robot import EffectEntry, RangeSensor, ServoAxis, StepperAxis
 
 REGIMES = {
     "gear_backlash": "after reversals",
@@ -35,15 +39,27 @@ REGIMES = {
     "payload": "at all joints, with weight and acceleration of the platform",
 }
 ASYMMETRY = "joint_friction that is stronger one way"
+HARMONICS = {1: "what is left", 2: "the second harmonic", 3: "the third harmonic",
+             4: "the fourth harmonic"}  # fmt: skip
+SAME_PERIOD = 0.03
+"""How far a period may be from a whole fraction of another: what intervals of both amount to."""
+A_MINUTE_S = 60.0
+"""Times from here on are given in minutes."""
 DISAGREES = 0.01
 """Chance below which recordings are said to disagree."""
 
 
 def spoken(
-    answer: Diagnosis, kinds: Mapping[str, EffectKind], left_out: Sequence[str] = ()
+    answer: Diagnosis,
+    kinds: Mapping[str, EffectKind],
+    left_out: Sequence[str] = (),
+    known: Sequence[EffectEntry] = (),
 ) -> Diagnosis:
-    """The answer with its sentences; left_out: held-out recordings that tell nothing, and why."""
-    findings = [_spoken(one, kinds, answer.fit.unit) for one in answer.findings]
+    """The answer with its sentences; left_out: held-out recordings that tell nothing, and why.
+
+    known: effects that the robot file has already.
+    """
+    findings = [_harmonic(_spoken(one, kinds, answer), known) for one in answer.findings]
     answer = answer.model_copy(update={"findings": findings})
     lines = [*_summary(answer), *(f"Held-out data left out: {why}." for why in left_out)]
     return answer.model_copy(update={"says": lines})
@@ -60,11 +76,45 @@ def kinds_of(
     return effort_effects(motion) if forced else command_effects(motion)
 
 
-def _spoken(finding: Finding, kinds: Mapping[str, EffectKind], unit: str) -> Finding:
+def _spoken(finding: Finding, kinds: Mapping[str, EffectKind], answer: Diagnosis) -> Finding:
     follows = finding.depends_on[0] if finding.depends_on else ""
     regime = f"with {follows}" if follows else REGIMES.get(finding.effect, "everywhere")
-    where = finding.where.model_copy(update={"regime": regime})
-    return finding.model_copy(update={"says": _says(finding, kinds, unit), "where": where})
+    where = finding.where.model_copy(update={"regime": regime + _in_time(finding, answer.picture)})
+    says = _says(finding, kinds, answer.fit.unit)
+    return finding.model_copy(update={"says": says, "where": where})
+
+
+def _harmonic(finding: Finding, known: Sequence[EffectEntry]) -> Finding:
+    """Of a periodic error by a whole fraction of a known one's period: that it is the same part."""
+    period = finding.parameters.get("period")
+    if period is None:
+        return finding
+    at = abs(period.components[0][0])
+    for one in known:
+        fundamental = one.parameters.get("period")
+        if one.effect != finding.effect or not isinstance(fundamental, float):
+            continue
+        times = round(abs(fundamental) / at)
+        if times in HARMONICS and abs(abs(fundamental) / at / times - 1.0) < SAME_PERIOD:
+            says = (
+                f"{finding.says}; this is {HARMONICS[times]} of the error with a period of "
+                f"{said(abs(fundamental), period.unit)} that the robot file knows, and probably of the same part"
+            )
+            return finding.model_copy(update={"says": says})
+    return finding
+
+
+def _in_time(finding: Finding, picture: Picture | None) -> str:
+    """How long a period takes, where the axis goes at one speed."""
+    period = finding.parameters.get("period")
+    if period is None or picture is None or "position" not in picture.covariates:
+        return ""
+    position, t_s = picture.covariates["position"], picture.t_s
+    if abs(float(np.corrcoef(position, t_s)[0, 1])) < COMMANDED_AXIS.steady_correlation:
+        return ""
+    took_s = abs(period.components[0][0] / float(np.polyfit(t_s, position, 1)[0]))
+    shown = quantity(took_s, "s", digits=3) if took_s < A_MINUTE_S else f"{took_s / 60.0:.1f} min"
+    return f" (a period takes {shown} at the speed of this recording)"
 
 
 def _says(finding: Finding, kinds: Mapping[str, EffectKind], unit: str) -> str:

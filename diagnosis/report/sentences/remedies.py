@@ -1,8 +1,4 @@
-"""What to do about a finding, for the person with the spanner: one sentence for each effect.
-
-A table by effect. `{part}` is the component in words, `{size}` the main size as people use it,
-`{true}` what the robot file's own value becomes with it (where it has one).
-"""
+"""What to do about a finding, for the person with the spanner: a line of `advice`, filled in."""
 
 from __future__ import annotations
 
@@ -10,70 +6,33 @@ import re
 from dataclasses import dataclass
 
 from diagnosis.answer.corrected_robot import sure
-from diagnosis.answer.records import Diagnosis, Finding, ParameterResult
+from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.answer.verdict import claimed
 from diagnosis.report.sentences import words
-from diagnosis.report.sentences.sizes import quantity
+from diagnosis.report.sentences.advice import advice, machine_of
+from diagnosis.report.sentences.sizes import LEAST_S, number, quantity, scale_of, significant
 from diagnosis.report.sentences.sureness import settled
+from diagnosis.report.sentences.telling_apart import LONE
 from models.robot import DeltaRobot, RobotModel, per_arm
 
 NOTE = " (deltactl diagnose ... --save-robot NEW.yaml{all} records it)"
 """For what can be described in the robot file instead of being repaired."""
+
+KEPT = (
+    "For what is to stay as it is, 'deltactl diagnose ... --save-robot NEW.yaml{all}' makes a robot"
+    " file that knows it, so that the next diagnosis looks beyond it."
+)
+"""The same for a lone machine, which no job of ours moves."""
 
 RUN_FIRST = (
     "Before anything is taken apart, record the run proposed below, which is made to tell the"
     " causes apart (--next-job JOB.yaml writes it), and diagnose it together with this recording."
 )
 
-REMEDIES: dict[str, str] = {
-    "gear_backlash": "take up the play of {part} ({size} at its output): tighten coupling and set"
-    " screws; if it stays, replace the gear",
-    "joint_friction": "free the bearings of {part} (look for what rubs, clean, grease) if {size} of"
-    " friction is more than its maker states; or record it",
-    "viscous_friction": "look at the grease and seals of {part}, or record its friction",
-    "stribeck_friction": "grease {part}: it sticks at low speed",
-    "joint_compliance": "look for loose clamps and thin shafts at {part}: it yields under load",
-    "home_offset": "correct the home stop or jig of {part}, which is {size} off; or record the"
-    " offset",
-    "gear_ratio": "compare gear and microstep switches of {part} with the robot file: the"
-    " ratio is {size} off",
-    "transmission_error": "replace the gear of {part} if {size} is too much; or record the error,"
-    " and jobs compensate it",
-    "encoder_error": "centre the encoder of {part}: it errs by {size} periodically",
-    "lost_steps": "home again; then run slower or softer, and look for what held {part} up:"
-    " {size} were lost",
-    "following_lag": "tighten the control of {part}, or allow for its being late by {size}",
-    "upper_arm_length": "set the upper arm of {part} to {true} in the robot file, or replace it",
-    "forearm_length": "set the forearm of {part} to {true} in the robot file, or replace it",
-    "base_radius": "measure base and platform: the difference of their radii is {true}",
-    "motor_azimuth": "turn {part} on the base, it is {size} off; or record the angle",
-    "frame_tilt": "align the sensors with the robot, or record their rotation ({size})",
-    "thermal_expansion": "let the arms warm up before exact work: they grow by {size}",
-    "payload": "weigh what the platform carries: it is {size} against the robot file",
-    "contact": "clear away what stops the platform at {size}",
-    "resonance": "accelerate more gently, or stiffen the frame: it rings at {size}",
-    "sensor_offset": "set {part} to zero ('deltactl sensors --calibrate'): it reads {size} off",
-    "sensor_scale": "have {part} calibrated: its scale is {size} off",
-    "sensor_crosstalk": "clean the window of {part}, or move it: its error grows with distance",
-    "sensor_latency": "allow for readings that come {size} late, or read them faster",
-    "sensor_drift": "let {part} warm up before use: it drifts by {size}",
-    "stale_reading": "look at the cable and supply of {part}: it repeats old values",
-    "inertia": "record the true inertia of {part}: {size}",
-    "effort_offset": "balance {part}, or set its effort to zero at rest: {size} always acts",
-    "effort_gain": "set the scale between effort and force of {part}: it is {size} off",
-}
-"""By effect; for one without a line nobody can say what to do."""
-
-OF_A_SENSOR_ALONE: dict[str, str] = {
-    "sensor_offset": "set {part} to zero: it reads {size} off",
-}
-"""Where the sensor is not part of a robot."""
-
 WRITABLE = frozenset({
     "home_offset", "transmission_error", "upper_arm_length", "forearm_length", "motor_azimuth",
-    "base_radius", "frame_tilt", "inertia", "joint_friction", "viscous_friction",
+    "base_radius", "frame_tilt", "inertia", "joint_friction", "viscous_friction", "gear_ratio",
 })  # fmt: skip
-SIGNED = frozenset({"gear_ratio", "sensor_scale", "effort_gain", "payload", "sensor_offset"})
 _ARM = re.compile(r"(?:arm|motor)([123])")
 
 
@@ -98,6 +57,10 @@ def remedies(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]
     named = [one for one in diagnosis.findings if claimed(one)]
     found = (remedy(one, robot, sure(one, diagnosis)) for one in named)
     lines = [one.line for one in found if one is not None]
+    lone = [one for one in named if one.component == LONE and one.effect in WRITABLE]
+    if lone:
+        certain = all(sure(one, diagnosis) for one in lone)
+        lines.append(KEPT.format(all="" if certain else " --all"))
     plan = diagnosis.next_experiment
     if lines and plan is not None and any(tied(one) for one in named):
         lines.insert(0, RUN_FIRST)
@@ -114,19 +77,25 @@ def remedy(finding: Finding, robot: RobotModel | None, certain: bool = True) -> 
 
     certain: it is written into a robot file without being asked for.
     """
-    alone = OF_A_SENSOR_ALONE if finding.component == "axis" else {}
-    text = alone.get(finding.effect, REMEDIES.get(finding.effect))
     main = next(iter(finding.parameters.items()), None)
-    if text is None or main is None:
+    if main is None:
         return None
-    name, result = _late(finding) if finding.effect == "following_lag" else main
+    name, result = main
     largest = max((value for value, _, _ in result.components), key=abs)
-    shown = quantity(largest, result.unit, name, 3)
-    if finding.effect not in SIGNED:
-        shown = shown.lstrip("+\u2212")
-    true = _true(finding, robot, largest) or f"{shown} otherwise"
-    says = text.format(part=words.part_of(finding.effect, finding.component), size=shown, true=true)
-    if finding.effect in WRITABLE:
+    departure = scale_of(result.unit, name, largest)(largest)
+    machine = machine_of(robot, finding.component, finding.effect)
+    text = advice(machine, finding.effect, name, _as_share(name, largest))
+    if text is None:
+        return None
+    shown = _late(finding) or quantity(largest, result.unit, name, 3).lstrip("+-")
+    says = text.format(
+        part=words.part_of(finding.effect, finding.component),
+        size=shown,
+        true=_true(finding, robot, largest) or f"{shown} otherwise",
+        factor=_factor(largest),
+        sign=_Sign(departure),
+    )
+    if finding.effect in WRITABLE and finding.component != LONE:
         says += NOTE.format(all="" if certain else " --all")
     likely = finding.alternatives if tied(finding) else []
     others = [words.rival(finding.effect, o.effect, o.component) for o in likely]
@@ -136,14 +105,36 @@ def remedy(finding: Finding, robot: RobotModel | None, certain: bool = True) -> 
     return Remedy(says, unsure)
 
 
-def _late(finding: Finding) -> tuple[str, ParameterResult]:
-    """Of lag and dead time the larger."""
-    times = ((n, p) for n, p in finding.parameters.items() if p.unit == "s")
-    return max(
-        times,
-        key=lambda one: one[1].components[0][0],
-        default=next(iter(finding.parameters.items())),
-    )
+class _Sign(float):
+    """A number whose format is two words: for above nothing, and for below."""
+
+    def __format__(self, words: str) -> str:
+        above, below = words.split("|")
+        return below if self < 0.0 else above
+
+
+def _as_share(name: str, value: float) -> float:
+    """How far a size is from nothing, in the contract's unit."""
+    return value - 1.0 if name == "scale" else value
+
+
+def _factor(scale: float) -> str:
+    """A scale with three digits of its departure from one."""
+    return number(scale, max(significant(scale - 1.0, 3), 0))
+
+
+def _late(finding: Finding) -> str:
+    """Dead time and time constant, those that there are; empty where nothing is late."""
+    if finding.effect != "following_lag":
+        return ""
+    times = {n: p.components[0][0] for n, p in finding.parameters.items() if p.unit == "s"}
+    said = {"dead_time": "a dead time of {}", "time": "a time constant of {}"}
+    parts = [
+        text.format(quantity(times[name], "s", name, 3))
+        for name, text in said.items()
+        if abs(times.get(name, 0.0)) >= LEAST_S
+    ]
+    return " and ".join(parts)
 
 
 def _true(finding: Finding, robot: RobotModel | None, error: float) -> str:

@@ -164,7 +164,7 @@ def quantity(value: float, unit: str, parameter: str = "", digits: int = 2) -> s
 
 
 def number(value: float, digits: int, signed: bool = False) -> str:
-    """With so many decimals (negative: rounded to tens), a real minus sign, and + where asked."""
+    """With so many decimals (negative: rounded to tens), and + where asked."""
     if not math.isfinite(value):
         return "\u2013"
     if abs(value) >= 1e6 or (value and abs(value) < 1e-5):
@@ -174,7 +174,7 @@ def number(value: float, digits: int, signed: bool = False) -> str:
     if float(text) == 0.0:
         return text.lstrip("-")
     sign = "+" if signed and value > 0 else ""
-    return sign + text.replace("-", "\u2212")
+    return sign + text
 
 
 def significant(value: float, digits: int = 3) -> int:

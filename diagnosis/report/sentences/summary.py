@@ -11,11 +11,11 @@ from diagnosis.answer.records import Alternative, Diagnosis, Finding, Thinned, W
 from diagnosis.answer.verdict import claimed, rather_unknown, seen
 from diagnosis.report.sentences import sureness, words
 from diagnosis.report.sentences.fit_words import fit_lines, fit_title
-from diagnosis.report.sentences.hints import hint
 from diagnosis.report.sentences.limit_words import faintest_line, untested_line
 from diagnosis.report.sentences.next_run_words import experiment_line, tie_lines
 from diagnosis.report.sentences.remedies import remedies, tied
 from diagnosis.report.sentences.sizes import sizes, told
+from diagnosis.report.sentences.telling_apart import hint
 from models.robot import RobotModel
 
 ENDED_EARLY = (

@@ -1,6 +1,7 @@
-"""A motion or a measurement that separates what a recording of a lone axis leaves tied.
+"""A motion or a measurement that separates what a recording leaves tied, one row a pair of effects.
 
-An axis has no job file of ours, so this is said in words, one row a pair of effects.
+A lone axis has no job file of ours, so there all is said in words; a delta has its next run, and a
+line here for the pairs that are hard to distinguish.
 """
 
 from __future__ import annotations
@@ -74,6 +75,30 @@ _TABLE: tuple[tuple[Pair, str], ...] = (
         "record again from switching on, for longer",
     ),
 )
+_OF_A_DELTA: tuple[tuple[frozenset[str], str], ...] = (
+    (
+        frozenset({"gear_backlash", "joint_friction"}),
+        "Standing still after approaching from both sides, another payload, or the motor "
+        "current would distinguish play from friction.",
+    ),
+    (
+        frozenset({"following_lag", "sensor_latency"}),
+        "Recording the arm angles too would distinguish a late drive from late readings.",
+    ),
+    (
+        frozenset({"home_offset", "forearm_length"}),
+        "A run through more of the workspace would distinguish them better.",
+    ),
+    (
+        frozenset({"home_offset", "sensor_offset"}),
+        "A run with more tilted arms, or arm angles measured, would distinguish them.",
+    ),
+    (
+        frozenset({"following_lag", "motor_azimuth"}),
+        "The same path run the other way round would distinguish them.",
+    ),
+)
+"""Pairs that are hard to distinguish, and what distinguishes them."""
 LONE = "axis"
 """Component of a machine that is one axis."""
 OTHERWISE = "repeat the motion with other speeds, spans and rests"
@@ -94,3 +119,13 @@ def telling_apart(findings: Sequence[Finding]) -> list[str]:
             says = how(finding.effect, other.effect) or OTHERWISE
             lines.setdefault(pair, f"To tell {finding.effect} from {other.effect}: {says}.")
     return list(lines.values())
+
+
+def hint(finding: Finding) -> str:
+    """What would distinguish a finding from its alternatives; empty where no line says."""
+    others = [one.effect for one in finding.alternatives]
+    if finding.component == LONE:
+        ways = [way for other in others if (way := how(finding.effect, other))]
+        return f"To tell them apart: {ways[0]}." if ways else ""
+    effects = {finding.effect, *others}
+    return next((hint for pair, hint in _OF_A_DELTA if pair <= effects), "")

@@ -1,0 +1,155 @@
+"""What to do about each effect, by the kind of machine: a table in layers.
+
+A machine's own lines stand before those that hold for all. `{part}` is the component in words,
+`{size}` the main size without its sign, `{factor}` a scale as it is, `{true}` what the robot file's
+own value becomes; `{sign:a|b}` is a where the main size is above nothing and b where it is below.
+A key may end in `.small` (below what SMALL says) or in the name of the main parameter.
+"""
+
+from __future__ import annotations
+
+from collections import ChainMap
+from collections.abc import Mapping
+
+from models.robot import DeltaRobot, RobotModel, ServoAxis, kind
+
+Table = Mapping[str, str]
+
+SMALL = {"gear_ratio": 0.02}
+"""Departures below which no wrong gear and no wrong switch is meant: those are steps."""
+
+EVERYWHERE: Table = {
+    "gear_backlash": "take up the play of {part} ({size} at its output): tighten coupling and set"
+    " screws; if it stays, replace the gear",
+    "joint_friction": "free the bearings of {part} (look for what rubs, clean, grease) if {size} of"
+    " friction is more than its maker states; or record it",
+    "joint_friction.width": "free the bearings of {part} (look for what rubs, clean, grease):"
+    " friction keeps its two directions {size} apart; or record it",
+    "viscous_friction": "look at the grease and seals of {part}, or record its friction",
+    "stribeck_friction": "grease {part}: it sticks at low speed",
+    "joint_compliance": "look for loose clamps and thin shafts at {part}: it yields under load",
+    "home_offset": "correct the home stop or jig of {part}: at home its arm stands {size}"
+    " {sign:lower|higher} than it should; or record the offset",
+    "gear_ratio": "compare gear and microstep switches of {part} with the robot file: it moves"
+    " {size} {sign:further|less far} than commanded",
+    "gear_ratio.small": "record the ratio of {part}, which moves {size} {sign:further|less far}"
+    " than commanded; that is too little for a wrong gear or microstep switch",
+    "transmission_error": "record the periodic error of {part}'s gear ({size}), and jobs"
+    " compensate it; replace the gear only if that is not enough",
+    "encoder_error": "centre the encoder of {part}: it errs by {size} periodically",
+    "lost_steps": "home again; then run slower or softer, and look for what held {part} up:"
+    " {size} were lost",
+    "following_lag": "tighten the control of {part}, or command it earlier: it is late by {size}",
+    "upper_arm_length": "set the upper arm of {part} to {true} in the robot file, or replace it",
+    "forearm_length": "set the forearm of {part} to {true} in the robot file, or replace it",
+    "base_radius": "measure base and platform: the difference of their radii is {true}",
+    "motor_azimuth": "turn {part} on the base, it is {size} off; or record the angle",
+    "frame_tilt": "align the sensors with the robot, or record their rotation ({size})",
+    "thermal_expansion": "let the arms warm up before exact work: they {sign:grow|shrink} by"
+    " {size}",
+    "payload": "weigh what the platform carries: it is {size} {sign:more|less} than the robot file"
+    " says",
+    "contact": "clear away what stops the platform at {size}",
+    "resonance": "accelerate more gently, or stiffen the frame: it rings at {size}",
+    "sensor_offset": "set {part} to zero ('deltactl sensors --calibrate'): it reads {size}"
+    " {sign:too far|short}",
+    "sensor_scale": "have {part} calibrated: it reads {size} {sign:too far|short}",
+    "sensor_crosstalk": "clean the window of {part}, or move it: its error grows with distance",
+    "sensor_latency": "allow for readings that come {size} late, or read them faster",
+    "sensor_drift": "let {part} warm up before use: it drifts by {size}",
+    "stale_reading": "look at the cable and supply of {part}: it repeats old values",
+    "inertia": "record the true inertia of {part}: {size}",
+    "effort_offset": "balance {part}, or set its effort to zero at rest: {size} always acts",
+    "effort_gain": "set the scale between effort and force of {part}: its effort gives {size}"
+    " {sign:more|less} than the robot file says",
+}
+"""A stepper-driven delta, and all that has no line of its own; what is not here nobody can mend."""
+
+OF_SERVO_DRIVES: Table = {
+    "gear_ratio": "compare the gear of {part}, and the counts per turn of its encoder, with the"
+    " robot file: it moves {size} {sign:further|less far} than commanded",
+    "gear_ratio.small": "record the ratio of {part}, which moves {size} {sign:further|less far}"
+    " than commanded; that is too little for a wrong gear or count of the encoder",
+}
+
+OF_AN_AXIS: Table = {
+    "home_offset": "{sign:take|add} {size} {sign:off|to} the commands of {part}, or move its zero"
+    " by as much: it stands that far {sign:above|below} what it is told",
+    "gear_ratio.small": "divide the commands of {part} by {factor}, or correct the scale in its"
+    " drive: it moves {size} {sign:further|less far} than commanded",
+    "transmission_error": "have the controller of {part} subtract the periodic error of its gear"
+    " ({size}; many can learn it), and replace the gear only if that is not enough",
+    "encoder_error": "centre the encoder of {part}, or subtract its periodic error ({size}) from"
+    " what it reads",
+    "gear_backlash": "take up the play of {part} ({size} at its output) at coupling, set screws and"
+    " gear; or come to each place from the same side",
+    "sensor_latency": "take {size} off the times of the readings, or read them faster",
+}
+
+OF_A_SERVO_AXIS: Table = {
+    "joint_friction.width": "look for what rubs at {part}, raise the gain of its position control,"
+    " or come to each place from the same side: its two directions end {size} apart",
+    "joint_compliance": "raise the gain of the position control of {part}, or look for what gives"
+    " way: it yields under load",
+}
+
+OF_A_SLIDE: Table = {
+    "transmission_error": "have the controller of {part} subtract the periodic error of its screw"
+    " or belt ({size}), and replace that only if it is not enough",
+    "gear_backlash": "take up the play of {part} ({size}) at coupling, nut or belt; or come to each"
+    " place from the same side",
+    "gear_ratio": "compare the lead of the screw, or the pulley, of {part} with the robot file: it"
+    " moves {size} {sign:further|less far} than commanded",
+}
+
+OF_A_SENSOR: Table = {
+    "sensor_offset": "{sign:take|add} {size} {sign:off|to} what {part} reads: it reads that much"
+    " {sign:too far|short} at every distance",
+    "sensor_scale": "divide what {part} reads by {factor} (after taking off a constant error, if"
+    " there is one): it reads {size} {sign:too far|short}",
+    "sensor_crosstalk": "look for what {part} sees beside its target (a dirty window, reflections):"
+    " its error grows with the distance squared",
+    "sensor_latency": "take {size} off the times of the readings, or read them faster",
+}
+
+ADVICE: dict[str, Table] = {
+    "delta": EVERYWHERE,
+    "servo_delta": ChainMap(dict(OF_SERVO_DRIVES), dict(EVERYWHERE)),
+    "stepper_axis": ChainMap(dict(OF_AN_AXIS), dict(EVERYWHERE)),
+    "servo_axis": ChainMap(
+        dict(OF_A_SERVO_AXIS), dict(OF_AN_AXIS), dict(OF_SERVO_DRIVES), dict(EVERYWHERE)
+    ),
+    "servo_slide": ChainMap(
+        dict(OF_A_SLIDE),
+        dict(OF_A_SERVO_AXIS),
+        dict(OF_AN_AXIS),
+        dict(OF_SERVO_DRIVES),
+        dict(EVERYWHERE),
+    ),
+    "range_sensor": ChainMap(dict(OF_A_SENSOR), dict(EVERYWHERE)),
+}
+"""By machine and drive, the nearest table first."""
+
+
+def machine_of(robot: RobotModel | None, component: str, effect: str) -> str:
+    """The key of ADVICE for a robot; without one by what the finding is at."""
+    if isinstance(robot, DeltaRobot):
+        return (
+            "servo_delta" if robot.drive is not None and kind(robot.drive) == "servo" else "delta"
+        )
+    if isinstance(robot, ServoAxis) and robot.motion == "linear":
+        return "servo_slide"
+    if robot is not None:
+        return robot.kind
+    if component != "axis":
+        return "delta"
+    return "range_sensor" if effect.startswith("sensor_") else "servo_axis"
+
+
+def advice(machine: str, effect: str, parameter: str, departure: float) -> str | None:
+    """The line of a machine for an effect of which the main parameter is so far from nothing."""
+    small = abs(departure) < SMALL.get(effect, 0.0)
+    names = [f"{effect}.{parameter}", effect]
+    if small:
+        names.insert(0, f"{effect}.small")
+    return next((ADVICE[machine][name] for name in names if name in ADVICE[machine]), None)

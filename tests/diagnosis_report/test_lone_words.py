@@ -1,0 +1,106 @@
+"""What is said of a lone machine beside its findings: time of a period, noise by place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from diagnosis.answer.records import (
+    Channel,
+    Evidence,
+    Finding,
+    Fit,
+    ParameterResult,
+    Picture,
+    Where,
+)
+from diagnosis.report.sentences.fit_words import fit_lines
+from diagnosis.report.sentences.lone_sentences import spoken
+from models.effects.lone_axis import command_effects, said
+from models.robot import EffectEntry
+
+DEG = np.pi / 180.0
+
+
+def periodic() -> Finding:
+    return Finding(
+        effect="transmission_error",
+        component="axis",
+        parameters={
+            "amplitude": ParameterResult(value=1e-5, ci95=[0.9e-5, 1.1e-5], unit="rad"),
+            "period": ParameterResult(value=1.6 * DEG, ci95=[1.58 * DEG, 1.62 * DEG], unit="rad"),
+        },
+        where=Where(axes=[], times_s=[]),
+        evidence=Evidence(delta_chi2=100.0, p=1e-9),
+        share_of_mismatch=0.9,
+    )
+
+
+def regime(make: Any, position: Any, t_s: Any) -> str:
+    still = np.zeros(len(t_s))
+    channel = Channel(
+        name="position", unit="rad", observed=still, before=still, after=still, noise=1e-6
+    )
+    picture = Picture(t_s=t_s, channels=[channel], covariates={"position": position})
+    answer = make("explained", findings=[periodic()], picture=picture)
+    (finding,) = spoken(answer, command_effects("rotary")).findings
+    return str(finding.where.regime)
+
+
+def test_a_period_is_told_in_time_where_the_axis_goes_at_one_speed(make: Any) -> None:
+    t_s = np.linspace(0.0, 1460.0, 400)
+    steady = 0.004178 * DEG * t_s
+    assert "(a period takes 6.4 min at the speed of this recording)" in regime(make, steady, t_s)
+    assert "a period takes 3.83 s" in regime(make, -100.0 * steady, t_s)
+    assert "takes" not in regime(make, np.sin(t_s / 50.0), t_s)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (1.87e-5, "rad", "0.00107 degrees (0.0187 mrad)"),
+        (1.23e-6, "rad", "0.0000705 degrees (0.00123 mrad)"),
+        (2.0, "rad", "115 degrees"),
+        (-0.124, "m", "-124 mm"),
+        (0.06252, "s", "62.5 ms"),
+    ],
+)
+def test_angles_are_told_in_degrees_first_and_without_exponents(
+    value: float, unit: str, text: str
+) -> None:
+    assert said(value, unit) == text
+
+
+def test_noise_that_is_the_same_at_one_place_is_told(make: Any) -> None:
+    figures = {
+        "rms_before_m": 0.093,
+        "rms_after_m": 0.072,
+        "noise_floor_m": 0.068,
+        "holdout_rms_before_m": 0.093,
+        "holdout_rms_after_m": 0.074,
+    }
+
+    def lines(within: float | None) -> str:
+        fit = Fit(**figures, scatter_within_m=within)
+        return "\n".join(fit_lines(make("explained", fit=fit)))
+
+    assert "which scatter by only 16.3 mm: more places" in lines(0.0163)
+    assert "place" not in lines(0.06)
+    assert "place" not in lines(None)
+
+
+def test_a_harmonic_of_what_the_robot_file_knows_is_called_that(make: Any) -> None:
+    def says(known_deg: float) -> str:
+        known = EffectEntry(
+            effect="transmission_error",
+            component="axis",
+            parameters={"amplitude": 1e-4, "period": known_deg * DEG},
+        )
+        answer = make("explained", findings=[periodic()])
+        return str(spoken(answer, command_effects("rotary"), known=[known]).findings[0].says)
+
+    assert "the second harmonic of the error with a period of 3.21 degrees" in says(3.21)
+    assert "what is left of the error" in says(1.61)
+    assert "harmonic" not in says(4.0)
