@@ -98,7 +98,8 @@ def _harmonic(finding: Finding, known: Sequence[EffectEntry]) -> Finding:
         if times in HARMONICS and abs(abs(fundamental) / at / times - 1.0) < SAME_PERIOD:
             says = (
                 f"{finding.says}; this is {HARMONICS[times]} of the error with a period of "
-                f"{said(abs(fundamental), period.unit)} that the robot file knows, and probably of the same part"
+                f"{said(abs(fundamental), period.unit)} that the robot file knows, and probably of "
+                "the same part"
             )
             return finding.model_copy(update={"says": says})
     return finding
