@@ -12,7 +12,8 @@ from models.effects.port import Port
 from models.effects.tables import shifted
 from models.inverse_kinematics import targets_of
 from models.linkage import Linkage, forward, inverse, inverse_one
-from models.linkage.scalar_forward import Point, forward_one
+from models.linkage.scalar_forward import forward_one
+from models.linkage.vectors import Vector
 from models.robot import ARMS, DeltaRobot, EffectEntry, FloatArray
 
 INVERTIBLE = frozenset(
@@ -86,7 +87,7 @@ class CalibratedInverse:
         commanded_rad = np.asarray(commanded_rad, dtype=np.float64)
         return self.place_m(self.achieved_rad(commanded_rad))
 
-    def position_of_one_m(self, commanded_rad: Point) -> Point:
+    def position_of_one_m(self, commanded_rad: Vector) -> Vector:
         """`position_m` of one pose; NaN where the linkage cannot be assembled."""
         if self._angle_effects or self._place_effects:
             x_m, y_m, z_m = self.position_m(np.array([commanded_rad]))[0].tolist()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,10 @@ from firmware_py.controller.contract import SensorStatus
 from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
 from foundation.errors import ConfigError, DeltactlError, MissingFile
 from models.linkage import Linkage, inverse
+from models.linkage.counted_pose import counted_pose
 from models.linkage.scalar_forward import forward_one
+from models.linkage.vectors import Vector
 
-Three = tuple[float, float, float]
 HALVINGS = 12
 
 
@@ -32,14 +34,12 @@ class Belief:
         robot = load_robot(path)
         return cls(path.name, robot, Linkage.of(robot.geometry))
 
-    def pose(self, counts: tuple[int, ...]) -> tuple[Three, Three | None]:
+    def pose(self, counts: tuple[int, ...]) -> tuple[Vector, Vector | None]:
         """Arm angles [rad] and platform position [m] of step counts."""
-        first, second, third = (count * self.robot.drive.rad_per_step for count in counts)
-        angles = (first, second, third)
-        position = forward_one(self.linkage, angles)
-        return angles, position if all(map(math.isfinite, position)) else None
+        forward = partial(forward_one, self.linkage)
+        return counted_pose(counts, self.robot.drive.rad_per_step, forward)
 
-    def measured(self, sensors: tuple[SensorStatus, ...]) -> Three | None:
+    def measured(self, sensors: tuple[SensorStatus, ...]) -> Vector | None:
         """Where three good ranges put the platform [m]: range = offset + axis . p."""
         described = self.robot.sensors
         if described is None or len(sensors) != 3:
@@ -57,7 +57,7 @@ class Belief:
             return None
         return x_m, y_m, z_m
 
-    def allows(self, position_m: Three) -> bool:
+    def allows(self, position_m: Vector) -> bool:
         """Whether the platform may be there: reachable, arms and box within their limits."""
         found = inverse(self.linkage, np.array(position_m))
         angles = np.degrees(found.angles_rad)
@@ -68,7 +68,7 @@ class Belief:
         inside = all(a <= p <= b for p, (a, b) in zip(position_m, box, strict=True))
         return inside and bool((angles >= low).all() and (angles <= high).all())
 
-    def held(self, start_m: Three, wanted_m: Three) -> Three:
+    def held(self, start_m: Vector, wanted_m: Vector) -> Vector:
         """The point nearest to `wanted_m`, on the line from `start_m`, that is allowed."""
         if self.allows(wanted_m):
             return wanted_m
@@ -87,7 +87,7 @@ class Belief:
         return min(max(angle_deg, low), high)
 
 
-def _between(start: Three, end: Three, part: float) -> Three:
+def _between(start: Vector, end: Vector, part: float) -> Vector:
     x, y, z = (a + part * (b - a) for a, b in zip(start, end, strict=True))
     return x, y, z
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import events, ui
 
+from models.linkage.vectors import Vector
 from web import motions
-from web.belief import Belief, Three
+from web.belief import Belief
 
 if TYPE_CHECKING:
     from web.page import RobotPage
@@ -29,7 +30,7 @@ class MotionCard:
 
     def __init__(self, page: RobotPage):
         self._page = page
-        self._goal: Three | None = None
+        self._goal: Vector | None = None
         self._parts: list[Any] = []
         with (
             ui.card().classes("w-full p-3 gap-2 jog"),
@@ -135,7 +136,7 @@ class MotionCard:
             ui.notify("no robot file of this name here; start deltactl web with --robot FILE")
         return belief
 
-    def _here(self) -> Three | None:
+    def _here(self) -> Vector | None:
         """Where the next step starts: where the last one ends, while that is under way."""
         status = self._page.site.link.seen.status
         if status is None or status.position_m is None:
@@ -149,7 +150,7 @@ class MotionCard:
             return self._goal
         return status.position_m
 
-    async def _to(self, goal: Three, belief: Belief) -> None:
+    async def _to(self, goal: Vector, belief: Belief) -> None:
         before, self._goal = self._goal, goal
         if not await self._send(motions.to_point(belief.file, goal, "jog"), "move"):
             self._goal = before

@@ -6,16 +6,16 @@ from typing import Any
 
 import yaml
 
-Three = tuple[float, float, float]
+from models.linkage.vectors import Vector
 
 
-def to_point(robot_file: str, position_m: Three, name: str = "go-to") -> str:
+def to_point(robot_file: str, position_m: Vector, name: str = "go-to") -> str:
     """A job that brings the platform to a point [m] in the robot's frame."""
     point = [round(value, 7) for value in position_m]
     return _job(name, robot_file, {"shape": "points", "points_m": [point]})
 
 
-def to_angles(robot_file: str, angles_deg: Three, name: str = "jog") -> str:
+def to_angles(robot_file: str, angles_deg: Vector, name: str = "jog") -> str:
     """A job that brings the arms to angles [degrees]."""
     angles = [round(value, 6) for value in angles_deg]
     return _job(name, robot_file, {"shape": "joints", "angles_deg": [angles]})

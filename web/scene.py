@@ -9,7 +9,8 @@ from typing import Any
 from nicegui import ui
 
 from models.linkage.skeleton import Matrix, Skeleton
-from web.belief import Belief, Three
+from models.linkage.vectors import Vector
+from web.belief import Belief
 
 ARM, ROD, PLATE, SENSED, CULPRIT = "#3b82f6", "#94a3b8", "#1e293b", "#f59e0b", "#dc2626"
 LINK_RADIUS_M, ROD_RADIUS_M, JOINT_RADIUS_M = 0.012, 0.005, 0.022
@@ -30,7 +31,7 @@ class RobotScene:
         self._links: list[Any] = []
         self._marks: dict[str, Any] = {}
         self._traced: deque[Any] = deque()
-        self._drawn: list[Three] = []
+        self._drawn: list[Vector] = []
         self._last: tuple[object, ...] = ()
         reach = self._skeleton.base_radius_m + sum(self._skeleton.upper_arm_m) / 3
         self.view = ui.scene(
@@ -44,7 +45,7 @@ class RobotScene:
         with self.view:
             self._build()
 
-    def update(self, counts: tuple[int, ...], measured_m: Three | None) -> None:
+    def update(self, counts: tuple[int, ...], measured_m: Vector | None) -> None:
         """Draw it where the counts and the sensors say it is."""
         seen = (counts, measured_m)
         if seen == self._last:
@@ -62,7 +63,7 @@ class RobotScene:
             calls.append(_moved(self._sensed, measured_m))
         self.view.run_method("run_methods", calls)
 
-    def _trace(self, position: Three) -> None:
+    def _trace(self, position: Vector) -> None:
         """Where the platform has been of late: a line a few millimetres long, bounded in number."""
         step_m = math.dist(self._drawn[-1], position) if self._drawn else math.inf
         if step_m < TRACE_STEP_M:
@@ -120,12 +121,12 @@ def _covers(component: str, part: str) -> bool:
     return component == part or part.startswith(groups.get(component, "\0"))
 
 
-def _sensor_places(belief: Belief) -> dict[str, Three]:
+def _sensor_places(belief: Belief) -> dict[str, Vector]:
     """A sensor looks along its axis from `offset` away."""
     sensors = belief.robot.sensors
     if sensors is None:
         return {}
-    places: dict[str, Three] = {}
+    places: dict[str, Vector] = {}
     for name in ("x", "y", "z"):
         axis = getattr(sensors, name)
         x_m, y_m, z_m = (-axis.offset_m * part for part in axis.axis)
@@ -136,7 +137,7 @@ def _sensor_places(belief: Belief) -> dict[str, Three]:
 # Each notes the new place in the object too, from which a browser that comes back is told all.
 
 
-def _moved(part: Any, point: Three) -> list[Any]:
+def _moved(part: Any, point: Vector) -> list[Any]:
     part.x, part.y, part.z = (round(value, DIGITS) for value in point)
     return ["move", part.id, part.x, part.y, part.z]
 

@@ -14,9 +14,10 @@ from scipy.optimize import least_squares
 from diagnosis.admission.options import ADMISSION
 from diagnosis.admission.plausibility import check_input
 from diagnosis.admission.structural_break import refuse_broken, refuse_once_near
-from diagnosis.observations.readings import MAD_TO_SIGMA, BoolArray, FloatArray, IntArray
+from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.plants.delta.model import ANGLES, POSITIONS, DeltaModel
 from foundation.errors import RecordingError
+from foundation.scatter import MAD_TO_SIGMA
 from models.linkage import Linkage, forward
 from models.robot import DeltaRobot
 from recording.tables.flat import FlatRecording

@@ -12,7 +12,8 @@ from scipy.linalg import solve_banded
 from scipy.sparse import csr_array, diags_array, vstack
 
 from diagnosis.estimation.options import ESTIMATION
-from diagnosis.observations.readings import MAD_TO_SIGMA, FloatArray, IntArray, Readings
+from diagnosis.observations.readings import FloatArray, IntArray, Readings
+from foundation.scatter import MAD_TO_SIGMA
 
 AR_ORDER = ESTIMATION.ar_order
 

@@ -17,7 +17,8 @@ from scipy.ndimage import median_filter
 
 from diagnosis.evidence.memory_given_back import autocorrelation_times, given_back
 from diagnosis.evidence.options import EVIDENCE
-from diagnosis.observations.readings import MAD_TO_SIGMA, FloatArray, IntArray
+from diagnosis.observations.readings import FloatArray, IntArray
+from foundation.scatter import MAD_TO_SIGMA
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from diagnosis.observations.options import OBSERVATIONS
-from diagnosis.observations.readings import MAD_TO_SIGMA, BoolArray, FloatArray
+from diagnosis.observations.readings import BoolArray, FloatArray
+from foundation.scatter import MAD_TO_SIGMA
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,14 +14,12 @@ from scipy.ndimage import median_filter
 
 from diagnosis.observations.options import OBSERVATIONS
 from foundation.errors import RecordingError
+from foundation.scatter import MAD_TO_SIGMA
 from recording.tables.flat import GAP_PERIODS, FlatRecording
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
-
-MAD_TO_SIGMA = 1.4826
-"""Standard deviation of normal noise over its median absolute deviation."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,13 +14,13 @@ from scipy.ndimage import binary_dilation
 from diagnosis.observations.needed_columns import MAPPING, filled
 from diagnosis.observations.options import OBSERVATIONS
 from diagnosis.observations.readings import (
-    MAD_TO_SIGMA,
     BoolArray,
     FloatArray,
     IntArray,
     starts_of,
 )
 from foundation.errors import RecordingError
+from foundation.scatter import MAD_TO_SIGMA
 from models.chain.servo_delta import Motion, ServoChain
 from recording.tables.flat import FlatRecording
 

@@ -11,6 +11,7 @@ import numpy as np
 from drivers.ranging.contract import Gate, RangingSensors, Reading
 from foundation.clock import NS_PER_S, Clock, ns
 from foundation.errors import SensorFault
+from foundation.scatter import MAD_TO_SIGMA
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -128,7 +129,7 @@ def _too_few(axis: str, good: int, wanted: int, refused: dict[str, int]) -> str:
 def _mean_without_outliers(values_mm: FloatArray) -> float:
     """Mean of what lies within four robust standard deviations (1 mm at least) of the median."""
     middle = np.median(values_mm)
-    robust_mm = max(1.4826 * float(np.median(np.abs(values_mm - middle))), 1.0)
+    robust_mm = max(MAD_TO_SIGMA * float(np.median(np.abs(values_mm - middle))), 1.0)
     return float(np.mean(values_mm[np.abs(values_mm - middle) <= 4.0 * robust_mm]))
 
 

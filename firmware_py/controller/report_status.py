@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from drivers.steps.contract import Counts
 from firmware_py.controller.contract import SensorStatus, Status
 from firmware_py.controller.jobs.active_job import ActiveJob
 from firmware_py.controller.sensing.sight import Blindness
@@ -14,8 +12,8 @@ from firmware_py.machine import Machine
 from firmware_py.robot_file import RobotFile
 from foundation.clock import NS_PER_S
 from models.calibrated_inverse import CalibratedInverse
+from models.linkage.counted_pose import counted_pose
 
-Three = tuple[float, float, float]
 TRUSTED = frozenset({State.READY, State.RUNNING, State.PAUSED})
 """States in which the counters say where the arms are."""
 
@@ -43,7 +41,11 @@ def snapshot(
     """Everything a user may want to know now. belief: of the same robot."""
     now_ns = machine.clock.now_ns()
     output = machine.output.status()
-    homed = running.state in TRUSTED
+    angles_rad, position_m = (
+        counted_pose(output.counts, robot.drive.rad_per_step, belief.position_of_one_m)
+        if running.state in TRUSTED
+        else (None, None)
+    )
     job = running.job
     return Status(
         state=running.state.value,
@@ -52,8 +54,8 @@ def snapshot(
         simulated=machine.simulated,
         time_s=now_ns / NS_PER_S,
         counts=output.counts,
-        angles_rad=_angles(robot, output.counts) if homed else None,
-        position_m=_position(robot, belief, output.counts) if homed else None,
+        angles_rad=angles_rad,
+        position_m=position_m,
         job=job.name if job else None,
         job_id=job.number if job else None,
         progress=job.progress(now_ns) if job else 0.0,
@@ -70,13 +72,3 @@ def snapshot(
         outputs=machine.switches.states(output.switched),
         inputs={name: line() for name, line in machine.inputs.items()},
     )
-
-
-def _angles(robot: RobotFile, counts: Counts) -> Three:
-    first, second, third = (count * robot.drive.rad_per_step for count in counts)
-    return first, second, third
-
-
-def _position(robot: RobotFile, belief: CalibratedInverse, counts: Counts) -> Three | None:
-    position_m = belief.position_of_one_m(_angles(robot, counts))
-    return position_m if all(map(math.isfinite, position_m)) else None

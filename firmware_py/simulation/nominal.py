@@ -5,8 +5,7 @@ from __future__ import annotations
 from firmware_py.robot_file import RobotFile
 from models.linkage import Linkage
 from models.linkage.scalar_forward import forward_one
-
-Three = tuple[float, float, float]
+from models.linkage.vectors import Vector
 
 
 class NominalRobot:
@@ -19,15 +18,15 @@ class NominalRobot:
         assert sensors is not None
         rows = zip(sensors.offsets_m.tolist(), sensors.axes.tolist(), strict=True)
         self._rows = [(offset, *axis) for offset, axis in rows]
-        self._at: Three | None = None
+        self._at: Vector | None = None
 
-    def at(self, steps: Three) -> tuple[Three, Three, Three]:
+    def at(self, steps: Vector) -> tuple[Vector, Vector, Vector]:
         """Platform [m], true arm angles [rad] and ranges [m] at commanded counts."""
         if steps != self._at:  # the arms stand still most of the time
             self._at, self._found = steps, self._find(steps)
         return self._found
 
-    def _find(self, steps: Three) -> tuple[Three, Three, Three]:
+    def _find(self, steps: Vector) -> tuple[Vector, Vector, Vector]:
         first, second, third = (count * self._step_rad for count in steps)
         x, y, z = position_m = forward_one(self._linkage, (first, second, third))
         ranges = [offset + a * x + b * y + c * z for offset, a, b, c in self._rows]

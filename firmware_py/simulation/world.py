@@ -16,10 +16,11 @@ from typing import NamedTuple
 import numpy as np
 
 from firmware_py.robot_file import RobotFile
-from firmware_py.simulation.nominal import NominalRobot, Three
+from firmware_py.simulation.nominal import NominalRobot
 from foundation.clock import NS_PER_S, ns
 from models.chain import OnlineChain
 from models.effects.joint_friction import without_swing
+from models.linkage.vectors import Vector
 from models.robot import AXES, FloatArray
 
 CountsAt = Callable[[int], tuple[float, float, float]]
@@ -48,9 +49,9 @@ class Truth:
 
 class _Sample(NamedTuple):
     t_ns: int
-    position_m: Three
-    angles_rad: Three
-    ranges_m: Three
+    position_m: Vector
+    angles_rad: Vector
+    ranges_m: Vector
 
 
 class SimulatedRobot:
@@ -158,14 +159,14 @@ class SimulatedRobot:
         self._samples.extend(simulate(times_ns, counts))
         self._next_ns = times_ns[-1] + step_ns
 
-    def _by_chain(self, times_ns: range, counts: list[Three]) -> Iterator[_Sample]:
+    def _by_chain(self, times_ns: range, counts: list[Vector]) -> Iterator[_Sample]:
         t_s = (np.array(times_ns, dtype=np.int64) - self._start_ns) / NS_PER_S
         out = self._chain.advance(t_s, np.array(counts, dtype=np.float64) + self._zero_steps)
         parts = (out.position.tolist(), out.theta.tolist(), out.ranges.tolist())
         for t_ns, position_m, angles_rad, ranges_m in zip(times_ns, *parts, strict=True):
             yield _Sample(t_ns, tuple(position_m), tuple(angles_rad), tuple(ranges_m))
 
-    def _nominally(self, times_ns: range, counts: list[Three]) -> Iterator[_Sample]:
+    def _nominally(self, times_ns: range, counts: list[Vector]) -> Iterator[_Sample]:
         """Without effects there is nothing to remember, and numpy costs more than it saves."""
         assert self._nominal is not None
         zero = self._zero_steps.tolist()

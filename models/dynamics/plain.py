@@ -13,12 +13,11 @@ from typing import NamedTuple
 from foundation.errors import UnreachablePoint
 from models.gravity import STANDARD_GRAVITY_MPS2
 from models.linkage import Linkage
+from models.linkage.vectors import Vector, cross, dot, less, times
 from models.robot import Masses
 
 LEAST_VOLUME = 1e-4
 """Volume of the forearms' directions below which the platform is as good as loose."""
-
-Vector = tuple[float, float, float]
 
 
 class Terms(NamedTuple):
@@ -54,35 +53,35 @@ class PlainBody:
         """M, c + g at a pose in motion. Raises UnreachablePoint where the linkage comes apart."""
         elbows, slopes, arms = self._elbows(angles_rad)
         place = self._platform(elbows)
-        forearms = [_less(place, elbow) for elbow in elbows]
+        forearms = [less(place, elbow) for elbow in elbows]
         columns = self._inverse_of(forearms)
         moves = [
-            _times(column, _dot(forearm, slope))
+            times(column, dot(forearm, slope))
             for column, forearm, slope in zip(columns, forearms, slopes, strict=True)
         ]
         elbow_biases = [
-            _times(arm, -speed * speed) for arm, speed in zip(arms, speeds_radps, strict=True)
+            times(arm, -speed * speed) for arm, speed in zip(arms, speeds_radps, strict=True)
         ]
         velocity = _combined(moves, speeds_radps)
         asked = []
         for forearm, slope, bias, speed in zip(
             forearms, slopes, elbow_biases, speeds_radps, strict=True
         ):
-            turning = _less(velocity, _times(slope, speed))
-            asked.append(_dot(forearm, bias) - _dot(turning, turning))
+            turning = less(velocity, times(slope, speed))
+            asked.append(dot(forearm, bias) - dot(turning, turning))
         bias = _combined(columns, asked)
         return Terms(*self._matrix(slopes, moves), self._load(slopes, moves, elbow_biases, bias))
 
     def _inverse_of(self, forearms: list[Vector]) -> list[Vector]:
         """Columns of the inverse of the matrix that has the forearms as rows."""
         first, second, third = forearms
-        columns = [_cross(second, third), _cross(third, first), _cross(first, second)]
-        volume = _dot(first, columns[0])
+        columns = [cross(second, third), cross(third, first), cross(first, second)]
+        volume = dot(first, columns[0])
         if abs(volume) < self._least_m3:
             raise UnreachablePoint(
                 "the forearms lie in one plane: the arms do not hold the platform there"
             )
-        return [_times(column, 1.0 / volume) for column in columns]
+        return [times(column, 1.0 / volume) for column in columns]
 
     def _matrix(
         self, slopes: list[Vector], moves: list[Vector]
@@ -96,12 +95,12 @@ class PlainBody:
         )
         third1, third2, third3 = (arm[4] for arm in self._arms)
         return (
-            own * third1 + _dot(j1, (x1, y1, z1)) + sixth * _dot(t1, j1),
-            own * third2 + _dot(j2, (x2, y2, z2)) + sixth * _dot(t2, j2),
-            own * third3 + _dot(j3, (x3, y3, z3)) + sixth * _dot(t3, j3),
-            _dot(j1, (x2, y2, z2)) + sixth * _dot(t1, j2),
-            _dot(j1, (x3, y3, z3)) + sixth * _dot(t1, j3),
-            _dot(j2, (x3, y3, z3)) + sixth * _dot(t2, j3),
+            own * third1 + dot(j1, (x1, y1, z1)) + sixth * dot(t1, j1),
+            own * third2 + dot(j2, (x2, y2, z2)) + sixth * dot(t2, j2),
+            own * third3 + dot(j3, (x3, y3, z3)) + sixth * dot(t3, j3),
+            dot(j1, (x2, y2, z2)) + sixth * dot(t1, j2),
+            dot(j1, (x3, y3, z3)) + sixth * dot(t1, j3),
+            dot(j2, (x3, y3, z3)) + sixth * dot(t2, j3),
         )
 
     def _load(
@@ -121,7 +120,7 @@ class PlainBody:
         )
         at_elbow = (sixth * bx, sixth * by, sixth * bz + self._own_n)
         first, second, third = (
-            _dot(move, at_platform) + _dot(slope, at_elbow)
+            dot(move, at_platform) + dot(slope, at_elbow)
             for move, slope in zip(moves, slopes, strict=True)
         )
         return first, second, third
@@ -156,22 +155,6 @@ class PlainBody:
         if nz > 0.0:
             down = -down
         return x1 + qx + down * nx, y1 + qy + down * ny, z1 + qz + down * nz
-
-
-def _dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _less(a: Vector, b: Vector) -> Vector:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _times(a: Vector, factor: float) -> Vector:
-    return a[0] * factor, a[1] * factor, a[2] * factor
 
 
 def _combined(columns: list[Vector], weights: Sequence[float]) -> Vector:

@@ -16,8 +16,9 @@ from dataclasses import dataclass
 from math import radians
 
 from foundation.errors import UnreachablePoint
-from models.dynamics.plain import PlainBody, Terms, Vector
+from models.dynamics.plain import PlainBody, Terms
 from models.linkage import Linkage
+from models.linkage.vectors import Vector
 from models.robot import Geometry, Masses
 from models.servo_drive import ServoDrive
 

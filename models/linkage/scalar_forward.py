@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 
 from models.linkage.arms import Linkage
+from models.linkage.vectors import Vector
 
-Point = tuple[float, float, float]
-NOWHERE: Point = (math.nan, math.nan, math.nan)
+NOWHERE: Vector = (math.nan, math.nan, math.nan)
 
 
-def forward_one(linkage: Linkage, angles_rad: Point) -> Point:
+def forward_one(linkage: Linkage, angles_rad: Vector) -> Vector:
     """Platform position [m] for commanded arm angles [rad]; NaN where it cannot be assembled.
 
     A pose that `forward` calls singular is given or not as it happens. Raises ValueError for a

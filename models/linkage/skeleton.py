@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.linkage import Linkage
+from models.linkage.vectors import Vector, cross, dot, less, times, unit
 from models.robot import FloatArray, Geometry
 
 Matrix = list[list[float]]
-Point = tuple[float, float, float]
 ROD_APART_PART = 0.45
 """Of the platform's radius: half the distance between the two rods of a forearm."""
 
@@ -21,7 +21,7 @@ ROD_APART_PART = 0.45
 class Placed:
     """A link: its middle [m], and a rotation whose second column points along it."""
 
-    middle_m: tuple[float, float, float]
+    middle_m: Vector
     rotation: Matrix
 
 
@@ -69,9 +69,7 @@ class Skeleton:
         arms: FloatArray = lengths * (np.cos(angles) * self.outward + np.sin(angles) * down)
         return self.shoulders_m() + arms
 
-    def links(
-        self, angles_rad: tuple[float, ...], position_m: tuple[float, float, float] | None
-    ) -> list[Placed]:
+    def links(self, angles_rad: tuple[float, ...], position_m: Vector | None) -> list[Placed]:
         """Three upper arms, then three forearms (left out without a position).
 
         In plain floats: it is asked for ten times a second beside a running motion.
@@ -92,31 +90,14 @@ class Skeleton:
         return arms + rods
 
 
-def _placed(start: Point, end: Point, level: Point) -> Placed:
+def _placed(start: Vector, end: Vector, level: Vector) -> Placed:
     """From here to there; `level` is the direction of the motor's axis."""
-    along = _unit(_less(end, start))
-    tilt = sum(a * b for a, b in zip(level, along, strict=True))
-    sideways = _unit(_less(level, _times(along, tilt)))
-    columns = zip(sideways, along, _cross(sideways, along), strict=True)
+    along = unit(less(end, start))
+    sideways = unit(less(level, times(along, dot(level, along))))
+    columns = zip(sideways, along, cross(sideways, along), strict=True)
     rotation = [[round(value, 5) for value in row] for row in columns]
     x_m, y_m, z_m = (0.5 * (a + b) for a, b in zip(start, end, strict=True))
     return Placed((x_m, y_m, z_m), rotation)
-
-
-def _less(a: Point, b: Point) -> Point:
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
-
-
-def _times(a: Point, factor: float) -> Point:
-    return (factor * a[0], factor * a[1], factor * a[2])
-
-
-def _unit(a: Point) -> Point:
-    return _times(a, 1.0 / math.hypot(*a))
-
-
-def _cross(a: Point, b: Point) -> Point:
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 def quaternion(rotation: Sequence[Sequence[float]]) -> tuple[float, float, float, float]:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from foundation.errors import NetworkError
+from foundation.scatter import MAD_TO_SIGMA
 from models.gravity import gravity_torque_nm
 from models.linkage import Linkage, forward, inverse
 from models.robot import ARMS, DeltaRobot, FloatArray
@@ -25,7 +26,6 @@ _ITERATIONS = 15
 _ENOUGH = 1e-9
 _HUBER = 2.5
 """Beyond this many deviations a sample counts less (Huber 1964)."""
-_MAD = 1.4826
 _SETTLE = 4
 """Rounds of the inverse's fixed point; each gains two digits or more."""
 
@@ -132,7 +132,7 @@ def calibrate(
     for _ in range(_PASSES):
         torque_nm = found._torque_nm(angles_rad)
         left_m = found._seen_m(found._position_m(angles_rad, torque_nm)) - position_m
-        noise_m = float(_MAD * np.nanmedian(np.abs(left_m - np.nanmedian(left_m, axis=0))))
+        noise_m = float(MAD_TO_SIGMA * np.nanmedian(np.abs(left_m - np.nanmedian(left_m, axis=0))))
         weight = _weights(left_m, max(noise_m, 1e-9))
         numbers = _fit(layout, numbers, (position_m, angles_rad, torque_nm), weight)
         found = layout.calibrated(numbers, noise_m)

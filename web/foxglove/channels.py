@@ -34,8 +34,9 @@ from foxglove.messages import (
 
 from models.linkage import skeleton
 from models.linkage.skeleton import Placed, Skeleton
+from models.linkage.vectors import Vector
 from models.robot import AXES, FloatArray
-from web.belief import Belief, Three
+from web.belief import Belief
 
 BASE: Final = "base"
 ARM_M, ROD_M, PLATE_M = 0.024, 0.010, 0.012
@@ -82,7 +83,7 @@ class RobotChannels:
         entity = SceneEntity(timestamp=stamp(t_ns), frame_id=BASE, id="robot", cylinders=cylinders)
         self._scene.log(SceneUpdate(entities=[entity]), log_time=t_ns)
 
-    def measured(self, t_ns: int, position_m: Three) -> None:
+    def measured(self, t_ns: int, position_m: Vector) -> None:
         """Where the sensors see the platform."""
         self.pose(t_ns, "measured", position_m)
         ball = SpherePrimitive(
@@ -91,7 +92,7 @@ class RobotChannels:
         entity = SceneEntity(timestamp=stamp(t_ns), frame_id=BASE, id="measured", spheres=[ball])
         self._sensed.log(SceneUpdate(entities=[entity]), log_time=t_ns)
 
-    def pose(self, t_ns: int, name: str, position_m: Three) -> None:
+    def pose(self, t_ns: int, name: str, position_m: Vector) -> None:
         """'target', 'commanded' or 'measured'."""
         message = PoseInFrame(timestamp=stamp(t_ns), frame_id=BASE, pose=_pose(position_m))
         self._poses[name].log(message, log_time=t_ns)
@@ -111,7 +112,7 @@ class RobotChannels:
             log_time=t_ns,
         )
 
-    def _sensors(self) -> dict[str, tuple[Three, Quaternion]]:
+    def _sensors(self) -> dict[str, tuple[Vector, Quaternion]]:
         """Places of the sensors, and the turn that brings their x axis into their beam."""
         described = self._belief.robot.sensors
         if described is None:
@@ -125,7 +126,7 @@ class RobotChannels:
         return found
 
     def _transform(
-        self, t_ns: int, child: str, place: Three, rotation: Quaternion
+        self, t_ns: int, child: str, place: Vector, rotation: Quaternion
     ) -> FrameTransform:
         return FrameTransform(timestamp=stamp(t_ns), parent_frame_id=BASE, child_frame_id=child,
                               translation=_vector(place), rotation=rotation)  # fmt: skip
@@ -147,7 +148,7 @@ class RobotChannels:
                                           color=colour))  # fmt: skip
         return made
 
-    def _plates(self, position_m: Three | None) -> list[CylinderPrimitive]:
+    def _plates(self, position_m: Vector | None) -> list[CylinderPrimitive]:
         plates = [((0.0, 0.0, 0.03), self._skeleton.base_radius_m, DARK)]
         if position_m is not None:
             plates.append((position_m, self._skeleton.platform_radius_m, BLUE))
@@ -173,9 +174,9 @@ def _quaternion(parts: tuple[float, float, float, float]) -> Quaternion:
     return Quaternion(x=x, y=y, z=z, w=w)
 
 
-def _vector(point: Three) -> Vector3:
+def _vector(point: Vector) -> Vector3:
     return Vector3(x=float(point[0]), y=float(point[1]), z=float(point[2]))
 
 
-def _pose(point: Three) -> Pose:
+def _pose(point: Vector) -> Pose:
     return Pose(position=_vector(point), orientation=Quaternion(x=0.0, y=0.0, z=0.0, w=1.0))

@@ -14,7 +14,6 @@ from diagnosis.observations.needed_columns import (
     refuse_still,
 )
 from diagnosis.observations.readings import (
-    MAD_TO_SIGMA,
     BoolArray,
     FloatArray,
     IntArray,
@@ -26,6 +25,7 @@ from diagnosis.plants.left_over import UNKNOWN, LeftOver
 from diagnosis.plants.lone.odds import FILE_SPREADS, ODDS
 from diagnosis.plants.lone.options import LONE, RANGE_SENSOR
 from diagnosis.plants.regression import Columns, Regressor, Shown, Size, Sizes
+from foundation.scatter import MAD_TO_SIGMA
 from models.chain.range_sensor import SensorChain
 from models.robot import RangeSensor
 from recording.tables.flat import FlatRecording

@@ -11,11 +11,11 @@ import numpy as np
 from diagnosis.answer.records import Channel, FloatArray, Picture
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.sizes import scale_of
+from foundation.scatter import MAD_TO_SIGMA
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 
 OUTLIER_SIGMAS = 7.0
-MAD_TO_SIGMA = 1.4826
 BUCKETS = 1200
 SMOOTHED_OVER = 5
 """Buckets a smoothed curve averages over at most."""

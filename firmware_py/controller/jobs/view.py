@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy as np
 from drivers.ranging.contract import Gate, Reading
 from firmware_py.robot_file import RobotFile
 from models.linkage import Linkage
+from models.linkage.counted_pose import counted_pose
 from models.linkage.scalar_forward import forward_one
 from models.linkage.skeleton import Placed, Skeleton, quaternion, turn_x_to
 from models.robot import AXES
@@ -47,7 +49,7 @@ class View:
     def __init__(self, robot: RobotFile, recorder: ViewRecorder):
         self._robot = robot
         self._recorder = recorder
-        self._linkage = Linkage.of(robot.geometry)
+        self._forward = partial(forward_one, Linkage.of(robot.geometry))
         self._skeleton = Skeleton.of(robot.geometry)
         self._next_ns: dict[str, int] = {}
         self._ranges: dict[str, tuple[int, float]] = {}
@@ -72,10 +74,8 @@ class View:
         """Where the counts put the robot."""
         if not self._due("counts", t_ns):
             return
-        first, second, third = (count * self._robot.drive.rad_per_step for count in counts)
-        angles = (first, second, third)
-        known = forward_one(self._linkage, angles)
-        position = known if all(map(math.isfinite, known)) else None
+        rad_per_step = self._robot.drive.rad_per_step
+        angles, position = counted_pose(counts, rad_per_step, self._forward)
         links = self._skeleton.links(angles, position)
         names = [f"{part}_{number}" for part in ("arm", "forearm") for number in (1, 2, 3)]
         frames = [(name, *_frame(link)) for name, link in zip(names, links, strict=False)]

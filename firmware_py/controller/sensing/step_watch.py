@@ -29,6 +29,7 @@ from firmware_py.controller.sensing.lateness import late_s
 from firmware_py.feedback.residuals import Expectation, Residuals
 from firmware_py.robot_file import RobotFile
 from foundation.clock import ns
+from foundation.scatter import MAD_TO_SIGMA
 from models.robot import FloatArray
 
 NOW_S = 0.28
@@ -46,7 +47,6 @@ TIMES_USUAL = 2.0
 """A loss is so many times the largest difference that was no loss."""
 USUAL_S = 90.0
 """Which is forgotten with this time constant."""
-MAD_TO_SIGMA = 1.4826
 PATIENCE_S = 2.0
 """A difference is usual only after it has not become a loss for so long."""
 
