@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 
 USUAL = "home_offset,gear_backlash"
 PAGE, ABOUT = "demo.html", "about.txt"
-FILES = ("survey.csv.gz", "corrected.yaml")
-"""What else it leaves, as `repair.demonstration` names them."""
 OURS = "Made by 'deltactl demo'. The next demonstration in this folder replaces what is here.\n"
 
 
@@ -60,7 +59,7 @@ def demo(
     ```
     """
     with needs("proof", "demo"):
-        from repair.demonstration import demonstrate
+        from repair.demonstration import CORRECTED, RECORDING, demonstrate
         from repair.page import write_page
     from firmware_py.job_file import load_job
     from firmware_py.robot_file import find
@@ -68,7 +67,7 @@ def demo(
     path = find(job)
     robot_file = find(load_job(path).robot, beside=path)
     effects = [name.strip() for name in conceal.split(",") if name.strip()]
-    replaces = make_room(out, force)
+    replaces = make_room(out, (PAGE, RECORDING, CORRECTED), force)
     if replaces:
         warn(f"replacing the demonstration in {out}; --out FOLDER keeps both")
     with waiting("building the robot", json_out) as show:
@@ -84,14 +83,15 @@ def demo(
     say(f"recording:  {shown.recording}")
 
 
-def make_room(out: Path, force: bool) -> bool:
+def make_room(out: Path, names: Sequence[str], force: bool) -> bool:
     """Make the folder, marked as that of a demonstration; True where one in it is replaced.
 
-    Raises ConfigError for files of the same names that no demonstration made, unless forced.
+    names: of the files it leaves. Raises ConfigError for files of these names that no demonstration
+    made, unless forced.
     """
     mark = out / ABOUT
     ours = mark.is_file() and mark.read_bytes() == OURS.encode()
-    there = [one for name in (PAGE, *FILES, ABOUT) if (one := out / name).exists()]
+    there = [one for name in (*names, ABOUT) if (one := out / name).exists()]
     if there and not ours:
         refuse_existing(force, *there)
     out.mkdir(parents=True, exist_ok=True)

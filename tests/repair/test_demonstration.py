@@ -78,14 +78,14 @@ def test_the_command_prints_the_table_and_writes_the_page(
 
 
 def test_a_demonstration_replaces_one_before_it_and_nothing_else(tmp_path: Path) -> None:
-    from command_line.recordings.demo import FILES, PAGE, make_room
+    from command_line.recordings.demo import PAGE, make_room
 
-    assert FILES == (RECORDING, CORRECTED)
-    assert not make_room(tmp_path / "new", force=False)
-    assert not make_room(tmp_path / "new", force=False)  # begun, and broken off
+    names = (PAGE, RECORDING, CORRECTED)
+    assert not make_room(tmp_path / "new", names, force=False)
+    assert not make_room(tmp_path / "new", names, force=False)  # begun, and broken off
     (tmp_path / "new" / PAGE).write_text("the last one")
-    assert make_room(tmp_path / "new", force=False)
+    assert make_room(tmp_path / "new", names, force=False)
     (tmp_path / CORRECTED).write_text("mine")
     with pytest.raises(ConfigError, match="exists already"):
-        make_room(tmp_path, force=False)
-    assert not make_room(tmp_path, force=True)
+        make_room(tmp_path, names, force=False)
+    assert not make_room(tmp_path, names, force=True)
