@@ -6,126 +6,102 @@ line here for the pairs that are hard to distinguish.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from diagnosis.answer.records import Finding
 
 Pair = frozenset[str]
-_TABLE: tuple[tuple[Pair, str], ...] = (
-    (
-        frozenset({"gear_backlash", "joint_friction"}),
+_AXES: dict[Pair, str] = {
+    frozenset({"gear_backlash", "joint_friction"}): (
         "repeat the motion with a weight that always pulls one way (play closes, friction stays), "
-        "or record the effort as well",
+        "or record the effort as well"
     ),
-    (
-        frozenset({"transmission_error", "encoder_error"}),
+    frozenset({"transmission_error", "encoder_error"}): (
         "read the angle by other means, such as a level or a mirror, at a few places: a gear's "
-        "error moves the axis, an encoder's does not",
+        "error moves the axis, an encoder's does not"
     ),
-    (
-        frozenset({"following_lag", "sensor_latency"}),
+    frozenset({"following_lag", "sensor_latency"}): (
         "move the axis by hand against a switch that is recorded by the same clock: late "
-        "readings show it late, a late drive does not",
+        "readings show it late, a late drive does not"
     ),
-    (
-        frozenset({"following_lag", "viscous_friction"}),
-        "record the effort, or change the drive's gain: friction lags less behind a stiffer drive",
+    frozenset({"following_lag", "viscous_friction"}): (
+        "record the effort, or change the drive's gain: friction lags less behind a stiffer drive"
     ),
-    (
-        frozenset({"gear_ratio", "joint_compliance"}),
+    frozenset({"gear_ratio", "joint_compliance"}): (
         "say in the robot file what hangs on the axis (`gravity`), or record it as `load`, and "
-        "diagnose again: a wrong ratio is the same at every load",
+        "diagnose again: a wrong ratio is the same at every load"
     ),
-    (
-        frozenset({"home_offset", "joint_compliance"}),
-        "repeat the motion with a known weight on the axis: a yielding joint sags further",
+    frozenset({"home_offset", "joint_compliance"}): (
+        "repeat the motion with a known weight on the axis: a yielding joint sags further"
     ),
-    (
-        frozenset({"home_offset", "gear_backlash"}),
-        "come to the same places from both sides: play shows twice, an offset once",
+    frozenset({"home_offset", "gear_backlash"}): (
+        "come to the same places from both sides: play shows twice, an offset once"
     ),
-    (
-        frozenset({"inertia", "effort_gain"}),
+    frozenset({"inertia", "effort_gain"}): (
         "push the axis with a known force (a spring balance, a weight over a pulley) and record it "
-        "as `load`",
+        "as `load`"
     ),
-    (
-        frozenset({"effort_offset", "joint_friction"}),
+    frozenset({"effort_offset", "joint_friction"}): (
         "pull the resting axis either way with a spring balance: friction that differs by "
-        "direction shows there, an offset of the effort does not",
+        "direction shows there, an offset of the effort does not"
     ),
-    (
-        frozenset({"joint_friction", "stribeck_friction"}),
-        "move at several steady speeds, the slowest just above standstill",
+    frozenset({"joint_friction", "stribeck_friction"}): (
+        "move at several steady speeds, the slowest just above standstill"
     ),
-    (
-        frozenset({"joint_friction", "viscous_friction"}),
-        "move at several steady speeds, slow and fast",
+    frozenset({"joint_friction", "viscous_friction"}): (
+        "move at several steady speeds, slow and fast"
     ),
-    (
-        frozenset({"sensor_offset", "sensor_scale"}),
-        "record again over a wider span of distances, near ones and far ones",
+    frozenset({"sensor_offset", "sensor_scale"}): (
+        "record again over a wider span of distances, near ones and far ones"
     ),
-    (
-        frozenset({"sensor_scale", "sensor_crosstalk"}),
-        "record again over a wider span of distances, near ones and far ones",
+    frozenset({"sensor_scale", "sensor_crosstalk"}): (
+        "record again over a wider span of distances, near ones and far ones"
     ),
-    (
-        frozenset({"sensor_offset", "sensor_drift"}),
-        "record again from switching on, for longer",
-    ),
-)
-_OF_A_DELTA: tuple[tuple[frozenset[str], str], ...] = (
-    (
-        frozenset({"gear_backlash", "joint_friction"}),
+    frozenset({"sensor_offset", "sensor_drift"}): "record again from switching on, for longer",
+}
+_DELTAS: dict[Pair, str] = {
+    frozenset({"gear_backlash", "joint_friction"}): (
         "Standing still after approaching from both sides, another payload, or the motor "
-        "current would distinguish play from friction.",
+        "current would distinguish play from friction."
     ),
-    (
-        frozenset({"following_lag", "sensor_latency"}),
-        "Recording the arm angles too would distinguish a late drive from late readings.",
+    frozenset({"following_lag", "sensor_latency"}): (
+        "Recording the arm angles too would distinguish a late drive from late readings."
     ),
-    (
-        frozenset({"home_offset", "forearm_length"}),
-        "A run through more of the workspace would distinguish them better.",
+    frozenset({"home_offset", "forearm_length"}): (
+        "A run through more of the workspace would distinguish them better."
     ),
-    (
-        frozenset({"home_offset", "sensor_offset"}),
-        "A run with more tilted arms, or arm angles measured, would distinguish them.",
+    frozenset({"home_offset", "sensor_offset"}): (
+        "A run with more tilted arms, or arm angles measured, would distinguish them."
     ),
-    (
-        frozenset({"following_lag", "motor_azimuth"}),
-        "The same path run the other way round would distinguish them.",
+    frozenset({"following_lag", "motor_azimuth"}): (
+        "The same path run the other way round would distinguish them."
     ),
-)
+}
 """Pairs that are hard to distinguish, and what distinguishes them."""
 LONE = "axis"
 """Component of a machine that is one axis."""
 OTHERWISE = "repeat the motion with other speeds, spans and rests"
 
 
-def how(effect: str, other: str) -> str:
-    """What separates two effects of a lone axis; empty where the table has nothing."""
-    pair = frozenset({effect, other})
-    return next((says for row, says in _TABLE if row == pair), "")
+def _ways(table: Mapping[Pair, str], finding: Finding) -> list[str]:
+    """What separates a finding from each alternative; empty where the table has nothing."""
+    pairs = (frozenset({finding.effect, one.effect}) for one in finding.alternatives)
+    return [table.get(pair, "") for pair in pairs]
 
 
 def telling_apart(findings: Sequence[Finding]) -> list[str]:
-    """A sentence for every pair that is tied."""
+    """A sentence for every pair of a lone axis that is tied."""
     lines: dict[Pair, str] = {}
     for finding in findings:
-        for other in finding.alternatives:
+        for other, says in zip(finding.alternatives, _ways(_AXES, finding), strict=True):
             pair = frozenset({finding.effect, other.effect})
-            says = how(finding.effect, other.effect) or OTHERWISE
-            lines.setdefault(pair, f"To tell {finding.effect} from {other.effect}: {says}.")
+            text = f"To tell {finding.effect} from {other.effect}: {says or OTHERWISE}."
+            lines.setdefault(pair, text)
     return list(lines.values())
 
 
 def hint(finding: Finding) -> str:
     """What would distinguish a finding from its alternatives; empty where no line says."""
-    others = [one.effect for one in finding.alternatives]
-    if finding.component == LONE:
-        ways = [way for other in others if (way := how(finding.effect, other))]
-        return f"To tell them apart: {ways[0]}." if ways else ""
-    effects = {finding.effect, *others}
-    return next((hint for pair, hint in _OF_A_DELTA if pair <= effects), "")
+    lone = finding.component == LONE
+    said = next(filter(None, _ways(_AXES if lone else _DELTAS, finding)), "")
+    return f"To tell them apart: {said}." if said and lone else said
