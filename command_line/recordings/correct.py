@@ -26,7 +26,7 @@ def correct(
     robot: Annotated[str, typer.Option(help="The robot file used so far.")],
     out: Annotated[Path, typer.Option(help="Corrected robot file; its network goes beside it.")],
     all_of_them: Annotated[
-        bool, typer.Option("--all", help="Also what is tied or improbable.")
+        bool, typer.Option("--all", help="Also findings that are improbable or not certain.")
     ] = False,
     train: Annotated[
         bool, typer.Option(help="Train the network that belongs to the corrected file.")

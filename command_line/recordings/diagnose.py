@@ -38,6 +38,7 @@ def diagnose_recordings(
     from diagnosis.answer.corrected_robot import save_corrected
     from diagnosis.experiment import write_job
     from diagnosis.report.page.html import write_report
+    from diagnosis.report.sentences.remedies import written as what_is_written
     from diagnosis.report.sentences.summary import summary_lines
 
     robot_file = find(robot)
@@ -63,9 +64,11 @@ def diagnose_recordings(
             why = "only deltas have jobs"
         made = answer.next_experiment is not None
         say(f"job: {next_job}" if made else f"job: none, as {why}")
-    for name, path in (("report", report), ("answer", json_file), ("robot file", save_robot)):
+    for name, path in (("report", report), ("answer", json_file)):
         if path is not None:
             say(f"{name}: {path}")
+    if save_robot is not None:
+        say(f"robot file: {save_robot}, {what_is_written(answer, save_all)}")
 
 
 def read_with(columns: list[str]) -> Callable[[Path], FlatRecording]:

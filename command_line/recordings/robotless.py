@@ -40,11 +40,14 @@ def diagnose(
     ] = None,
     report: Annotated[Path | None, typer.Option(help="Write an HTML report here.")] = None,
     save_robot: Annotated[
-        Path | None, typer.Option(help="Write the corrected robot file here.")
+        Path | None,
+        typer.Option(help="Write the robot file with the findings that are certain here."),
     ] = None,
     save_all: Annotated[
         bool,
-        typer.Option("--all", help="With --save-robot: also what is tied or improbable."),
+        typer.Option(
+            "--all", help="With --save-robot: also findings that are improbable or not certain."
+        ),
     ] = False,
     next_job: Annotated[
         Path | None,
@@ -120,6 +123,8 @@ def diagnose(
             "say which robot file describes the machine, or look at the data with --inspect",
             param_hint="--robot",
         )
+    if save_all and save_robot is None:
+        raise typer.BadParameter("add --save-robot FILE, which it is for", param_hint="--all")
     from command_line.recordings.diagnose import diagnose_recordings
 
     refuse_existing(force, json_file, report, save_robot, next_job)

@@ -12,6 +12,7 @@ from firmware_py.program.dry_run import program_of
 from firmware_py.program.instructions import Program
 from firmware_py.program.totals import summarise_program
 from firmware_py.robot_file import find, load_robot
+from models.robot import DeltaRobot, per_arm
 from repair.coverage import Coverage, coverage_of
 from repair.limit import Limit
 from repair.program_limit import limit_of_program
@@ -37,7 +38,7 @@ def check_job(job: Path, robot: str | None, json_out: bool) -> None:
             }
         )
         return
-    rows = [*_rows(summary), *limit_rows(limit)]
+    rows = [*_rows(summary), *limit_rows(limit), *_single_steps(program.robot, limit)]
     if farthest_m is not None:
         rows.append(("feedback", f"moves the platform by at most {millimetres(farthest_m)}"))
     console.print(facts(f"{summary.job} may run", rows))
@@ -57,6 +58,15 @@ def limit_rows(limit: Limit | str) -> list[tuple[str, str]]:
         f"{millimetres(size_m)} from {why}" for why, size_m in parts.items() if size_m > 0.0
     )
     return [("limit of tracking", f"{millimetres(limit.rms_m)} RMS: {said}")]
+
+
+def _single_steps(robot: DeltaRobot, limit: Limit | str) -> list[tuple[str, str]]:
+    """What a run's table shows beside the limit, for which rotors turn evenly between steps."""
+    if isinstance(limit, str) or robot.drive is None:
+        return []
+    at_elbow_m = float(per_arm(robot.geometry.upper_arm_m).max()) * robot.drive.rad_per_step
+    said = f"{millimetres(at_elbow_m)} at the elbow; a run's table shows each, the limit their mean"
+    return [("one microstep", said)]
 
 
 def _farthest_m(program: Program) -> float | None:

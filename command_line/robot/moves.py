@@ -10,6 +10,13 @@ import typer
 from command_line.robot.jobs import JsonOption, SocketOption
 
 Place = tuple[float, float, float]
+WHAT = {"stopped": "stop", "fault": "fault"}
+FIRST = {
+    "off": "'deltactl on', ",
+    "stopped": "clear the cause, 'deltactl acknowledge', ",
+    "fault": "clear the cause, 'deltactl acknowledge', ",
+}
+"""What is typed before homing, by the robot's state."""
 RobotOption = Annotated[
     str | None, typer.Option(help="Robot file; without it the one that the daemon runs.")
 ]
@@ -243,9 +250,11 @@ def _position_m(socket: Path | None) -> Place:
             f"the robot is {status.state}: {status.job}; wait for its end, or 'deltactl cancel'"
         )
     if status.position_m is None:
-        on = "'deltactl on', " if status.state == "off" else ""
+        what = f" since the {WHAT[status.state]} ({status.why})" if status.state in WHAT else ""
+        first = FIRST.get(status.state, "")
         raise NotReady(
-            f"the position is unknown; {on}put the arms against their stops, 'deltactl home'"
+            f"the position is unknown{what}; {first}put the arms against their stops,"
+            " 'deltactl home'"
         )
     return status.position_m
 

@@ -90,7 +90,8 @@ def refuse_unless_done(result: JobResult) -> None:
     """Raise MotionError, or RecordingError, when a job did not end as it should."""
     if result.outcome != "done":
         why = f": {result.why}" if result.why else ""
-        why += " (was this computer too busy?)" if "no heartbeat" in why else ""
+        asked = "no heartbeat" in why and "too busy" not in why
+        why += " (was this computer too busy?)" if asked else ""
         raise MotionError(f"job '{result.name}' ended as {result.outcome}{why}")
     if result.recording_error:
         raise RecordingError(f"the job ran, but not all was recorded: {result.recording_error}")

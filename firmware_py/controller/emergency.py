@@ -16,6 +16,10 @@ LATCHED = frozenset({State.STOPPED, State.FAULT})
 STOP_REASONS = ("e-stop", "stop requested")
 """What the output says of a stop that somebody wanted."""
 
+NO_HEARTBEAT = "no heartbeat"
+BUSY = "; this computer was too busy to simulate the robot in real time"
+"""What a missing heartbeat means where nothing but this computer can be the cause."""
+
 
 class Emergency:
     """Stops the pulses first and then says why; what latched first stays the reason."""
@@ -77,6 +81,8 @@ class Emergency:
         """The pulses have ended: so do all jobs, and the state is latched."""
         self._condition.turns += 1
         self._observer.collect()
+        if self._machine.simulated and NO_HEARTBEAT in why:
+            why += BUSY
         self._condition.note("stop" if state is State.STOPPED else "fault", why)
         self._jobs.end_all("stopped" if state is State.STOPPED else "fault", why)
         self._condition.enter(state, why)

@@ -28,6 +28,7 @@ SETTLE_LOOK_S = 0.1
 SWITCH_S = 0.001
 """How long one thread may keep the interpreter from the control loop (Python's own: 5 ms)."""
 MOVING = (State.RUNNING.value, State.PAUSED.value)
+LATCHED = (State.STOPPED.value, State.FAULT.value)
 
 _log = logging.getLogger(__name__)
 
@@ -85,8 +86,10 @@ def run_daemon(
             )
             notifier.ready()
             _log.info("listening at %s", server.path)
+            latched = ""
             while not signals.count and server.alive and not controller.fatal():
                 notifier.status(_in_words(controller))
+                latched = _log_what_latched(controller, latched)
                 signals.wait(check_period_s(notifier.watchdog_s))
                 watchdog.check()
             if why := controller.fatal():
@@ -97,6 +100,17 @@ def run_daemon(
             return 0 if signals.count else 1
     finally:
         controller.close()
+
+
+def _log_what_latched(controller: OwnedController, before: str) -> str:
+    """A stop or fault, once; what is latched now, empty where nothing is."""
+    status = controller.status()
+    if status.state not in LATCHED:
+        return ""
+    now = f"{status.state}: {status.why}"
+    if now != before:
+        _log.warning("%s", now)
+    return now
 
 
 def _settle(controller: OwnedController, watchdog: Watchdog, signals: EndSignals) -> None:

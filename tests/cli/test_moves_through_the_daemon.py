@@ -107,3 +107,20 @@ def test_run_says_what_the_daemon_compensates(
     assert "compensated: home_offset on motor1, in the inverse kinematics" in said
     corrected.write_text("name: broken")
     assert "compensated" not in deltactl("run", str(job)).output
+
+
+def test_after_a_fault_teach_says_what_happened_and_what_to_type(
+    served: tuple[Controller, Path], deltactl: Deltactl, tmp_path: Path
+) -> None:
+    controller = served[0]
+    with controller.condition.lock:
+        controller._emergency.fault("no heartbeat: the controller hung for 0.6 s")
+    refused = str(deltactl("teach", str(tmp_path / "points.csv")).exception)
+    deltactl("acknowledge")
+    deltactl("home")
+    assert refused == (
+        "the position is unknown since the fault (no heartbeat: the controller hung for 0.6 s; this"
+        " computer was too busy to simulate the robot in real time); clear the cause, 'deltactl"
+        " acknowledge', put the arms against their stops, 'deltactl home'"
+    )
+    assert deltactl("teach", str(tmp_path / "points.csv")).exception is None

@@ -14,7 +14,7 @@ import pytest
 from firmware_py.daemon.address import client_sockets, daemon_socket
 from firmware_py.daemon.client import daemon_answers
 from firmware_py.daemon.listener import Listener
-from firmware_py.daemon.main import run_daemon
+from firmware_py.daemon.main import _log_what_latched, run_daemon
 from firmware_py.daemon.notify import Notifier
 from firmware_py.daemon.signals import EndSignals
 from firmware_py.daemon.watchdog import Watchdog, check_period_s
@@ -193,6 +193,17 @@ def test_a_controller_that_cannot_go_on_ends_the_daemon(serve, notifier, caplog)
         assert run_daemon(daemon.controller, daemon.server, notifier, signals) == 1
     assert daemon.controller.closed
     assert "the pulse process ended; the daemon ends" in caplog.text
+
+
+def test_a_fault_is_logged_once_while_it_lasts(serve, caplog):
+    controller = serve(start=False).controller
+    controller.power_on()
+    assert _log_what_latched(controller, "") == ""
+    controller.stop("no heartbeat")
+    latched = _log_what_latched(controller, "")
+    assert latched == "stopped: no heartbeat"
+    assert _log_what_latched(controller, latched) == latched
+    assert [one.getMessage() for one in caplog.records] == [latched]
 
 
 def test_the_second_daemon_is_refused(serve):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from diagnosis.answer.corrected_robot import sure
+from diagnosis.answer.corrected_robot import lasts, sure
 from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.answer.verdict import claimed
 from diagnosis.report.sentences import words
@@ -70,6 +70,18 @@ def remedies(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]
 def tied(finding: Finding) -> bool:
     """Whether it could as well be something else, by this recording."""
     return bool(finding.alternatives) and not settled(finding)
+
+
+def written(diagnosis: Diagnosis, all_of_them: bool) -> str:
+    """What of an answer a corrected robot file holds, and what it leaves out."""
+    lasting = [one for one in diagnosis.findings if lasts(one)]
+    left = [one for one in lasting if not (all_of_them or sure(one, diagnosis))]
+    kept = len(lasting) - len(left)
+    says = f"with {words.count(kept, 'finding')}" if kept else "as it was"
+    if left:
+        names = words.listed([words.effect(one.effect, one.component) for one in left])
+        says += f"; left out as not certain (--all writes it too): {names}"
+    return says
 
 
 def remedy(finding: Finding, robot: RobotModel | None, certain: bool = True) -> Remedy | None:
