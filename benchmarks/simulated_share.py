@@ -15,10 +15,10 @@ from functools import wraps
 from mmap import mmap
 from pathlib import Path
 from time import thread_time_ns
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from drivers.fakes import lines
-from drivers.fakes.lines import FakeLines
+if TYPE_CHECKING:  # loaded as late as the program itself does, which counts threads before numpy
+    from drivers.fakes.lines import FakeLines
 
 TALLY = "TALLY"
 DAEMON, PULSES, ROUNDS = 0, 1, 2
@@ -40,6 +40,9 @@ def tally(path: Path) -> tuple[float, int]:
 
 def of_config(config: dict[str, Any]) -> FakeLines:
     """The fake lines, timed; called in the pulse process."""
+    from drivers.fakes import lines
+    from drivers.fakes.lines import FakeLines
+
     _time(PULSES, FakeLines, "read", "write")
     return lines.of_config(config)
 
@@ -81,6 +84,9 @@ def main() -> None:
     """Watch the fakes, then be `deltactl`; the pulse process, which has to start quickly, needs
     none of what is imported here."""
     from command_line.main import main as deltactl
+    from foundation.one_thread import one_thread_in_this_program
+
+    one_thread_in_this_program()
     from drivers.fakes import steps
     from drivers.fakes.i2c_bus import FakeI2cBus
     from firmware_py.controller.control_loop import ControlLoop

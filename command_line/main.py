@@ -89,7 +89,9 @@ def main() -> None:
         print(f"deltactl: {other}", file=sys.stderr)
         sys.exit(2)
     from foundation.errors import ConfigError, DeltactlError
+    from foundation.one_thread import one_thread_in_this_program
 
+    one_thread_in_this_program()
     try:
         status = app(prog_name="deltactl", standalone_mode=False)
         sys.exit(status if isinstance(status, int) else 0)

@@ -31,6 +31,24 @@ def test_a_folder_of_the_users_that_hides_one_of_ours_is_named(tmp_path: Path, n
     assert "PYTHONPATH" in line
 
 
+def test_no_thread_of_the_arithmetic_spins_beside_the_control_loop() -> None:
+    asked = """
+from command_line.main import main
+try:
+    main()
+except SystemExit:
+    import numpy
+    from threadpoolctl import threadpool_info
+    print(max(one["num_threads"] for one in threadpool_info()))
+"""
+    untold = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
+    done = subprocess.run(
+        [sys.executable, "-c", asked, "version"],
+        env=untold, cwd=ROOT, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout.splitlines()[-1] == "1"
+
+
 @pytest.mark.parametrize(
     ("length_m", "shown"),
     [(0.0123, "12.30 mm"), (4.2e-6, "0.0042 mm"), (3.1e-8, "0.000031 mm"), (0.0, "0.00 mm"),
