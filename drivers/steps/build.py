@@ -21,7 +21,8 @@ SIGNALS_BEFORE_ENA = 6
 """STEP 1 to 3 and DIR 1 to 3, see drivers/steps/lines.py."""
 LGPIO = "drivers.steps.lgpio_lines:of_config"
 """What opens the lines in the pulse process, see pulse_main.open_lines."""
-POLL_NS = 1_000_000
+POLL_NS = 2_000_000
+"""Between edges that are far apart; before each edge there is a look of its own."""
 VIRTUAL_POLL_NS = 10_000_000
 """On a virtual clock nothing happens between tasks, and the last look is right at each edge."""
 CHECK_AHEAD_NS = 60_000

@@ -14,6 +14,9 @@ BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 _MOTORS = np.arange(MOTORS, dtype=np.uint8)
 _STEPPING = np.array([1, 2, 4], dtype=np.uint8)
 _NEGATIVE = _STEPPING << 3
+_EVERY = np.arange(64)[:, np.newaxis]
+_STEPS_OF = ((_EVERY >> _MOTORS & 1) * (1 - 2 * (_EVERY >> _MOTORS + 3 & 1))).astype(np.int8)
+"""Steps of each of the 64 codes."""
 
 
 def as_ticks(ticks: Ticks) -> tuple[Int64Array, Codes]:
@@ -32,9 +35,7 @@ def as_ticks(ticks: Ticks) -> tuple[Int64Array, Codes]:
 
 def as_steps(codes: Codes) -> Int8Array:
     """Steps of shape (n, 3), each -1, 0 or +1."""
-    steps = (codes[:, np.newaxis] >> _MOTORS & 1).astype(np.int8)
-    negative = (codes[:, np.newaxis] >> (_MOTORS + 3) & 1).astype(np.bool_)
-    steps[negative] *= -1
+    steps: Int8Array = _STEPS_OF[codes & 0b111111]
     return steps
 
 

@@ -118,7 +118,6 @@ class PlayerStepOutput:
             if self._last is not None:
                 return self._last
             self._host.kick()
-            self._collect()
             words, fault = self._board.words, self._host.fault()
             state = OutputState.STOPPED if fault else _STATES[words[b.STATE]]
             return OutputStatus(
