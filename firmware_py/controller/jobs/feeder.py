@@ -15,6 +15,8 @@ from foundation.clock import NS_PER_S, Clock, ns
 from foundation.errors import PulseFault
 
 LOOKAHEAD_S = 0.1
+FEED_S = 0.015
+"""Queued at most so often: every second round of the control loop."""
 LEAD_S = 0.03
 """The first tick is due this long after the start, so that it is not late at once."""
 
@@ -38,6 +40,7 @@ class Feeder:
         self._motion = motion
         self._feedback = feedback
         self._start_ns = clock.now_ns() + ns(LEAD_S)
+        self._next_feed_ns = 0
         self._slip_before_ns = output.status().slip_ns
 
     @property
@@ -55,6 +58,9 @@ class Feeder:
 
     def feed(self, now_ns: int) -> None:
         """Queue what is due within the look-ahead. Raises MotionError, PulseFault."""
+        if now_ns < self._next_feed_ns:
+            return
+        self._next_feed_ns = now_ns + ns(FEED_S)
         chunk = self._motion.take(self.run_ns(now_ns) + ns(LOOKAHEAD_S))
         if len(chunk.ticks):
             self._take_over_slip()
