@@ -43,9 +43,12 @@ def better_moment(
     best, t_s = None, readings.t_s
     earliest_s, latest_s = told_between(t_s)
     for way in (-1, 1):
-        farthest = _moved(at.terms, number, way * ESTIMATION.moments[-1] * period_s)
+        moments = [way * count for count in ESTIMATION.moments]
+        if not earliest_s < shown_s + moments[0] * period_s < latest_s:
+            continue
+        farthest = _moved(at.terms, number, moments[-1] * period_s)
         change = predict([*at.nuisances, *farthest]) - at.predicted
-        for moment in (way * count for count in ESTIMATION.moments):
+        for moment in moments:
             moment_s = shown_s + moment * period_s
             if not earliest_s < moment_s < latest_s:
                 break

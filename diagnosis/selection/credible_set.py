@@ -8,7 +8,7 @@ weighed by their evidence: Occam's window (Madigan and Raftery 1994, J. Am. Stat
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,7 @@ from diagnosis.score_tests.library import Entry
 from diagnosis.search.search import Search
 from diagnosis.selection.ambiguity import Standing
 from diagnosis.selection.imitation import Beside, beside_unknown
-from diagnosis.selection.nonparametric import in_place_of
+from diagnosis.selection.nonparametric import InPlace, in_place_of
 from diagnosis.selection.options import CREDIBLE
 
 Name = tuple[str, str]
@@ -62,8 +62,16 @@ def preferred(search: Search, solution: Solution, stands: Sequence[Standing]) ->
     return rival if weight > search.options.preferred else None
 
 
-def credible(search: Search, solution: Solution, stands: Sequence[Standing]) -> Credible:
-    """Weigh what the search compared around its solution."""
+def credible(
+    search: Search,
+    solution: Solution,
+    stands: Sequence[Standing],
+    in_place: Mapping[SplineTerm, InPlace] | None = None,
+) -> Credible:
+    """Weigh what the search compared around its solution.
+
+    in_place: what is known of this solution without its spline terms; the rest is fitted here.
+    """
     weights = _weigh(solution, stands)
     narrower = _weigh(solution, stands, 1.0 / SIZE_PRIORS.known_to)
     wider = _weigh(solution, stands, SIZE_PRIORS.known_to)
@@ -73,7 +81,11 @@ def credible(search: Search, solution: Solution, stands: Sequence[Standing]) -> 
     for stand, each, total, one in zip(stands, weights.rivals, weights.totals, own, strict=True):
         chances = [one * weight / total for weight in each]
         rivals.append(_by_name(solution, list(zip(stand.rivals, chances, strict=True))))
-    shapes = [_of_shape(search, solution, free) for free in solution.frees]
+    known = in_place or {}
+    instead = [known.get(free) or in_place_of(search, solution, free) for free in solution.frees]
+    shapes = [
+        _of_shape(search, solution, *pair) for pair in zip(solution.frees, instead, strict=True)
+    ]
     nothing = _nothing(search.tests, solution, sum(weights.costs))
     return Credible(
         terms=weights.of_terms(own),
@@ -153,9 +165,8 @@ def _by_name(solution: Solution, weighed: Sequence[tuple[Solution, float]]) -> d
     return found
 
 
-def _of_shape(search: Search, solution: Solution, free: SplineTerm) -> float:
+def _of_shape(search: Search, solution: Solution, free: SplineTerm, instead: InPlace) -> float:
     """Of a spline term: against nothing, and against the best named effect in its place."""
-    instead = in_place_of(search, solution, free)
     weights = [_weight(instead.bare.cost - solution.cost - spline_penalty(free))]
     if instead.named is not None:
         cost = search.criterion.fully_penalised

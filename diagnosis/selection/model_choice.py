@@ -52,14 +52,14 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     nominal = search.tests.empty
     tolerances = ToleranceRival(search)
     told, solution = _told(tolerances, *_reviewed(tolerances, solution))
-    solution = named_instead(told, solution)
+    solution, in_place = named_instead(told, solution)
     progress("what else it could be")
     settled, stands = resolved(told, in_parts(told, solution))
     rival = preferred(told, settled, stands)
     if rival is not None:
         settled = in_parts(told, rival)
         stands = stands_of(told, settled)
-    chances = credible(told, settled, stands)
+    chances = credible(told, settled, stands, in_place if settled is solution else None)
     return Explained(told, settled, first_p, told is not search, nominal, stands, chances)
 
 

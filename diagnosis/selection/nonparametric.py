@@ -66,19 +66,22 @@ def in_place_of(search: Search, solution: Solution, free: SplineTerm) -> InPlace
     return InPlace(bare, next(iter(named), None))
 
 
-def named_instead(search: Search, solution: Solution) -> Solution:
-    """The same with named effects in the place of spline terms, where that explains it better.
+def named_instead(search: Search, solution: Solution) -> tuple[Solution, dict[SplineTerm, InPlace]]:
+    """The same with named effects in the place of spline terms, where that explains it better; and
+    what was fitted in the place of each that stays.
 
     A spline term competes with the effects that the search had chosen; this one it may never have
     been compared with. Not where effects stand beside it: several that bend together imitate what
     acts outside the vocabulary, and it is the better for being named so.
     """
+    fitted: dict[SplineTerm, InPlace] = {}
     for free in () if solution.terms else solution.frees:
-        named = in_place_of(search, solution, free).named
+        fitted[free] = in_place_of(search, solution, free)
+        named = fitted[free].named
         cost = search.criterion.fully_penalised
         if named is not None and cost(named) < cost(solution):
             return named_instead(search, drop(search, named))
-    return solution
+    return solution, fitted
 
 
 def shape_promises(search: Search, solution: Solution, penalised: float) -> bool:

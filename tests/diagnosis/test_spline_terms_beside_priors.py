@@ -13,6 +13,7 @@ from diagnosis.search.search import Search
 from diagnosis.selection.credible_set import _of_shape
 from diagnosis.selection.nonparametric import (
     explains_it_all,
+    in_place_of,
     named_instead,
     shape_promises,
     with_spline_terms,
@@ -72,8 +73,8 @@ def test_a_named_effect_that_explains_better_takes_the_place_of_a_shape(
     search = Search(prepare(model, model.readings.valid.copy()), 1e-3)
     free = next(one for one in search.prepared.fine if one.location == one.covariate == "range_z")
     shaped = search.fitter.solve((), (free,), search.tests.empty.nuisances)
-    assert _of_shape(search, shaped, free) < 0.01
-    named = named_instead(search, shaped)
+    assert _of_shape(search, shaped, free, in_place_of(search, shaped, free)) < 0.01
+    named, _ = named_instead(search, shaped)
     assert [term.candidate.key for term in named.terms] == [("sensor_crosstalk", "range_z")]
     assert named.frees == ()
 
@@ -81,5 +82,6 @@ def test_a_named_effect_that_explains_better_takes_the_place_of_a_shape(
 def test_a_shape_that_explains_better_than_any_name_stays(loosely: ToleranceRival) -> None:
     search = loosely.search
     shaped = with_spline_terms(search, search.run())
-    assert named_instead(search, shaped) is shaped
-    assert all(_of_shape(search, shaped, free) > 0.95 for free in shaped.frees)
+    stays, in_place = named_instead(search, shaped)
+    assert stays is shaped
+    assert all(_of_shape(search, shaped, free, in_place[free]) > 0.95 for free in shaped.frees)
