@@ -92,7 +92,7 @@ def main() -> None:
     from firmware_py.controller.control_loop import ControlLoop
     from firmware_py.simulation.world import SimulatedRobot
 
-    steps.FAKE = FAKE  # type: ignore[misc]
+    steps.FAKE = FAKE
     _time(DAEMON, FakeI2cBus, "i2c_rdwr")
     _time(DAEMON, SimulatedRobot, "truth", "keep_up")
     ControlLoop._round = _counted(ControlLoop._round, _words())  # type: ignore[method-assign]

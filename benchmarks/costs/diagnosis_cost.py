@@ -24,7 +24,8 @@ import numpy as np
 
 from models.chain import Chain, Commands
 from models.robot import load_delta
-from proof.cases import SINGLES, assemble
+from proof.cases import assemble
+from proof.hidden.build_in import SINGLES
 from proof.hidden.oddities import ODDITIES
 from proof.write_case import HOLDOUT, RECORDING, ROBOT_FILE, write_blind
 

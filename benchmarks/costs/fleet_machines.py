@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,7 @@ RAD_PER_STEP = 2.0 * math.pi / 16_000
 AXIS_SPAN_S, AXIS_PERIOD_S, AXIS_NOISE_RAD = 12.0, 0.02, 2e-4
 DELTA_SPAN_S, DELTA_PERIOD_S, RANGE_NOISE_M, RANGE_STEP_M = 30.0, 0.02, 1.5e-3, 1e-3
 BASE_M, PLATFORM_M, UPPER_M, FOREARM_M = 0.325, 0.075, 0.25, 0.5
+FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 OFFSETS_M = np.array([0.6, 0.6, 0.9])
 
 AXIS_FILE = """kind: stepper_axis
@@ -48,7 +50,7 @@ class Concealed:
     """Of a delta: length of the upper arms over that in the file."""
 
 
-def play(angles_rad: np.ndarray, width_rad: float) -> np.ndarray:
+def play(angles_rad: FloatArray, width_rad: float) -> FloatArray:
     """The classical backlash operator, sample by sample."""
     out, here = np.empty_like(angles_rad), float(angles_rad[0])
     for k, angle in enumerate(angles_rad):
@@ -85,7 +87,7 @@ def record_delta(path: Path, rng: np.random.Generator, its: Concealed) -> None:
                header="t,steps_1,steps_2,steps_3,range_x,range_y,range_z")  # fmt: skip
 
 
-def platform_m(arms_rad: np.ndarray, upper_m: float) -> np.ndarray:
+def platform_m(arms_rad: FloatArray, upper_m: float) -> FloatArray:
     """Where three spheres of the forearm's length about the elbows meet below; shape (n, 3)."""
     turn = np.radians([0.0, 120.0, 240.0])
     out = BASE_M - PLATFORM_M + upper_m * np.cos(arms_rad)
@@ -102,4 +104,5 @@ def platform_m(arms_rad: np.ndarray, upper_m: float) -> np.ndarray:
     along = np.concatenate([at[..., 1], np.ones((len(at), 1))], axis=1)
     a, b = (along**2).sum(axis=1), (start * along).sum(axis=1)
     z = (-b - np.sqrt(b**2 - a * ((start**2).sum(axis=1) - FOREARM_M**2))) / a
-    return centres[:, 0] + start + along * z[:, None]
+    place: FloatArray = centres[:, 0] + start + along * z[:, None]
+    return place

@@ -19,7 +19,9 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import psutil
@@ -148,9 +150,8 @@ def main() -> None:
         for workers in (2,) if given.once else (1, 2):
             if not given.once:
                 shutil.rmtree(out, ignore_errors=True)
-            _measured(f"{workers} local worker{'s' * (workers > 1)}", workers,
-                      lambda watch, count=workers: diagnose_fleet(
-                          pattern, robots, out, count, None, kind.limit, watch))  # fmt: skip
+            diagnosing = partial(diagnose_fleet, pattern, robots, out, workers, None, kind.limit)
+            _measured(f"{workers} local worker{'s' * (workers > 1)}", workers, diagnosing)
         if not given.once:
             shutil.rmtree(out, ignore_errors=True)
             _through_scheduler(pattern, robots, out, kind)
@@ -158,9 +159,10 @@ def main() -> None:
 
 
 def _through_scheduler(pattern: str, robots: Path, out: Path, kind: Kind) -> None:
-    from distributed import LocalCluster
+    import distributed
 
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
+    make: Any = distributed
+    with make.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         _measured("2 workers behind --scheduler", 2, lambda watch: diagnose_fleet(
             pattern, robots, out, 0, cluster.scheduler_address, kind.limit, watch))  # fmt: skip
 

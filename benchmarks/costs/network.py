@@ -100,7 +100,8 @@ def _peers(robot: DeltaRobot) -> list[tuple[str, InverseNetwork]]:
 def _targets(count: int) -> list[list[float]]:
     rng = np.random.default_rng(0)
     low_m, high_m = CYLINDER.bounding_box()
-    return CYLINDER.clip(rng.uniform(low_m, high_m, (count, 3))).tolist()
+    targets: list[list[float]] = CYLINDER.clip(rng.uniform(low_m, high_m, (count, 3))).tolist()
+    return targets
 
 
 def _time_us(call: Call, targets_m: list[list[float]]) -> list[float]:

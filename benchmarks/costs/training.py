@@ -235,7 +235,13 @@ def _run_keras(
         "digest": digest,
     }
     np.savez(folder / "samples.npz", **prepared)
-    command = [python, KERAS_SCRIPT, folder / "samples.npz", str(epochs), result]
+    command = [
+        str(python),
+        str(KERAS_SCRIPT),
+        str(folder / "samples.npz"),
+        str(epochs),
+        str(result),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         last = (done.stderr.strip().splitlines() or ["no reason given"])[-1]

@@ -34,6 +34,7 @@ from benchmarks.simulated_share import TALLY, make_tally, tally
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import ServiceError
+from models.robot import FloatArray
 from recording.reading.reader import read_run
 
 WATCHED = """
@@ -172,7 +173,7 @@ def used_s(process: subprocess.Popen[bytes]) -> float:
     """Processor time of a process and its children."""
     found = psutil.Process(process.pid)
     times = [one.cpu_times() for one in (found, *found.children(recursive=True))]
-    return sum(one.user + one.system for one in times)
+    return float(sum(one.user + one.system for one in times))
 
 
 def costs(bench: Bench, seconds: float) -> dict[str, float]:
@@ -212,7 +213,7 @@ def counts_had(bench: Bench, seconds: float) -> list[tuple[float, str]]:
     return had
 
 
-def lags_s(had: list[tuple[float, str]], seen: list[list[Any]]) -> np.ndarray:
+def lags_s(had: list[tuple[float, str]], seen: list[list[Any]]) -> FloatArray:
     """Age of each value when the page showed it, to about 20 ms: the daemon's nearest counts."""
     at_s = np.array([when for when, _ in had])
     counts = np.array([[int(part) for part in text.split()] for _, text in had])

@@ -122,7 +122,7 @@ def socket_target() -> Fuzzed:
     """Bytes of a client: lines, requests, what they do, and answers that must be JSON lines."""
     folder = Folder()
     jobs = folder.path / "jobs"
-    actions = Actions(NullController(), JobStore(jobs), folder.path)  # type: ignore[arg-type]
+    actions = Actions(NullController(), JobStore(jobs), folder.path)
     peer = Peer(os.getpid(), os.getuid())
 
     def run(data: bytes) -> None:

@@ -166,8 +166,9 @@ def _run() -> Iterator[Callable[[RunRecorder], None]]:
     phase = np.arange(3) + 2e-9 * t_ns[:, None]
     counts = np.rint(1700.0 + 300.0 * np.sin(phase)).astype(int)
     commands = Commands.of_counts(1e-9 * t_ns, counts.astype(float), robot.drive)
-    ranges = Chain(robot).simulate(commands, ()).ranges
-    ranges = np.round(ranges + 1e-3 * np.random.default_rng(1).standard_normal(ranges.shape), 3)
+    clean_m = Chain(robot).simulate(commands, ()).ranges
+    noise_m = 1e-3 * np.random.default_rng(1).standard_normal(clean_m.shape)
+    ranges = np.round(clean_m + noise_m, 3)
     yield lambda recorder: recorder.settings(0, 0.002)
     yield lambda recorder: recorder.counts_set(0, tuple(counts[0].tolist()))
     for k in range(1, ROUNDS):

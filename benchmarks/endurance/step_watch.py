@@ -152,7 +152,7 @@ def stalls(folder: Path, times: int) -> None:
 
 
 def _bin(speed_mmps: float) -> int:
-    return 2 ** int(np.floor(np.log2(max(speed_mmps, 1.0))))
+    return 1 << int(np.floor(np.log2(max(speed_mmps, 1.0))))
 
 
 def _row(head: str, found: list[float]) -> None:

@@ -37,7 +37,7 @@ class Watcher:
         threading.settrace(self._trace)
         yield
         sys.settrace(None)
-        threading.settrace(None)  # type: ignore[arg-type]
+        threading.settrace(None)
         self.lines[item.nodeid] = self._lines
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:

@@ -97,11 +97,11 @@ def main() -> None:
             marks = found(options.seed + number, kind, options.seconds)
             if marks is not None:
                 rows[kind].append(marks)
-    every = [marks for marks in rows.values() for marks in marks]
+    every = [marks for each in rows.values() for marks in each]
     print(f"{'effect':20s} {'cases':>5s} {'alarm':>6s} {'offered':>8s}")
-    for kind, marks in {**rows, "all": every}.items():
-        alarms, offers = (sum(column) for column in zip(*marks, strict=True))
-        print(f"{kind:20s} {len(marks):5d} {alarms:6d} {offers:8d}")
+    for kind, each in {**rows, "all": every}.items():
+        alarms, offers = (sum(column) for column in zip(*each, strict=True))
+        print(f"{kind:20s} {len(each):5d} {alarms:6d} {offers:8d}")
     low, high = wilson(sum(alarm for alarm, _ in every), len(every))
     print(f"alarm in {low:.0%} to {high:.0%} (95 % limits); wanted {POWER:.0%}")
 

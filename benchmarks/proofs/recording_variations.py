@@ -362,10 +362,10 @@ def main() -> None:
     for kind, count in [*grades.items(), ("all", sum(grades.values(), Counter()))]:
         print(f"{kind:14} {count.total():5} {count['right']:6} {count['wrong']:6} "
               f"{count['dishonest']:10} {count['refused']:8}")  # fmt: skip
-    for kind, count in pairs.items():
-        if count.total():
+    for kind, both in pairs.items():
+        if both.total():
             print(f"{kind}: sizes of two parts agree within their intervals in "
-                  f"{count[True]} of {count.total()}")  # fmt: skip
+                  f"{both[True]} of {both.total()}")  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from pathlib import Path
 from types import TracebackType
 
@@ -117,7 +117,7 @@ class Client:
         """The newest reading of each sensor."""
         return self.status().sensors
 
-    def watch(self, rate_hz: float) -> Iterator[Status]:
+    def watch(self, rate_hz: float) -> Generator[Status, None, None]:
         """The status again and again, until the caller stops or the daemon ends."""
         with contextlib.closing(Line(self.path, self._quick_s)) as line:
             line.ask({"do": "watch", "rate_hz": rate_hz}, self._quick_s)
