@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Container, Sequence
 from typing import Any
 
@@ -16,6 +17,19 @@ BOUNDS = (
     *("too_short", "too_long", "string_too_short", "string_too_long"),
 )
 """The kinds of error that a bound causes; the field's description is the bound's reason."""
+
+
+OTHERS: dict[str, tuple[str, dict[str, float]]] = {
+    "_m": ("metres", {"m": 1.0, "mm": 1e-3, "cm": 1e-2}),
+    "_s": ("seconds", {"s": 1.0, "ms": 1e-3, "us": 1e-6}),
+    "_kg": ("kg", {"kg": 1.0, "g": 1e-3}),
+    "_deg": ("degrees", {"deg": 1.0}),
+    "_mps": ("m/s", {"m/s": 1.0, "mm/s": 1e-3}),
+}
+"""The units that keys end in, and what one of others is in them."""
+LEAST_MM = 10.0
+"""Lengths in metres from here on are rather mm."""
+_WITH_UNIT = re.compile(r"\s*([-+]?[.\d]+(?:[eE][-+]?\d+)?)\s*([a-z/]+)\s*")
 
 
 def explain_all(
@@ -84,7 +98,21 @@ def _explained(
         return _wrong_choice(found, place, in_file)
     said = found["msg"].removeprefix("Value error, ") + _got(found)
     reason = reason_of(model, found["loc"]) if kind in BOUNDS else None
-    return place, f"{said}: {reason}" if reason else said
+    return place, (f"{said}: {reason}" if reason else said) + in_its_unit(place, found)
+
+
+def in_its_unit(place: Location, found: Any) -> str:
+    """What a value would be in the unit of its key's name; empty where it tells no other unit."""
+    key = next((part for part in reversed(place) if isinstance(part, str)), "")
+    suffix = next((part for part in OTHERS if key.endswith(part)), "")
+    name, others = OTHERS.get(suffix, ("", {}))
+    value = found["input"]
+    if isinstance(value, str) and (said := _WITH_UNIT.fullmatch(value)) and said[2] in others:
+        return f"; write it in {name} and without the unit, {float(said[1]) * others[said[2]]:.6g}"
+    too_large = found["type"].startswith("less_than") and isinstance(value, int | float)
+    if suffix == "_m" and too_large and value >= LEAST_MM:
+        return f"; if it is in mm, write {value / 1e3:.6g}"
+    return ""
 
 
 def _worst(errors: Sequence[Any], in_file: Container[Location]) -> Any:

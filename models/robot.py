@@ -229,6 +229,11 @@ def load_robot_model(path: Path) -> RobotModel:
     """
     document = Document.read(path)
     kind = document.data.get("kind")
+    if kind is None and "robot" in document.data:
+        named = document.data["robot"]
+        raise document.fail(
+            ("robot",), f"this is a job, and a robot file is needed here, such as {named}"
+        )
     if kind not in KINDS:
         raise document.fail(("kind",), f"must be one of {', '.join(KINDS)} (got {kind!r})")
     data = {key: value for key, value in document.data.items() if key not in MACHINE_SECTIONS}

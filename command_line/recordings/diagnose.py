@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from command_line.missing import refuse_missing
 from command_line.output import print_json, say, waiting, warn
 from command_line.wrapped import print_wrapped
 from firmware_py.robot_file import CONFIG_FOLDER, find
@@ -42,6 +43,7 @@ def diagnose_recordings(
     from diagnosis.report.sentences.summary import summary_lines
 
     robot_file = find(robot)
+    refuse_missing([*recordings, *holdout])
     quiet = json_file is not None and str(json_file) == "-"
     read = read_with(columns)
     with waiting("reading", quiet) as show:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from enum import StrEnum
 from pathlib import Path
@@ -16,12 +17,16 @@ from foundation.errors import ConfigError
 if TYPE_CHECKING:
     from firmware_py.describing.questions import Answers, Question
 
+WIRED = "For hardware (a delta; all are asked for with --wiring)"
 SAID = {one.key: one.text for one in (*(q for qs in QUESTIONS.values() for q in qs), *WIRING)}
 
 
 def _asked(key: str) -> Any:
     """The option that answers a question without asking."""
-    return typer.Option(help=SAID[key])
+    wired = any(one.key == key for one in WIRING)
+    kinds = [kind for kind, asked in QUESTIONS.items() if any(one.key == key for one in asked)]
+    panel = WIRED if wired else "Every kind" if len(kinds) > 2 else f"For {' and '.join(kinds)}"
+    return typer.Option(help=SAID[key], rich_help_panel=panel)
 
 
 class Kind(StrEnum):
@@ -104,6 +109,7 @@ def init(
     for line in remarks(questions, known if ask is None else answers, answers):
         say(line)
     _write(file, kind.value, answers, wiring, force)
+    say(f"next: {_diagnosing(file, kind, measure, columns or [])}")
 
 
 def _ask(question: Question) -> str:
@@ -146,7 +152,15 @@ def _write(file: Path, kind: str, answers: Answers, wired: bool, force: bool) ->
         raise
     for line in (f"robot file: {file}", *job):
         say(line)
-    say(f"next: deltactl diagnose RECORDING --robot {file}")
+
+
+def _diagnosing(file: Path, kind: Kind, recording: Path | None, columns: list[str]) -> str:
+    """The command that diagnoses the recording it was measured by, or any."""
+    if recording is not None:
+        sets = [word for option in columns for word in ("--set", option)]
+        return shlex.join(["deltactl", "diagnose", str(recording), "--robot", str(file), *sets])
+    options = "" if kind is Kind.DELTA else " (with the --set options that --inspect prints)"
+    return f"deltactl diagnose RECORDING --robot {file}{options}"
 
 
 def _first_job(file: Path, force: bool) -> list[str]:

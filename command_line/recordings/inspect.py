@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
+from command_line.missing import refuse_missing
 from command_line.output import console, facts, print_json, say, warn
 from command_line.recordings.diagnose import mapping_of
 from foundation.extras import needs
@@ -42,6 +43,7 @@ def inspect_recordings(
     """
     with needs("diagnosis", "diagnose --inspect"):
         from diagnosis.observations.inspection import inspect
+    refuse_missing(recordings)
     known = mapping_of(columns)
     seen = [inspect(path, known) for path in recordings]
     if as_json:

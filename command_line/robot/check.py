@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from command_line.output import console, duration, facts, millimetres, print_json, say, warn
+from command_line.output import console, duration, facts, millimetres, print_json, say, times, warn
 from firmware_py.feedback.reach import farthest_m as farthest_m_of
 from firmware_py.planner.check import home_counts
 from firmware_py.planner.summary import CheckSummary
@@ -105,15 +105,18 @@ def _steps(summary: CheckSummary) -> list[tuple[str, str]]:
 def _rows(summary: CheckSummary) -> list[tuple[str, str]]:
     rates = ", ".join(f"{rate:.0f}" for rate in summary.peak_step_rate_hz)
     angles = ", ".join(f"{low:.1f} to {high:.1f}" for low, high in summary.arm_range_deg)
-    box = ", ".join(f"{low * 1e3:.0f} to {high * 1e3:.0f}" for low, high in summary.box_m)
+    box = ", ".join(f"{low * 1e3:z.0f} to {high * 1e3:z.0f}" for low, high in summary.box_m)
     rows = [
         ("robot", summary.robot),
         ("inverse kinematics", summary.inverse_kinematics),
         ("timing", summary.timing),
-        ("targets", f"{summary.targets}, {summary.repeats} times"),
+        ("targets", f"{summary.targets}, {times(summary.repeats)}"),
         *_steps(summary),
         ("path length", f"{summary.path_length_m:.3f} m"),
-        ("duration", f"{duration(summary.duration_s)} ({duration(summary.approach_s)} approach)"),
+        (
+            "duration",
+            f"{duration(summary.duration_s)}, {duration(summary.approach_s)} of them to its start",
+        ),
         ("mean speed", f"{summary.mean_speed_mps * 1e3:.2f} mm/s"),
         ("peak step rate", f"{rates} Hz"),
         ("arm angles", f"{angles} degrees"),

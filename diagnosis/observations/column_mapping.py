@@ -30,6 +30,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from diagnosis.observations.column_names import read_name
 from diagnosis.observations.readings import FloatArray
+from diagnosis.observations.unit_doubts import doubt
 from foundation.errors import ConfigError, RecordingError
 from foundation.explain import explain
 from foundation.strict_yaml import Document, StrictModel
@@ -151,6 +152,9 @@ def read_mapped(
         unit = unit_of(column, source)
         if IN_SI[unit] != IN_SI[source.unit]:
             tell(f"{path.name}: {name} is read in {unit}, as the heading '{column}' says")
+        said = source.unit != "1" or source.scale != 1.0
+        if not said and unit == "1" and (why := doubt(name, column, table[column])):
+            tell(f"{path.name}: {why}")
         factor = source.scale * IN_SI[unit]
         named[name] = table[column] * factor + source.offset
     for name, values in table.items():

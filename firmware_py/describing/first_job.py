@@ -34,7 +34,7 @@ def write_first_job(robot: RobotFile, robot_file: Path, job_file: Path) -> str |
         except MotionError:
             continue
         return (
-            f"a circle of {2e3 * radius_m:.3g} mm, {-1e3 * z_m:.4g} mm below the motors, "
+            f"a circle of {2e3 * radius_m:.3g} mm diameter, {-1e3 * z_m:.4g} mm below the motors, "
             f"{summary.duration_s:.0f} s"
         )
     job_file.unlink(missing_ok=True)

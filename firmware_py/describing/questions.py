@@ -30,11 +30,13 @@ class Question:
             return f"{answer!r}: must be {' or '.join(self.choices)}"
         if self.choices or self.key == "name" or answer.strip() == "none":
             return ""
-        found = _read(answer, self.count)
+        found = _read(answer, self.count, self.key)
         if isinstance(found, str):
             return f"{answer!r}: {found}"
         if min(found) < self.least:
-            return f"{answer!r}: must not be below {self.least:g}"
+            metres = self.key.endswith("_mm") and min(found) > 0.0
+            hint = f" mm; {METRES.format(1e3 * min(found))}" if metres else ""
+            return f"{answer!r}: must not be below {self.least:g}{hint}"
         return f"{answer!r}: must not be above {self.most:g}" if max(found) > self.most else ""
 
     @property
@@ -43,7 +45,8 @@ class Question:
         return "--" + self.key.replace("_", "-")
 
 
-LEAST_MM, MOST_MM = 0.1, 9999.0
+LEAST_MM, MOST_MM = 1.0, 9999.0
+METRES = "is it in metres? Then write {:g}"
 
 NAME = Question("name", "Name of the machine", "my-robot")
 MICROSTEPS = Question(
@@ -96,9 +99,14 @@ QUESTIONS: dict[str, tuple[Question, ...]] = {
             "motion", "Does it turn (rotary) or slide (linear)?", "rotary", ("rotary", "linear")
         ),
         Question(
-            "inertia", "Moving inertia, kg m2 (rotary) or kg (linear); 0 if unknown", "0", least=0.0
+            "inertia",
+            "Moving inertia, kg m2 (rotary) or kg (linear); 0 if unknown or no effort is recorded",
+            "0",
+            least=0.0,
         ),
-        Question("effort_gain", "N m (or N) for one unit of the effort column", "1"),
+        Question(
+            "effort_gain", "N m (or N) for one unit of the effort column; 1 if there is none", "1"
+        ),
         ZERO,
     ),
     "range_sensor": (NAME,),
@@ -126,6 +134,8 @@ Answers = dict[str, str]
 FULL_STEPS = (200.0, 400.0)
 """For one turn of motors with 1.8 or 0.9 degrees a step."""
 
+_RATIO = re.compile(r"([.\d]+) ?: ?([1-9][.\d]*)")
+"""A gear's ratio as its maker writes it, 5:1."""
 _THOUSANDS = re.compile(r"(-?\d{1,3}),(\d{3})")
 
 
@@ -169,14 +179,16 @@ def remarks(questions: tuple[Question, ...], given: Answers, answers: Answers) -
 
 def numbers(answers: Answers, key: str, count: int = 1) -> tuple[float, ...]:
     """The numbers of an answer, with spaces or commas between. Raises ConfigError."""
-    found = _read(answers[key], count)
+    found = _read(answers[key], count, key)
     if isinstance(found, str):
         raise ConfigError(f"--{key.replace('_', '-')} {answers[key]!r}: {found}")
     return found
 
 
-def _read(text: str, count: int) -> tuple[float, ...] | str:
+def _read(text: str, count: int, key: str = "") -> tuple[float, ...] | str:
     """So many numbers, or why they are not; in one number alone a comma is a decimal one."""
+    if key == "gear_ratio" and (turns := _RATIO.fullmatch(text.strip())):
+        return (float(turns[1]) / float(turns[2]),)
     if count == 1 and (found := _THOUSANDS.fullmatch(text.strip())):
         whole = "".join(found.groups())
         return f"is it {whole} or {'.'.join(found.groups())}? Write it without a comma"

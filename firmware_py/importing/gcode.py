@@ -1,7 +1,7 @@
 """G-code: G0 to G3 (arcs by I, J or R), F, G4, G17, G20, G21, G90, G91; other moves are refused.
 
 Words are read by the package gcodeparser. Coordinates are taken from an origin in the robot's
-frame. G0 runs at the job's speed, G1 to G3 at F. M and S words are passed over and said so.
+frame. G0 runs at the job's speed, G1 to G3 at F. Other words are passed over, and said so.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ MAX_BYTES = 20_000_000
 MM_M, INCH_M = 1e-3, 0.0254
 UNITS = {20: INCH_M, 21: MM_M}
 MOVES = (0, 1, 2, 3)
+TAKEN = "XYZIJRF"
+"""Words of a move; others, such as an extruder's E, are listed."""
 SILENT = frozenset({17, 40, 49, 54, 64, 80, 94})
 """Settings of a milling machine that change nothing here: plane XY, no tool, mm a minute, ..."""
 ROUND = 1e-3
@@ -68,7 +70,11 @@ class _Reader:
             if letter == "G" and code is not None:
                 self._g(number, int(code), self._numbers(number, word.params))
             else:
-                self._over[word.command_str] = self._over.get(word.command_str, 0) + 1
+                self._pass_over(word.command_str, *(word.params if letter == "M" else ()))
+
+    def _pass_over(self, *words: str) -> None:
+        for word in words:
+            self._over[word] = self._over.get(word, 0) + 1
 
     def _g(self, number: int, code: int, words: dict[str, float]) -> None:
         if code in UNITS:
@@ -90,6 +96,7 @@ class _Reader:
         self._legs[-1]["dwell_s"] = round(self._legs[-1].get("dwell_s", 0.0) + seconds, 6)
 
     def _move(self, number: int, code: int, words: dict[str, float]) -> None:
+        self._pass_over(*(letter for letter in words if letter not in TAKEN))
         if "F" in words:
             self._feed_mps = words["F"] * self._unit_m / 60.0
         if not {"X", "Y", "Z", "I", "J"} & set(words):
@@ -181,8 +188,12 @@ class _Reader:
         """Everything that was taken."""
         if self._start is None or not self._legs:
             raise ConfigError(f"{self._path}: holds no moves with X, Y and Z")
-        notes = tuple(f"{word} passed over ({count} times)" for word, count in self._over.items())
+        notes = tuple(f"{word} passed over ({_times(count)})" for word, count in self._over.items())
         return Drawn(self._start, tuple(self._legs), notes)
 
     def _fail(self, number: int, message: str) -> ConfigError:
         return ConfigError(f"{self._path}:{number}: {message}")
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"

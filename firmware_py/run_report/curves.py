@@ -144,5 +144,7 @@ def _spans(tracking: RunTracking) -> Sequence[Span]:
 
 def _marks(run: Run) -> Sequence[Mark]:
     return [
-        Mark(event.t_ns * _NS, event.kind) for event in run.events if event.kind not in QUIET_EVENTS
+        Mark(event.t_ns * _NS, event.kind.replace("_", " "))
+        for event in run.events
+        if event.kind not in QUIET_EVENTS
     ]

@@ -61,3 +61,11 @@ def test_a_recording_that_is_none_is_one_line(deltactl, tmp_path: Path) -> None:
     done = deltactl("report", "x.mcap", status=2)
     assert "x.mcap" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_mistyped_recording_has_the_nearest_name_beside_it(deltactl, tmp_path: Path) -> None:
+    (tmp_path / "circle.csv").write_text("t\n0\n")
+    done = deltactl("diagnose", "cirlce.csv", "--robot", "zhao-2023.yaml", status=2)
+    assert done.stderr.splitlines() == [
+        "deltactl: cirlce.csv: no such file; did you mean 'circle.csv'?"
+    ]

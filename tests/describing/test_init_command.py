@@ -184,11 +184,14 @@ def test_a_decimal_comma_is_one_and_a_doubtful_answer_is_asked_for_again() -> No
     asked = {one.key: one for one in (*QUESTIONS["delta"], *WIRING)}
     assert not asked["upper_arm_mm"].wrong("314,2")
     assert numbers({"upper_arm_mm": "314,2"}, "upper_arm_mm") == (314.2,)
+    assert numbers({"gear_ratio": "5:2"}, "gear_ratio") == (2.5,)
     assert numbers({"arm_deg": "-20, 110"}, "arm_deg", 2) == (-20.0, 110.0)
     for key, answer, wrong in (
         ("upper_arm_mm", "1,200", "'1,200': is it 1200 or 1.200? Write it without a comma"),
         ("upper_arm_mm", "150 320", "'150 320': must be a number"),
-        ("upper_arm_mm", "-150", "'-150': must not be below 0.1"),
+        ("upper_arm_mm", "-150", "'-150': must not be below 1"),
+        ("upper_arm_mm", "0.15", "'0.15': must not be below 1 mm; is it in metres? Then write 150"),
+        ("gear_ratio", "5:0", "'5:0': must be a number"),
         ("step_pins", "17 27", "'17 27': must be 3 numbers, with spaces between"),
         ("arm_deg", "-20 to 110", "'-20 to 110': must be 2 numbers"),
     ):
@@ -202,7 +205,7 @@ def test_all_options_that_cannot_be_taken_are_told_with_those_that_are_missing()
         )
     first, second, *missing = error.value.args
     assert first == "--base-radius-mm 'INCH': must be a number"
-    assert second == "--forearm-mm '-1': must not be below 0.1"
+    assert second == "--forearm-mm '-1': must not be below 1"
     assert all("is missing" in one for one in missing)
 
 

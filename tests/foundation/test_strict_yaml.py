@@ -93,6 +93,11 @@ def test_a_good_file() -> None:
             "plan.yaml:5: period_s: Input should be a valid number (got 'fast')",
         ),
         ("period_s: '1'\n", "plan.yaml:5: period_s: Input should be a valid number (got '1')"),
+        (
+            "period_s: 20 ms\n",
+            "plan.yaml:5: period_s: Input should be a valid number (got '20 ms'); write it in"
+            " seconds and without the unit, 0.02",
+        ),
         ("count: 2.5\n", "plan.yaml:5: count: Input should be a valid integer (got 2.5)"),
         ("count: true\n", "plan.yaml:5: count: Input should be a valid integer (got True)"),
         ("count: 010\n", "plan.yaml:5: count: Input should be a valid integer (got '010')"),

@@ -56,7 +56,15 @@ def test_gcode_is_read(tmp_path: Path) -> None:
     assert drawn.legs[2]["clockwise"] is False
     assert drawn.legs[2]["dwell_s"] == 0.25
     assert drawn.legs[4]["speed_mps"] == pytest.approx(0.0254)
-    assert drawn.notes == ("M5 passed over (1 times)",)
+    assert drawn.notes == ("M5 passed over (once)",)
+
+
+def test_every_word_that_is_passed_over_is_listed(tmp_path: Path) -> None:
+    drawn = gcode(tmp_path, "M3 S200\nT1\nG1 X1 Y0 Z0 F600 E1.2\nG1 X0 Y1 E2\n")
+    assert drawn.notes == tuple(
+        f"{word} passed over ({often})"
+        for word, often in (("M3", "once"), ("S", "once"), ("T1", "once"), ("E", "2 times"))
+    )
 
 
 @given(st.sampled_from([2, 3]), st.floats(5.0, 40.0), st.floats(-3.1, 3.1), st.floats(0.1, 6.1))
