@@ -1,6 +1,7 @@
-"""The whole way of a recording, one function a kind of plant: each reads like the method.
+"""The whole way of a recording, the same stages for every kind of plant.
 
-In: a plant with its readings. Out: a `Diagnosis`. `nonlinear` is for machines whose effects are
-fitted together (`plants/contract.py`), `regression` for those whose mismatch is a sum of known
-columns (`plants/regression.py`), `servo_robot` for a robot that is both.
+In: a plant with its readings. Out: a `Diagnosis`. What differs is how an explanation is searched
+and fitted: `nonlinear` for machines whose effects are fitted together (`plants/contract.py`),
+`regression` for those whose mismatch is a sum of columns (`plants/regression.py`). Both settle on
+one, which `way` turns into the answer; `servo_robot` joins the two answers of a robot that is both.
 """

@@ -1,16 +1,16 @@
-"""The whole way from a model with its recording to the answer."""
+"""The way of a recording whose effects are fitted together: searched, settled, answered."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from diagnosis.admission.plausibility import check_input
-from diagnosis.answer.assembly import assembled
-from diagnosis.answer.records import Diagnosis, Finding, Fit, PriorSensitivity
+from diagnosis.answer.records import Diagnosis, Finding, Fit, Picture, PriorSensitivity
 from diagnosis.assessment.detection_limits import limits
 from diagnosis.assessment.holdout import on_another_run, on_blocks, rms
 from diagnosis.assessment.impossible import beyond_physics, first_impossible, lacking, less
@@ -21,9 +21,10 @@ from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.evidence.detection import Progress
 from diagnosis.evidence.noise_estimation import Prepared, prepare
-from diagnosis.experiment import propose
+from diagnosis.experiment.propose import Proposal, propose
 from diagnosis.observations.readings import BoolArray, FloatArray
 from diagnosis.pipelines.findings import Outcome, findings, picture, rest
+from diagnosis.pipelines.way import Figures, Limits, answered
 from diagnosis.plants.contract import Model
 from diagnosis.plants.next_run import NextRuns
 from diagnosis.score_tests.change_points import without_stale
@@ -55,32 +56,7 @@ def diagnose_model(
             break
         model = lacking(model, effect)
     outcome = Outcome(explained, fitter, solution, runs)
-    tasks: list[Callable[[], Any]] = [
-        partial(findings, outcome),
-        partial(_fit, outcome, prepared.valid, explained.search.prepared.floor, held_out),
-        partial(rest, outcome),
-    ]
-    found, fit, left = side_by_side(tasks)
-    untested, smallest = limits(explained.search.tests)
-    progress("what run would tell more")
-    searched = explained.search
-    searched.prepared.library.forget_white()
-    plan = propose(
-        model.readings, searched.fitter.whiten, outcome.stands, explained.solution, next_runs
-    )
-    p = min([explained.first_p, *(run_p for run_p in _stale_p(found))])
-    return assembled(
-        found, fit, p, left,
-        probability_nothing_missing=_nothing(explained, found),
-        prior_sensitivity=_by_priors(explained),
-        loosely_built=explained.with_tolerances,
-        ended_early=budget.ended,
-        next_experiment=plan.experiment,
-        open_ties=plan.open,
-        not_testable=untested,
-        smallest_detectable=smallest,
-        picture=picture(outcome, model.covariates()),
-    )  # fmt: skip
+    return answered(FittedTogether(outcome, prepared, held_out, budget, next_runs), progress)
 
 
 def _settled(
@@ -95,28 +71,78 @@ def _settled(
     return explained, fitter, solution
 
 
-def _nothing(explained: Explained, found: list[Finding]) -> float:
-    """Posterior that nothing is missing: no effect, and no reading that was repeated."""
-    stale = [f.probability or 0.0 for f in found if f.effect == "stale_reading"]
-    return explained.credible.nothing * (1.0 - max(stale, default=0.0))
+@dataclass(frozen=True, slots=True, eq=False)
+class FittedTogether:
+    """An explanation whose terms are fitted together, see `Settled`."""
+
+    outcome: Outcome
+    prepared: Prepared
+    held_out: Sequence[Model]
+    budget: Budget
+    next_runs: NextRuns | None
+
+    def figures(self) -> Figures:
+        """See Settled; side by side, since each fits anew."""
+        outcome, prepared = self.outcome, self.prepared
+        floor = outcome.explained.search.prepared.floor
+        tasks: list[Callable[[], Any]] = [
+            partial(findings, outcome),
+            partial(_fit, outcome, prepared.valid, floor, self.held_out),
+            partial(rest, outcome),
+        ]
+        found, fit, left = side_by_side(tasks)
+        return Figures(found, fit, left)
+
+    def chance(self, found: Sequence[Finding]) -> float:
+        """See Settled."""
+        return min([self.outcome.explained.first_p, *(one.evidence.p for one in _stale(found))])
+
+    def nothing_missing(self, found: Sequence[Finding]) -> float:
+        """See Settled: no effect, and no reading that was repeated."""
+        stale = [one.probability or 0.0 for one in _stale(found)]
+        return self.outcome.explained.credible.nothing * (1.0 - max(stale, default=0.0))
+
+    def by_priors(self, found: Sequence[Finding]) -> list[PriorSensitivity]:
+        """See Settled."""
+        chances = self.outcome.explained.credible
+        terms = self.outcome.explained.solution.terms
+        every = zip(terms, chances.terms, chances.under, strict=True)
+        return [
+            PriorSensitivity(
+                effect=term.candidate.effect, component=term.candidate.component,
+                probability=now, narrower=narrower, wider=wider,
+            )
+            for term, now, (narrower, wider) in every
+            if max(abs(narrower - now), abs(wider - now)) > ASSESSMENT.matters
+        ]  # fmt: skip
+
+    def limits(self) -> Limits:
+        """See Settled."""
+        return Limits(*limits(self.outcome.explained.search.tests))
+
+    def next_run(self) -> Proposal:
+        """See Settled."""
+        searched = self.outcome.explained.search
+        searched.prepared.library.forget_white()
+        return propose(
+            self.outcome.fitter.model.readings, searched.fitter.whiten, self.outcome.stands,
+            self.outcome.explained.solution, self.next_runs,
+        )  # fmt: skip
+
+    def picture(self) -> Picture:
+        """See Settled."""
+        return picture(self.outcome, self.outcome.fitter.model.covariates())
+
+    def remarks(self) -> dict[str, Any]:
+        """Whether the machine is loosely built, and whether the limit of work was reached."""
+        return {
+            "loosely_built": self.outcome.explained.with_tolerances,
+            "ended_early": self.budget.ended,
+        }
 
 
-def _by_priors(explained: Explained) -> list[PriorSensitivity]:
-    """Findings whose probability hangs on how wide the priors of sizes are."""
-    chances = explained.credible
-    every = zip(explained.solution.terms, chances.terms, chances.under, strict=True)
-    return [
-        PriorSensitivity(
-            effect=term.candidate.effect, component=term.candidate.component,
-            probability=now, narrower=narrower, wider=wider,
-        )
-        for term, now, (narrower, wider) in every
-        if max(abs(narrower - now), abs(wider - now)) > ASSESSMENT.matters
-    ]  # fmt: skip
-
-
-def _stale_p(found: list[Finding]) -> list[float]:
-    return [f.evidence.p for f in found if f.effect == "stale_reading"]
+def _stale(found: Sequence[Finding]) -> list[Finding]:
+    return [one for one in found if one.effect == "stale_reading"]
 
 
 def _columns(model: Model) -> tuple[list[int], str]:
@@ -145,6 +171,3 @@ def _fit(outcome: Outcome, valid: BoolArray, floor: FloatArray, held_out: Sequen
         unit=unit,
         holdout="run" if held_out else "blocks",
     )
-
-
-__all__ = ["Explained", "diagnose_model"]

@@ -1,26 +1,29 @@
-"""The method for a plant of regressors: noise, selection, sizes, held-out, answer."""
+"""The way of a recording whose mismatch is a sum of columns: selected, settled, answered."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from diagnosis.answer.assembly import assembled
 from diagnosis.answer.options import VERDICT
-from diagnosis.answer.records import Diagnosis
+from diagnosis.answer.records import Agreement, Diagnosis, Finding, Picture, PriorSensitivity
 from diagnosis.answer.verdict import ALARM
 from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.assessment.prior_sensitivity import as_found, prior_sensitivity
 from diagnosis.assessment.regression_holdout import Blocks, beyond_noise, on_blocks
 from diagnosis.assessment.significance import chance
+from diagnosis.evidence.detection import Progress
+from diagnosis.experiment.propose import Proposal
 from diagnosis.pipelines.agreement import agreement, widened
 from diagnosis.pipelines.regression_figures import detection_limits, fit_of, picture_of, rest_of
 from diagnosis.pipelines.regression_findings import findings, sizes
+from diagnosis.pipelines.way import Figures, Limits, answered
 from diagnosis.plants.regression import RegressionPlant
 from diagnosis.selection.model_posterior import Posterior
-from diagnosis.selection.named_first import Progress, Selected, select
+from diagnosis.selection.named_first import Selected, select
 
 
 def diagnose_plant(
@@ -29,7 +32,7 @@ def diagnose_plant(
     progress: Progress = lambda _: None,
     singles: Sequence[RegressionPlant] = (),
 ) -> Diagnosis:
-    """Noise, selection, alarm, what is left, sizes, held-out, the answer.
+    """Noise, selection and alarm; then the answer as on every way (`way.answered`).
 
     others: plants of held-out recordings; without any, blocks of time are left out in turn.
     singles: each of several recordings by itself, to say whether they agree.
@@ -40,21 +43,59 @@ def diagnose_plant(
     selected, blocks = _widened(searched)
     if not _claimed(searched, first_p, blocks):
         selected, blocks = _widened(_nothing(searched))
-    rest = rest_of(selected)
     compared = agreement(selected, singles)
-    found = findings(selected, plant.readings, list(plant.readings.names))
-    return assembled(
-        widened(found, compared),
-        fit_of(selected, others, rest, blocks),
-        first_p,
-        rest,
-        probability_nothing_missing=float(np.clip(selected.nothing, 0.0, 1.0)),
-        not_testable=plant.not_testable(),
-        smallest_detectable=detection_limits(selected),
-        agreement=compared,
-        prior_sensitivity=as_found(prior_sensitivity(searched), found),
-        picture=picture_of(selected, plant),
-    )
+    settled = SummedColumns(plant, searched, selected, blocks, first_p, others, compared)
+    return answered(settled, progress)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SummedColumns:
+    """An explanation that is a sum of columns, see `Settled`."""
+
+    plant: RegressionPlant
+    searched: Selected
+    """Before its sizes were widened, or all of it was found to be chance."""
+    selected: Selected
+    blocks: Blocks
+    first_p: float
+    others: Sequence[RegressionPlant]
+    compared: list[Agreement]
+    """Sizes in each of several recordings."""
+
+    def figures(self) -> Figures:
+        """See Settled."""
+        rest = rest_of(self.selected)
+        found = findings(self.selected, self.plant.readings, list(self.plant.readings.names))
+        fit = fit_of(self.selected, self.others, rest, self.blocks)
+        return Figures(widened(found, self.compared), fit, rest)
+
+    def chance(self, found: Sequence[Finding]) -> float:
+        """See Settled."""
+        return self.first_p
+
+    def nothing_missing(self, found: Sequence[Finding]) -> float:
+        """See Settled."""
+        return float(np.clip(self.selected.nothing, 0.0, 1.0))
+
+    def by_priors(self, found: Sequence[Finding]) -> list[PriorSensitivity]:
+        """See Settled."""
+        return as_found(prior_sensitivity(self.searched), found)
+
+    def limits(self) -> Limits:
+        """See Settled."""
+        return Limits(self.plant.not_testable(), detection_limits(self.selected))
+
+    def next_run(self) -> Proposal:
+        """None: the words of its effects say what else to record."""
+        return Proposal(None)
+
+    def picture(self) -> Picture:
+        """See Settled."""
+        return picture_of(self.selected, self.plant)
+
+    def remarks(self) -> dict[str, Any]:
+        """Whether several recordings agree."""
+        return {"agreement": self.compared}
 
 
 def _together(selected: Selected, blocks: dict[str, float]) -> dict[str, float]:
