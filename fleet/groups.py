@@ -53,7 +53,9 @@ def groups(found: Sequence[Course], moving: Sequence[Trend] = ()) -> list[Group]
         list
     )
     for course in found:
-        if course.key in moves or len(course.value) < FEWEST or course.found_in < LASTING:
+        if course.key in moves or not course.main:
+            continue
+        if len(course.value) < FEWEST or course.found_in < LASTING:
             continue
         robot, effect, component, parameter = course.key
         place = re.sub(r"\d+$", "", component)

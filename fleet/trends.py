@@ -34,6 +34,8 @@ class Course:
     high: FloatArray
     recordings: int
     """Good recordings of this robot over the same time, also those where it was not found."""
+    main: bool = True
+    """Whether it is what its effect is measured by, and not a figure beside that (a phase)."""
 
     @property
     def found_in(self) -> float:
@@ -78,16 +80,24 @@ def courses(rows: Sequence[Row]) -> list[Course]:
     """One for each size of each robot that was found at least once."""
     found: dict[Key, list[tuple[float, Row]]] = defaultdict(list)
     times: dict[str, list[float]] = defaultdict(list)
+    first: dict[str, str] = {}
     for row in rows:
         if "error" in row:
             continue
         times[row["robot"]].append(row["time_s"])
         for size in row["findings"]:
+            # The parameter by which an effect is measured comes first in its finding.
+            first.setdefault(_named(size), size["parameter"].partition("[")[0])
             if size["value"] is not None and math.isfinite(size["value"]):
                 key = (row["robot"], size["effect"], size["component"], size["parameter"])
                 found[key].append((row["time_s"], size))
-    return [_course(key, sorted(points, key=lambda point: point[0]), times[key[0]])
+    return [_course(key, sorted(points, key=lambda point: point[0]), times[key[0]], first)
             for key, points in sorted(found.items())]  # fmt: skip
+
+
+def _named(size: Row) -> str:
+    """The effect as its recording named it."""
+    return str(size.get("named", size["effect"]))
 
 
 def trends(found: Sequence[Course], limits: dict[str, float]) -> list[Trend]:
@@ -105,12 +115,15 @@ def trends(found: Sequence[Course], limits: dict[str, float]) -> list[Trend]:
     return sorted(sure, key=lambda line: (urgency(line), -abs(line.per_day / (line.now or 1.0))))
 
 
-def _course(key: Key, points: list[tuple[float, Row]], times_s: list[float]) -> Course:
+def _course(
+    key: Key, points: list[tuple[float, Row]], times_s: list[float], first: dict[str, str]
+) -> Course:
     columns = {name: np.array([float(size[name]) for _, size in points])
                for name in ("value", "low", "high")}  # fmt: skip
     since = sum(time_s >= points[0][0] for time_s in times_s)
     time_s = np.array([time_s for time_s, _ in points])
-    return Course(key, points[0][1]["unit"], time_s, **columns, recordings=since)
+    main = key[3].partition("[")[0] == first[_named(points[0][1])]
+    return Course(key, points[0][1]["unit"], time_s, **columns, recordings=since, main=main)
 
 
 def _line(course: Course, limits: dict[str, float]) -> Trend | None:

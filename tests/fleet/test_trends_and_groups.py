@@ -58,3 +58,18 @@ def test_a_batch_is_one_group_and_a_lone_robot_none() -> None:
     ]
     (group,) = groups(courses(rows))
     assert group.robots == ("a", "b", "c")
+
+
+def test_a_figure_beside_the_size_makes_no_batch() -> None:
+    """Friction that grows on three robots, each time with a stiffness of about the same size."""
+    rng = np.random.default_rng(8)
+    rows = []
+    for robot in "abc":
+        for row in rows_of(robot, 1.0 + 1e-3 * np.arange(20), sigma=1e-4):
+            (width,) = row["findings"]
+            beside = width | {"parameter": "stiffness", "value": 2e4 + rng.standard_normal()}
+            rows.append(row | {"findings": [width, beside]})
+    found = courses(rows)
+    moving = trends(found, {})
+    assert len(moving) == 3
+    assert groups(found, moving) == []
