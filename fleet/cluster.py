@@ -11,6 +11,9 @@ from foundation.extras import needs
 
 AHEAD = 4
 """So many recordings a worker wait with the scheduler: memory does not grow with the fleet."""
+PROFILER = "distributed.worker.profile.enabled"
+"""Off where the workers are ours: a hundred times a second it notes the stack of what runs, and
+keeps that for a thousand seconds. Deep in a diagnosis that is some 2 MB more a recording."""
 Call = tuple[Any, tuple[Any, ...]]
 """A key, and the arguments of the task."""
 Run = Callable[[Callable[..., Any], Iterable[Call]], Iterator[tuple[Any, Any]]]
@@ -26,7 +29,20 @@ def cluster(workers: int, scheduler: str | None) -> Iterator[Run]:
         yield lambda task, calls: ((key, task(*given)) for key, given in calls)
         return
     with needs("fleet", "deltactl diagnose --fleet"):
-        import distributed
+        from distributed import as_completed
+    with connected(workers, scheduler) as client:
+        yield _spread(client, as_completed)
+
+
+@contextmanager
+def connected(workers: int, scheduler: str | None) -> Iterator[Any]:
+    """A Dask client of the scheduler at an address, or of so many processes here.
+
+    Raises ConfigError when nobody answers at the address.
+    """
+    import dask
+    import distributed
+
     make: Any = distributed  # its constructors have no types
     if scheduler is not None:
         try:
@@ -37,13 +53,14 @@ def cluster(workers: int, scheduler: str | None) -> Iterator[Run]:
                 "the address it prints"
             ) from error
         with client:
-            yield _spread(client, make.as_completed)
+            yield client
         return
     with (
+        dask.config.set({PROFILER: False}),
         make.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=":0") as local,
         make.Client(local) as client,
     ):
-        yield _spread(client, make.as_completed)
+        yield client
 
 
 def _spread(client: Any, as_completed: Any) -> Run:

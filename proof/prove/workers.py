@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, cast
 
+from fleet.cluster import connected
 from foundation.errors import ConfigError, ServiceError
 from foundation.extras import how_to_install
 
@@ -36,7 +37,7 @@ def workers(count: int, scheduler: str | None, say: Callable[[str], None]) -> It
         yield here
         return
     try:
-        from distributed import Client, LocalCluster, as_completed
+        from distributed import as_completed
     except ImportError as error:
         if scheduler is not None:
             raise ConfigError(f"--scheduler {scheduler}: {NO_DASK.removesuffix(ALONE)}") from error
@@ -44,7 +45,7 @@ def workers(count: int, scheduler: str | None, say: Callable[[str], None]) -> It
         yield here
         return
     finished = cast(Callable[[Any], Iterator[Any]], as_completed)
-    with _client(Client, LocalCluster, count, scheduler) as client:
+    with connected(count, scheduler) as client:
 
         def spread(jobs: Sequence[Job]) -> Iterator[Result]:
             # The first have the highest priority: a proof that is cut off lacks only the last.
@@ -67,23 +68,3 @@ def workers(count: int, scheduler: str | None, say: Callable[[str], None]) -> It
                 )
 
         yield spread
-
-
-@contextmanager
-def _client(client: Any, cluster: Any, count: int, scheduler: str | None) -> Iterator[Any]:
-    if scheduler is not None:
-        try:
-            connected = client(scheduler, timeout="10s")
-        except (OSError, ValueError) as error:
-            raise ConfigError(
-                f"--scheduler {scheduler}: nobody answers there; start `dask scheduler` and give "
-                "the address it prints"
-            ) from error
-        with connected:
-            yield connected
-        return
-    with (
-        cluster(n_workers=count, threads_per_worker=1, dashboard_address=":0") as local,
-        client(local) as connected,
-    ):
-        yield connected
