@@ -115,7 +115,7 @@ def _rows(summary: CheckSummary) -> list[tuple[str, str]]:
         ("path length", f"{summary.path_length_m:.3f} m"),
         (
             "duration",
-            f"{duration(summary.duration_s)}, {duration(summary.approach_s)} of them to its start",
+            f"{duration(summary.duration_s)}, of which {duration(summary.approach_s)} to its start",
         ),
         ("mean speed", f"{summary.mean_speed_mps * 1e3:.2f} mm/s"),
         ("peak step rate", f"{rates} Hz"),

@@ -72,18 +72,24 @@ def _refuse(linkage: Linkage, x_m: float, y_m: float, z_m: float) -> NoReturn:
     # A pose within rounding of the limit can be OK in one form and not in the other.
     reason = STATUS_TEXT[Status.SINGULAR if status == Status.OK else status]
     raise UnreachablePoint(
-        f"target ({x_m:.6g}, {y_m:.6g}, {z_m:.6g}) m is {reason}{_in_reach(linkage, x_m, y_m)}"
+        f"target {_words(x_m, y_m, z_m)} m is {reason} (that is"
+        f" {_words(1e3 * x_m, 1e3 * y_m, 1e3 * z_m)} mm; {_in_reach(linkage, x_m, y_m)})"
     )
 
 
 def _in_reach(linkage: Linkage, x_m: float, y_m: float) -> str:
-    """Which z [m] the linkage reaches at x, y, in words; a wrong unit or sign shows there."""
+    """Which z the linkage reaches at x, y, in words; a wrong unit or sign shows there."""
     longest_m = float(np.max(linkage.upper_arm_m) + np.max(linkage.forearm_m))
     z_m = np.linspace(-longest_m, longest_m, LEVELS)
     places = np.stack([np.full(LEVELS, x_m), np.full(LEVELS, y_m), z_m], axis=1)
     good = z_m[inverse(linkage, places).status == Status.OK]
     said = "; job files are in m, goto is in mm"
     if not len(good):
-        return f" (at this x, y no z is in reach{said})"
-    span = f"z from {good[0]:.3g} to {good[-1]:.3g} m is in reach"
-    return f" (at this x, y {span}, negative below the base{said})"
+        return f"at this x and y no z is in reach{said}"
+    span = f"z from {1e3 * good[0]:.0f} to {1e3 * good[-1]:.0f} mm is in reach"
+    return f"at this x and y {span}, negative below the base{said}"
+
+
+def _words(*values: float) -> str:
+    """'(0.5, 0, -0.25)', without what rounding left of a zero."""
+    return f"({', '.join(f'{round(value, 9):z.6g}' for value in values)})"
