@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import events, ui
 
+from firmware_py.planner.check import home_counts
 from models.linkage.vectors import Vector
 from web import motions
 from web.belief import Belief
@@ -73,10 +74,16 @@ class MotionCard:
             ui.label("Go to a point (mm)").classes("font-bold")
             self._fields = []
             with ui.row().classes("gap-2"):
-                for name, start in (("x", 0.0), ("y", 0.0), ("z", -450.0)):
+                for name, start in zip("xyz", self._home_mm(), strict=True):
                     field = ui.number(name, value=start, step=1, format="%.2f").classes("w-20")
                     self._fields.append(field.props(f"data-testid=goto-{name}"))
             self._button("Go there", "goto", self.go)
+
+    def _home_mm(self) -> list[float | None]:
+        """Where the platform is at home, which any robot can be; z is left empty without a file."""
+        belief = self._page.site.belief(self._page.site.link.seen)
+        place = None if belief is None else belief.pose(home_counts(belief.robot))[1]
+        return [0.0, 0.0, None] if place is None else [round(1e3 * v, 2) + 0.0 for v in place]
 
     def _button(self, text: str, mark: str, call: Any) -> None:
         button = (

@@ -104,7 +104,7 @@ def teach(
     """
     from command_line.output import say
 
-    place = [f"{1e3 * value:.4f}" for value in _position_m(socket)]
+    place = [f"{1e3 * value:z.4f}" for value in _position_m(socket)]
     new = not points.exists()
     with points.open("a", encoding="utf-8") as file:
         if new:
@@ -264,4 +264,4 @@ def _position_m(socket: Path | None) -> Place:
 
 
 def _words(place_m: Place) -> str:
-    return " ".join(f"{1e3 * value:.2f}" for value in place_m)
+    return " ".join(f"{1e3 * value:z.2f}" for value in place_m)
