@@ -15,6 +15,7 @@ from charts.page import columns, heading, page, paragraph, table
 from charts.spec import Colour, Series
 from diagnosis.answer.records import Channel
 from diagnosis.report.drawing import machine_drawing
+from diagnosis.report.sentences.sizes import quantity
 from foundation.errors import RecordingError
 from models.robot import FloatArray, load_robot_model
 from proof.hidden.hidden import Hidden
@@ -168,8 +169,9 @@ def _found(demo: Demonstration) -> str:
 
 
 def _size(one: Hidden) -> str:
-    shown = ", ".join(f"{part:.4g}" for part in np.ravel(one.parameters[one.main]))
-    return f"{shown} {one.unit}".removesuffix(" 1")
+    """In the units that what was found is told in."""
+    parts = np.ravel(one.parameters[one.main])
+    return ", ".join(quantity(float(part), one.unit, one.main, 3) for part in parts)
 
 
 def _covered(coverage: Coverage) -> list[str]:

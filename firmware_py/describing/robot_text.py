@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from firmware_py.describing.questions import Answers, numbers
 
-NOTE = "# Made by deltactl init. Every key with unit, bounds and default: docs/reference/"
+NOTE = "# Made by deltactl init. All keys: docs/reference/robots.md in the source of deltactl"
 
 
 def robot_text(kind: str, answers: Answers, wired: bool) -> str:

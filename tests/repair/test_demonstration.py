@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -14,9 +16,10 @@ pytest.importorskip("mujoco", reason="the robot of the proof is MuJoCo's")
 from firmware_py.planner.check import plan_of
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import ConfigError
+from proof.hidden.hidden import Hidden
 from repair.demonstration import CORRECTED, RECORDING, demonstrate
 from repair.machine import conceal
-from repair.page import page_html
+from repair.page import _size, page_html
 from repair.played import played
 from repair.tracking import Drawn
 
@@ -35,6 +38,21 @@ def test_a_wrong_home_is_found_and_the_heart_is_drawn_as_well_as_it_can_be(tmp_p
     assert "<script src" not in page  # the charts' library stands in the page
     markup = re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
     assert "http" not in markup.replace("http://www.w3.org", "").replace("http-equiv", "")
+
+
+@pytest.mark.parametrize(
+    ("main", "unit", "value", "says"),
+    [
+        ("angle", "rad", 0.0129, "+0.739 degrees"),
+        ("rotation", "rad", [0.01, -0.02, 0.0], "+0.573 degrees, -1.15 degrees, 0.000 degrees"),
+        ("scale", "1", 1.01, "+1.00 %"),
+    ],
+)
+def test_what_was_concealed_is_told_in_the_units_of_what_was_found(
+    main: str, unit: str, value: float | list[float], says: str
+) -> None:
+    hidden = SimpleNamespace(main=main, unit=unit, parameters={main: value})
+    assert _size(cast(Hidden, hidden)) == says
 
 
 def test_where_nothing_is_wrong_nothing_is_changed(tmp_path: Path) -> None:
