@@ -164,6 +164,9 @@ def _details(diagnosis: Diagnosis) -> list[str]:
             f"<details><summary>Every parameter in SI units</summary>{table(head, rows, 4)}"
             "</details>"
         )
+    if (unit := diagnosis.fit.unit) != "m":
+        says = f"In fit, the figures whose names end in _m are in {unit} here, as fit.unit says."
+        parts.append(paragraph(says, "note"))
     answer = json.dumps(_plain(diagnosis.to_json()), indent=1, ensure_ascii=False)
     parts.append(
         f"<details><summary>The answer as JSON</summary><pre>{html.escape(answer)}</pre></details>"
