@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from firmware_py.controller.contract import SensorStatus
+from firmware_py.planner.check import home_counts
 from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
 from foundation.errors import ConfigError, DeltactlError, MissingFile
 from models.linkage import Linkage, inverse
@@ -67,6 +68,11 @@ class Belief:
         box = self.robot.limits.box_m or ((-math.inf, math.inf),) * 3
         inside = all(a <= p <= b for p, (a, b) in zip(position_m, box, strict=True))
         return inside and bool((angles >= low).all() and (angles <= high).all())
+
+    @property
+    def home_m(self) -> Vector | None:
+        """Where the platform is at home [m]."""
+        return self.pose(home_counts(self.robot))[1]
 
     def held(self, start_m: Vector, wanted_m: Vector) -> Vector:
         """The point nearest to `wanted_m`, on the line from `start_m`, that is allowed."""

@@ -51,7 +51,7 @@ class FilesTab:
                 self._spinner.set_visibility(False)
                 self._verdict = ui.label().classes("text-base").props("data-testid=verdict")
                 self._facts = ui.column().classes("gap-0 figures text-sm")
-            with ui.card().classes("grow basis-96 p-3"):
+            with ui.card().classes("grow basis-96 min-w-0 p-3"):
                 self._text = ui.codemirror(
                     files[FIRST].read_text(encoding="utf-8"), language="YAML",
                     on_change=lambda: self._say(""),

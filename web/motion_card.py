@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import events, ui
 
-from firmware_py.planner.check import home_counts
 from models.linkage.vectors import Vector
 from web import motions
 from web.belief import Belief
@@ -33,6 +32,7 @@ class MotionCard:
         self._page = page
         self._goal: Vector | None = None
         self._parts: list[Any] = []
+        self._suggested = False
         with (
             ui.card().classes("w-full p-3 gap-2 jog"),
             ui.row().classes("items-start gap-6"),
@@ -46,6 +46,14 @@ class MotionCard:
         """Whether the robot can move now."""
         for part in self._parts:
             part.set_enabled(on)
+
+    def suggest(self, belief: Belief) -> None:
+        """Put home, where any robot can be, into the fields once the robot is known."""
+        if self._suggested:
+            return
+        self._suggested = True
+        for field, value_m in zip(self._fields, belief.home_m or (), strict=False):
+            field.set_value(round(1e3 * value_m, 2) + 0.0)
 
     def _platform(self) -> None:
         with ui.column().classes("gap-1"):
@@ -74,16 +82,10 @@ class MotionCard:
             ui.label("Go to a point (mm)").classes("font-bold")
             self._fields = []
             with ui.row().classes("gap-2"):
-                for name, start in zip("xyz", self._home_mm(), strict=True):
-                    field = ui.number(name, value=start, step=1, format="%.2f").classes("w-20")
+                for name in "xyz":
+                    field = ui.number(name, step=1, format="%.2f").classes("w-20")
                     self._fields.append(field.props(f"data-testid=goto-{name}"))
             self._button("Go there", "goto", self.go)
-
-    def _home_mm(self) -> list[float | None]:
-        """Where the platform is at home, which any robot can be; z is left empty without a file."""
-        belief = self._page.site.belief(self._page.site.link.seen)
-        place = None if belief is None else belief.pose(home_counts(belief.robot))[1]
-        return [0.0, 0.0, None] if place is None else [round(1e3 * v, 2) + 0.0 for v in place]
 
     def _button(self, text: str, mark: str, call: Any) -> None:
         button = (

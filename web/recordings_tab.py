@@ -30,26 +30,30 @@ class RecordingsTab:
 
     def __init__(self, page: RobotPage):
         self._page = page
-        self._shown: list[str] = []
+        self._rows: dict[str, RecordingRow] = {}
         ui.label("Newest first. A diagnosis compares a run with its robot file.").classes(
             "text-sm text-gray-600"
         )
+        self._empty = ui.label("No recording yet: run a job.").classes("text-base")
         self._list = ui.column().classes("w-full gap-2")
         self._look()
         ui.timer(LOOK_S, self._look)
 
     def _look(self) -> None:
-        found = self._page.site.listed()
-        names = [one.path.name for one in found]
-        if names == self._shown and self._list.default_slot.children:
-            return
-        self._shown = names
-        self._list.clear()
+        """Add and remove rows; one that stays keeps its answer and a diagnosis under way."""
+        found = {one.path.name: one for one in self._page.site.listed()}
+        for name in self._rows.keys() - found.keys():
+            self._rows.pop(name).card.delete()
         with self._list:
-            if not found:
-                ui.label("No recording yet: run a job.").classes("text-base")
-            for one in found:
-                RecordingRow(self._page, one)
+            for name, one in found.items():
+                if name not in self._rows:
+                    self._rows[name] = RecordingRow(self._page, one)
+        for place, name in enumerate(found):
+            row = self._rows[name]
+            row.look(found[name])
+            if self._list.default_slot.children[place] is not row.card:
+                row.card.move(target_index=place)
+        self._empty.set_visibility(not found)
 
 
 class RecordingRow:
@@ -57,20 +61,31 @@ class RecordingRow:
 
     def __init__(self, page: RobotPage, listed: Listed):
         self._page, self._listed = page, listed
-        when = datetime.fromtimestamp(listed.written_s)
-        with ui.card().classes("w-full p-2 gap-1"):
+        self._seen_s = 0.0
+        with ui.card().classes("w-full p-2 gap-1") as self.card:
             with ui.row().classes("w-full items-center gap-2"):
                 ui.label(listed.path.stem).classes("font-bold grow ellipsis").props(
                     "data-testid=recording"
                 )
-                ui.label(f"{when:%d %b %H:%M}, {listed.size_bytes / 1e6:.1f} MB").classes("text-sm")
+                self._when = ui.label().classes("text-sm")
                 ui.button("Report", icon="show_chart", on_click=self.report).props(
                     "no-caps dense outline").classes("px-2")  # fmt: skip
                 self._button = ui.button("Diagnose", icon="troubleshoot", on_click=self.diagnose)
                 self._button.props("no-caps dense").classes("px-2").props("data-testid=diagnose")
             self._progress = ui.row().classes("items-center gap-2")
             self._answer = ui.column().classes("gap-1 w-full")
-        if (answer := listed.diagnosis) is not None:
+
+    def look(self, listed: Listed) -> None:
+        """Follow the file, and what was answered about it, also to another page."""
+        self._listed = listed
+        when = datetime.fromtimestamp(listed.written_s)
+        text = f"{when:%d %b %H:%M}, {listed.size_bytes / 1e6:.1f} MB"
+        if self._when.text != text:
+            self._when.set_text(text)
+        answered_s = listed.answered_s
+        if answered_s > self._seen_s and (answer := listed.diagnosis) is not None:
+            self._seen_s = answered_s
+            self._answer.clear()
             self._show(answer)
 
     async def report(self) -> None:
@@ -93,8 +108,7 @@ class RecordingRow:
             self._button.set_enabled(True)
         if answer is not None:
             (made / "diagnosis.json").write_text(json.dumps(answer), encoding="utf-8")
-            self._answer.clear()
-            self._show(answer)
+            self.look(self._listed)
 
     async def _work(self, what: str, kind: str, *files: Any) -> dict[str, Any] | None:
         """A worker with its progress; None when it failed, which is shown."""

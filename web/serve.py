@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import os
 import signal
@@ -78,10 +79,19 @@ def serve(where: Where) -> None:
             limit_concurrency=400, ws_max_size=MAX_BODY, ssl_certfile=where.certificate,
             ssl_keyfile=where.key,
         )  # fmt: skip
+        logging.getLogger("uvicorn.error").addFilter(not_cut_off)
         # Uvicorn ends in good order and then raises the signal again: what stands around this
         # call (a simulated daemon) has to be ended too.
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
         uvicorn.Server(config).run()
+
+
+def not_cut_off(record: logging.LogRecord) -> bool:
+    """Leaves out the traceback of a request that the end of the service cuts off.
+
+    Uvicorn says in one line how many there were.
+    """
+    return not (record.exc_info and isinstance(record.exc_info[1], asyncio.CancelledError))
 
 
 def add_pages(app: FastAPI, site: Site) -> None:

@@ -35,6 +35,14 @@ class Listed:
     made: Path
 
     @property
+    def answered_s(self) -> float:
+        """When it was diagnosed; 0 if it never was."""
+        try:
+            return (self.made / "diagnosis.json").stat().st_mtime
+        except OSError:
+            return 0.0
+
+    @property
     def diagnosis(self) -> dict[str, Any] | None:
         """What `web.worker diagnose` answered, if it was asked."""
         try:

@@ -79,6 +79,8 @@ class StateCard:
             return
         belief = self._page.site.belief(seen)
         self._draw(status, belief)
+        if self.motion is not None and belief is not None:
+            self.motion.suggest(belief)
         self._set_state(status.state)
         hands = SIMULATED if status.simulated and status.state == "unhomed" else ""
         self._set("next", NEXT.get(status.state, "") + hands)

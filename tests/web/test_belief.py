@@ -47,6 +47,15 @@ def test_a_move_is_held_to_the_limits(x_m: float, y_m: float, z_m: float) -> Non
         assert held == (x_m, y_m, z_m)
 
 
+@pytest.mark.parametrize("name", ["zhao-2023.yaml", "uzunovic-2013.yaml", "gripper-delta.yaml"])
+def test_the_point_that_the_page_suggests_is_within_reach(name: str) -> None:
+    """Home, as the fields show it: in mm, to a hundredth."""
+    belief = Belief.of(CONFIG_FOLDER / name)
+    assert belief.home_m is not None
+    x_m, y_m, z_m = (round(1e3 * value, 2) * 1e-3 for value in belief.home_m)
+    assert belief.allows((x_m, y_m, z_m))
+
+
 @settings(deadline=None)
 @given(point=st.tuples(*[st.floats(-0.2, 0.2)] * 3))
 def test_ranges_put_the_platform_where_it_is(point: tuple[float, float, float]) -> None:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import math
 import time
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
+import foxglove.messages
 import numpy as np
 import pytest
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
-from websockets.sync.client import connect
+from websockets.sync.client import ClientConnection, connect
 
 from firmware_py.controller.contract import SensorStatus, Status
 from firmware_py.robot_file import CONFIG_FOLDER
@@ -93,7 +97,19 @@ class OneStatus:
         self.seen = Seen(1, time.monotonic(), status, "")
 
 
-def test_the_live_server_announces_the_robot_and_sends_it() -> None:
+SENT = {"/tf", "/robot", "/measured_ball", "/pose/commanded", "/pose/measured", "/log",
+        "/range/x", "/range/y", "/range/z"}  # fmt: skip
+
+
+def decoder(name: str, schema: bytes) -> Any:
+    """An empty message as a viewer makes it from the schema that it is given."""
+    pool = descriptor_pool.DescriptorPool()
+    for one in descriptor_pb2.FileDescriptorSet.FromString(schema).file:
+        pool.Add(one)
+    return message_factory.GetMessageClass(pool.FindMessageTypeByName(name))()
+
+
+def test_the_live_server_announces_official_schemas_and_sends_what_they_decode() -> None:
     sensors = tuple(SensorStatus(axis, 0.6, 0.01, "good", 9.0, "ok") for axis in "xyz")
     status = Status("ready", "", "zhao-2023", True, 1.0, HOME, None, None, None, None, 0.0, None,
                     (), None, "", 0, sensors)  # fmt: skip
@@ -104,18 +120,42 @@ def test_the_live_server_announces_the_robot_and_sends_it() -> None:
             said = [json.loads(viewer.recv(timeout=30.0)) for _ in range(2)]
             offered = {one["topic"]: one for told in said if told["op"] == "advertise"
                        for one in told["channels"]}  # fmt: skip
+            assert offered.keys() == SENT | {"/pose/target"}
             assert offered["/robot"]["schemaName"] == "foxglove.SceneUpdate"
+            ids = {one["id"]: one for one in offered.values()}
             ask = {"op": "subscribe",
-                   "subscriptions": [{"id": 1, "channelId": offered["/robot"]["id"]}]}  # fmt: skip
+                   "subscriptions": [{"id": one, "channelId": one} for one in ids]}  # fmt: skip
             viewer.send(json.dumps(ask))
-            time.sleep(0.3)
-            server._last = -1
-            server.look()
-            message = viewer.recv(timeout=30.0)
-            assert isinstance(message, bytes)
-            assert b"robot" in message
+            found = heard(server, viewer, ids)
     finally:
         server.close()
+    assert len(found["/robot"].entities[0].cylinders) == 11
+    assert found["/pose/measured"].frame_id == "base"
+    assert found["/range/z"].ranges[0] == pytest.approx(0.6)
+
+
+def heard(server: LiveServer, viewer: ClientConnection, ids: dict[int, Any]) -> dict[str, Any]:
+    """A message of every topic, by the schema that came with it, which must be Foxglove's own."""
+    found: dict[str, Any] = {}
+    give_up_s = time.monotonic() + 30.0
+    while found.keys() < SENT:
+        assert time.monotonic() < give_up_s, f"only {sorted(found)} came"
+        server._last, server._state = -1, ""
+        server.look()
+        message = viewer.recv(timeout=30.0)
+        while isinstance(message, bytes):
+            channel = ids[int.from_bytes(message[1:5], "little")]
+            name, schema = channel["schemaName"], base64.b64decode(channel["schema"] + "==")
+            own = getattr(foxglove.messages, name.removeprefix("foxglove.")).get_schema()
+            assert schema == own.data
+            one = decoder(name, schema)
+            one.ParseFromString(message[13:])
+            found[channel["topic"]] = one
+            try:
+                message = viewer.recv(timeout=0.05)
+            except TimeoutError:
+                break
+    return found
 
 
 def test_the_layout_names_topics_that_exist(converted: Path) -> None:

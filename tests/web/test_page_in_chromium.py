@@ -131,6 +131,12 @@ def test_what_follows_a_diagnosis_is_a_click_away(
     browser.driver.execute_cdp_cmd("Browser.setDownloadBehavior", send)
     browser.tab("Recordings")
     browser.says("answer", "explained")
+    (simulated.recordings / "later.mcap").write_bytes(b"nor this")
+    browser.wait(lambda: "later" in listed(browser), "a new recording is not listed")
+    assert listed(browser)[:2] == ["later", "asked"]
+    (simulated.recordings / "later.mcap").unlink()
+    browser.wait(lambda: "later" not in listed(browser), "a deleted recording is still listed")
+    assert browser.text("answer") == "explained"
     press_text(browser, "Correct it")
     browser.wait(lambda: (tmp_path / "corrected.yaml").is_file(), "nothing was saved")
     press_text(browser, "The experiment that would tell more")
@@ -142,6 +148,12 @@ def test_what_follows_a_diagnosis_is_a_click_away(
     browser.press("diagnose")
     browser.wait(lambda: "asked.mcap" in browser.driver.page_source, "no line about it")
     (simulated.recordings / "asked.mcap").unlink()
+
+
+def listed(browser: Browser) -> list[str]:
+    """The names in the list of recordings, from the top."""
+    place = '[data-testid="recording"]'
+    return [one.text for one in browser.driver.find_elements(By.CSS_SELECTOR, place)]
 
 
 def press_text(browser: Browser, words: str) -> None:

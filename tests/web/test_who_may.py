@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import http.client
+import logging
 import os
+import socket
 import threading
 import time
 from collections.abc import Callable
@@ -20,7 +22,7 @@ from starlette.websockets import WebSocketDisconnect
 from foundation.errors import ConfigError
 from web.guard import MAX_BODY, Guard
 from web.login import add_login
-from web.serve import Where, serve
+from web.serve import Where, not_cut_off, serve
 from web.sessions import LASTS_S, Sessions
 from web.users import add_user, load_users, right
 
@@ -208,6 +210,46 @@ def test_too_many_requests_and_too_many_pages_are_told_so(monkeypatch: pytest.Mo
     monkeypatch.setattr("web.guard.REQUESTS_BURST", 3)
     hasty = browser(guarded(None))
     assert [hasty.get("/").status_code for _ in range(4)] == [200, 200, 200, 429]
+
+
+def test_what_the_end_of_the_service_cuts_off_is_one_line(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """A request that still sends its body when the service ends."""
+    said: list[str] = []
+
+    class Said(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            said.append(self.format(record))
+
+    log, handler = logging.getLogger("uvicorn.error"), Said()
+    config = uvicorn.Config(
+        guarded(None), port=0, log_level="error", lifespan="off", timeout_graceful_shutdown=0
+    )
+    log.addFilter(not_cut_off)
+    log.addHandler(handler)
+    server = uvicorn.Server(config)
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    try:
+        while not server.started:
+            time.sleep(0.01)
+        port = server.servers[0].sockets[0].getsockname()[1]
+        with socket.create_connection(("127.0.0.1", port)) as one:
+            head = f"POST /do HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nContent-Length: 9\r\n\r\nabc"
+            one.sendall(head.encode())
+            while not server.server_state.tasks:
+                time.sleep(0.01)
+            server.should_exit = True
+            thread.join(30.0)
+    finally:
+        server.should_exit = True
+        thread.join(30.0)
+        log.removeFilter(not_cut_off)
+        log.removeHandler(handler)
+    assert len(said) == 1
+    assert said[0].startswith("Cancel 1 running task")
+    assert "Traceback" not in capsys.readouterr().err
 
 
 def test_the_file_holds_hashes_and_only_the_service_reads_it(users_file: Path) -> None:
