@@ -95,7 +95,7 @@ def heading(text: str) -> str:
 
 
 def paragraph(text: str, kind: str = "") -> str:
-    """A paragraph; kind '' , 'note' (small) or 'warn' (not to be overlooked)."""
+    """A paragraph; kind '', 'note' (small), 'howto' (not printed) or 'warn' (to be seen)."""
     mark = f' class="{kind}"' if kind else ""
     return f"<p{mark}>{html.escape(text)}</p>"
 

@@ -114,7 +114,7 @@ def _samples(tracking: Tracking) -> str:
 
 
 def _curves(run: Run, robot: RobotFile, tracking: RunTracking) -> list[str]:
-    parts = [heading("Path"), paragraph(HINT, "note")]
+    parts = [heading("Path"), paragraph(HINT, "note howto")]
     parts.append(columns(chart.html() for chart in curves.path_charts(run, robot, tracking)))
     if tracking.truth or tracking.measured:
         parts.append(heading("Errors"))

@@ -40,7 +40,7 @@ def _sheets(control: ControlPart) -> list[Sheet]:
 
 
 def _html(kinematics: KinematicsPart, control: ControlPart) -> str:
-    return page(TITLE, [paragraph(HINT, "note"), *kinematics.html(), *control.html()], LEAD)
+    return page(TITLE, [paragraph(HINT, "note howto"), *kinematics.html(), *control.html()], LEAD)
 
 
 def _markdown(sheets: list[Sheet], command: str) -> str:

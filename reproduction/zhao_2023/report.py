@@ -64,7 +64,7 @@ def recipes(effort: int | None) -> str:
 def html(study: Study, found: list[Sheet]) -> str:
     """The page."""
     network = f"zhao-{study.scale.main}"
-    parts = [paragraph(HINT, "note"), paragraph(recipes(study.scale.effort), "note")]
+    parts = [paragraph(HINT, "note howto"), paragraph(recipes(study.scale.effort), "note")]
     parts += [*(sheet.html() for sheet in found[:3])]
     parts += [heading("Where ours differs from print, and why")]
     parts += [paragraph(text) for text in DIFFERS]

@@ -72,7 +72,7 @@ def _by_time(
     parts = [
         heading("The mismatch over time"),
         paragraph("Measured minus predicted. A perfect model leaves a flat line at zero."),
-        paragraph(HINT, "note"),
+        paragraph(HINT, "note howto"),
     ]
     each = min(MOST_PER_CHART, POINTS // (2 * len(channels)))
     charts = (
