@@ -23,7 +23,7 @@ class AssessmentOptions:
     taken_up: float = 0.9
     """Correlation with a nuisance from which on an effect is taken up by it, as far as it goes."""
     starts: float = 3.0
-    """Independent places that one regressor with a place in time or a period may be found at."""
+    """Independent tests that a regressor counts for which was searched at no moment or period."""
     unlikely: float = 0.05
     """Chance of a gain by luck up to which an effect is claimed where the evidence, too, leaves
     'nothing is missing' less than the alarm's level: by itself a level for a single question."""

@@ -27,4 +27,5 @@ def chance(selected: Selected, better: Explanation, worse: Explanation) -> float
 
 def tests(selected: Selected) -> float:
     """Effective number of tests of a selection."""
-    return ASSESSMENT.starts * len(selected.plant.regressors)
+    every = selected.plant.regressors
+    return sum(ASSESSMENT.starts if r.places is None else r.places for r in every)

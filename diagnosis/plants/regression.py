@@ -72,6 +72,8 @@ class Regressor:
     """Linear sizes that no machine has below zero."""
     left_over: bool = False
     """A spline term that is only looked for in what the named effects leave."""
+    places: float | None = None
+    """Independent moments or periods that were searched for it; None where it has no such place."""
 
     @property
     def unknown(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -139,6 +140,7 @@ def _gear(axis: RecordedAxis) -> Regressor | None:
     return Regressor(
         "gear", "transmission_error", ODDS.gear_error, sizes=(waves,),
         equivalents=(Equivalent("encoder_error", ODDS.encoder_for_gear),), alone=False,
+        places=most - fewest,
     )  # fmt: skip
 
 
@@ -166,10 +168,12 @@ def _jump(axis: RecordedAxis) -> Regressor:
     choices = max(float(axis.readings.span_s), COMMANDED_AXIS.fewest_moments)
     moment = Size("moment", "flat", axis.readings.span_s, float(axis.t_s[0]),
                   float(axis.t_s[-1]), 1.0, smooth=False, choices=choices)  # fmt: skip
+    places = COMMANDED_AXIS.alarming_chi2 * math.log(max(len(axis.rows), 2))
     if not axis.rad_per_step:
         return Regressor("jump", "unknown", ODDS.one_moment, sizes=(moment,),
-                         follows=("time",), alone=False)  # fmt: skip
-    return Regressor("jump", "lost_steps", ODDS.one_moment, sizes=(moment,), alone=False)
+                         follows=("time",), alone=False, places=places)  # fmt: skip
+    return Regressor("jump", "lost_steps", ODDS.one_moment, sizes=(moment,), alone=False,
+                     places=places)  # fmt: skip
 
 
 def _ringing(axis: RecordedAxis) -> Regressor | None:

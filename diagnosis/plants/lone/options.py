@@ -94,6 +94,10 @@ class CommandedAxisOptions:
     fewest_moments: float = 4.0
     """At which a jump may have come, one a second: in a short recording, too, it was one of some.
     """
+    alarming_chi2: float = 16.0
+    """Gain of a jump that is about to raise the alarm. The highest of all moments exceeds a high
+    gain as often as gain x log(readings) independent tests (James, James and Siegmund 1987,
+    Biometrika 74, 71-83, to leading order)."""
 
     # Spline terms.
     axis_pieces: int = 6
