@@ -39,7 +39,9 @@ def fleet_html(rows: Sequence[Row], limits: dict[str, float]) -> str:
     bad = [row for row in rows if "error" in row]
     good = [row for row in rows if "error" not in row]
     robots = {row["robot"] for row in good}
-    lead = f"{len(rows)} recordings of {len(robots)} robots, {len(bad)} of them could not be read."
+    known = f"{len(robots)} {'robot' if len(robots) == 1 else 'robots'}"
+    unread = f"{len(bad)} of them could not be read" if bad else "all of them read"
+    lead = f"{len(rows)} recordings of {known}, {unread}."
     parts = [
         heading("Where to look first"),
         *_first(moving, batches, found, robots),
@@ -144,7 +146,7 @@ def _groups(batches: list[Group]) -> list[str]:
         (
             f"{group.effect.replace('_', ' ')}, {group.parameter}",
             f"{group.median:.4g} ± {group.spread:.2g} {group.unit}",
-            ", ".join(f"{robot} ({component})" for robot, component, _ in group.members),
+            ", ".join(f"{robot} ({component})" for robot, component, _ in sorted(group.members)),
         )
         for group in batches
     ]
@@ -157,12 +159,13 @@ def _sisters(good: list[Row]) -> list[str]:
         (row["robot"], row["recording"].rsplit("/", 1)[-1],
          f"{size['effect'].replace('_', ' ')} of {size['component']}",
          f"{size['alone']:.0%} alone, {size['probability']:.0%} with the fleet: {size['sisters']}",
-         size["rather"] or "-")
+         (size["rather"] or "-").replace("_", " "))
         for row in good
         for size in row["findings"]
         if "alone" in size
-        and (size["rather"] or (size["alone"] < LIKELY) != (size["probability"] < LIKELY))
+        and (_other(size) or (size["alone"] < LIKELY) != (size["probability"] < LIKELY))
     ]  # fmt: skip
+    moved = list(dict.fromkeys(moved))  # a finding has as many rows as sizes
     if not any("alone" in size for row in good for size in row["findings"]):
         return []
     about = (
@@ -173,6 +176,11 @@ def _sisters(good: list[Row]) -> list[str]:
     shown = [table(head, moved[:BAD_SHOWN], numbers_from=NO_COLUMN)] if moved else []
     said = f"They change what is likely in {len(moved)} findings."
     return [heading("What sister machines change"), paragraph(f"{about} {said}"), *shown]
+
+
+def _other(size: Row) -> bool:
+    """Whether the sisters name another cause than the finding itself."""
+    return size["rather"] not in (None, f"{size['effect']} at {size['component']}")
 
 
 def _robots(good: list[Row], found: list[Course]) -> str:
