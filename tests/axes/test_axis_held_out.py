@@ -187,21 +187,24 @@ def test_a_size_that_differs_from_part_to_part_is_known_no_better_than_that() ->
     assert beyond_noise(even.best, on_blocks(even)) == {}
 
 
-@pytest.mark.parametrize("regressors", [1, 7])
-def test_every_regressor_that_was_tried_counts_in_the_alarm(regressors: int) -> None:
+@pytest.mark.parametrize(
+    ("places", "tried"),
+    [([None], 3.0), ([None] * 7, 21.0), ([None, 50.0, None], 56.0)],
+)
+def test_every_regressor_and_place_that_was_tried_counts_in_the_alarm(
+    places: list[float | None], tried: float
+) -> None:
     """Sidak to first order of an F test with as many readings as there are effectively."""
+    regressors = [Regressor(str(n), "unknown", 0.0, places=one) for n, one in enumerate(places)]
     selected: Any = SimpleNamespace(
-        noise=SimpleNamespace(effective=100.0),
-        plant=SimpleNamespace(regressors=range(regressors)),
+        noise=SimpleNamespace(effective=100.0), plant=SimpleNamespace(regressors=regressors)
     )
     better: Any = SimpleNamespace(chi2=98.0, tangent=np.zeros((9, 2)))
     worse: Any = SimpleNamespace(chi2=118.0, tangent=np.zeros((9, 1)))
-    assert chance(selected, better, worse) == pytest.approx(
-        ASSESSMENT.starts * regressors * f.sf(20.0, 1, 98.0), rel=1e-6
-    )
+    assert chance(selected, better, worse) == pytest.approx(tried * f.sf(20.0, 1, 98.0), rel=1e-6)
     noisy: Any = SimpleNamespace(chi2=196.0, tangent=np.zeros((9, 2)))
     more: Any = SimpleNamespace(chi2=216.0, tangent=np.zeros((9, 1)))
     assert chance(selected, noisy, more) == pytest.approx(
-        min(1.0, ASSESSMENT.starts * regressors * f.sf(10.0, 1, 98.0)), rel=1e-6
+        min(1.0, tried * f.sf(10.0, 1, 98.0)), rel=1e-6
     )
     assert chance(selected, worse, worse) == 1.0
