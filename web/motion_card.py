@@ -65,6 +65,7 @@ class MotionCard:
                         self._button(f"{name.upper()}{'−+'[sign > 0]}", f"jog-{name}{sign:+d}",
                                      lambda _, a=axis, s=sign: self.jog(a, s))  # fmt: skip
             self._keys = ui.switch("arrow keys and page up, page down", value=False)
+            self._keys.props("data-testid=jog-keys")
             self._keys.on_value_change(lambda event: setattr(self._keyboard, "active", event.value))
 
     def _arms(self) -> None:

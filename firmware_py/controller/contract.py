@@ -56,6 +56,8 @@ class Status:
     """The robot file's outputs, and which are on."""
     inputs: dict[str, bool] = field(default_factory=dict)
     """Its named inputs, and which are on."""
+    target_m: tuple[float, float, float] | None = None
+    """The newest target whose pulses are queued, at most 0.1 s ahead; None between paths."""
 
     def as_json(self) -> dict[str, Any]:
         """Plain types only."""

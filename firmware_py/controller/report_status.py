@@ -71,4 +71,5 @@ def snapshot(
         robot_path=running.robot_path,
         outputs=machine.switches.states(output.switched),
         inputs={name: line() for name, line in machine.inputs.items()},
+        target_m=job.target_m if job else None,
     )

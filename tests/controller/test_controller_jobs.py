@@ -64,6 +64,22 @@ def test_pausing_stays_on_the_path(homed: Controller, write_job, finish) -> None
     assert _unique_rows(path)[-500:].tolist() == _unique_rows(same)[-500:].tolist()
 
 
+def test_the_newest_target_is_told_while_a_path_is_drawn(
+    homed: Controller, write_job, finish
+) -> None:
+    number = homed.submit(write_job())
+    assert homed.status().target_m is None
+    sleep_s(homed.clock, 5.0)
+    seen = homed.status()
+    run = run_of(finish(homed, number))
+    assert homed.status().target_m is None
+    assert seen.target_m is not None
+    away_m = np.linalg.norm(run.targets.position_m - seen.target_m, axis=1)
+    assert away_m.min() < 1e-6
+    # At most the look-ahead before the arms: a tenth of a second at about 50 mm/s.
+    assert np.linalg.norm(np.subtract(seen.target_m, seen.position_m)) < 0.01
+
+
 def _path_start(run: Run) -> int:
     return next(event.t_ns for event in run.events if event.kind == "path_start")
 

@@ -98,8 +98,8 @@ class OneStatus:
         self.seen = Seen(1, time.monotonic(), status, "")
 
 
-SENT = {"/tf", "/robot", "/measured_ball", "/pose/commanded", "/pose/measured", "/log",
-        "/range/x", "/range/y", "/range/z"}  # fmt: skip
+SENT = {"/tf", "/robot", "/measured_ball", "/pose/target", "/pose/commanded", "/pose/measured",
+        "/log", "/range/x", "/range/y", "/range/z"}  # fmt: skip
 
 
 def decoder(name: str, schema: bytes) -> Any:
@@ -113,7 +113,7 @@ def decoder(name: str, schema: bytes) -> Any:
 def test_the_live_server_announces_official_schemas_and_sends_what_they_decode() -> None:
     sensors = tuple(SensorStatus(axis, 0.6, 0.01, "good", 9.0, "ok") for axis in "xyz")
     status = Status("ready", "", "zhao-2023", True, 1.0, HOME, None, None, None, None, 0.0, None,
-                    (), None, "", 0, sensors)  # fmt: skip
+                    (), None, "", 0, sensors, target_m=(0.01, 0.02, -0.45))  # fmt: skip
     server = LiveServer(OneStatus(status), Beliefs(), "127.0.0.1", 0)  # type: ignore[arg-type]
     try:
         server.look()
@@ -121,7 +121,7 @@ def test_the_live_server_announces_official_schemas_and_sends_what_they_decode()
             said = [json.loads(viewer.recv(timeout=30.0)) for _ in range(2)]
             offered = {one["topic"]: one for told in said if told["op"] == "advertise"
                        for one in told["channels"]}  # fmt: skip
-            assert offered.keys() == SENT | {"/pose/target"}
+            assert offered.keys() == SENT
             assert offered["/robot"]["schemaName"] == "foxglove.SceneUpdate"
             ids = {one["id"]: one for one in offered.values()}
             ask = {"op": "subscribe",
@@ -132,6 +132,8 @@ def test_the_live_server_announces_official_schemas_and_sends_what_they_decode()
         server.close()
     assert len(found["/robot"].entities[0].cylinders) == 11
     assert found["/pose/measured"].frame_id == "base"
+    target = found["/pose/target"].pose.position
+    assert (target.x, target.y, target.z) == (0.01, 0.02, -0.45)
     assert found["/range/z"].ranges[0] == pytest.approx(0.6)
 
 

@@ -35,6 +35,16 @@ def switch_off(page: WebPage) -> None:
             client.power_off()
 
 
+def at_home(page: WebPage) -> None:
+    """Ready, whatever an attempt or a test before this one has left."""
+    assert page.socket is not None
+    with Client(page.socket) as client:
+        if client.status().state != "ready":
+            switch_off(page)
+            client.power_on()
+            client.home()
+
+
 def test_a_heart_from_switching_on_to_the_stop(browser: Browser, simulated: WebPage) -> None:
     """On, home, run a job, stop it, acknowledge: as a new user would, following the page."""
     switch_off(simulated)
@@ -76,6 +86,20 @@ def test_jog_moves_by_its_step(browser: Browser) -> None:
     assert there == pytest.approx([start[0], start[1], start[2] - 1.0], abs=0.1)
 
 
+def test_keys_jog_once_they_are_switched_on(browser: Browser, simulated: WebPage) -> None:
+    at_home(simulated)
+    browser.says("state", "ready")
+    body = browser.driver.find_element(By.TAG_NAME, "body")
+    start = platform_mm(browser)
+    body.send_keys(Keys.PAGE_UP)
+    browser.press("jog-keys")
+    body.send_keys(Keys.PAGE_DOWN)
+    browser.wait(lambda: platform_mm(browser)[2] < start[2] - 0.9, "the platform did not move")
+    browser.says("state", "ready")
+    assert platform_mm(browser)[2] == pytest.approx(start[2] - 1.0, abs=0.1)
+    browser.press("jog-keys")
+
+
 JOB = """name: mine
 robot: zhao-2023.yaml
 path: {shape: circle, centre_m: [0, 0, -0.45], radius_m: 0.05, turns: 8}
@@ -85,8 +109,10 @@ inverse_kinematics: {kind: geometry}
 
 
 def test_going_to_a_point_and_a_job_of_ones_own_with_a_pause(
-    browser: Browser, tmp_path: Path
+    browser: Browser, simulated: WebPage, tmp_path: Path
 ) -> None:
+    at_home(simulated)
+    browser.says("state", "ready")
     for name, value in (("x", "5"), ("z", "-445")):
         field = browser.find(f"goto-{name}")
         field.send_keys(Keys.CONTROL, "a")

@@ -62,6 +62,8 @@ class LiveServer:
         for sensor in status.sensors:
             if sensor.distance_m is not None and sensor.gate == "good":
                 channels.range(now_ns, sensor.axis, sensor.distance_m)
+        if status.target_m is not None:
+            channels.pose(now_ns, "target", status.target_m)
         if (measured := belief.measured(status.sensors)) is not None:
             channels.measured(now_ns, measured)
         if status.state != self._state:

@@ -237,6 +237,11 @@ class ActiveJob:
         """The pulses have stopped already: nothing more is recorded."""
         self._end()
 
+    @property
+    def target_m(self) -> tuple[float, float, float] | None:
+        """The newest target whose pulses are queued; None between paths."""
+        return self._moving.feeder.target_m if self._moving is not None else None
+
     def progress(self, now_ns: int) -> float:
         """Part done, 0 to 1."""
         if self.phase in (Phase.SETTLE, Phase.ENDED):

@@ -41,6 +41,8 @@ class Feeder:
         self._feedback = feedback
         self._start_ns = clock.now_ns() + ns(LEAD_S)
         self._next_feed_ns = 0
+        self.target_m: tuple[float, float, float] | None = None
+        """The newest one that was queued."""
         self._slip_before_ns = output.status().slip_ns
 
     @property
@@ -88,7 +90,8 @@ class Feeder:
         )
         for t_ns, number, position_m, counts in rows:
             if number >= 0:
-                self._journal.target(t_ns + offset_ns, number, tuple(position_m), tuple(counts))
+                self.target_m = tuple(position_m)
+                self._journal.target(t_ns + offset_ns, number, self.target_m, tuple(counts))
 
     @property
     def _still(self) -> bool:
