@@ -23,6 +23,7 @@ KEYS: dict[str, tuple[int, int]] = {
     "PageUp": (2, 1), "PageDown": (2, -1),
 }  # fmt: skip
 """Key to axis and direction."""
+JOG_TEXTS = (("X−", "X+"), ("Y−", "Y+"), ("Z− down", "Z+ up"))
 
 
 class MotionCard:
@@ -62,7 +63,7 @@ class MotionCard:
             for axis, name in enumerate("xyz"):
                 with ui.row().classes("gap-2 items-center"):
                     for sign in (-1, 1):
-                        self._button(f"{name.upper()}{'−+'[sign > 0]}", f"jog-{name}{sign:+d}",
+                        self._button(JOG_TEXTS[axis][sign > 0], f"jog-{name}{sign:+d}",
                                      lambda _, a=axis, s=sign: self.jog(a, s))  # fmt: skip
             self._keys = ui.switch("arrow keys and page up, page down", value=False)
             self._keys.props("data-testid=jog-keys")

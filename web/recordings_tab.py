@@ -138,7 +138,7 @@ class RecordingRow:
             for line in answer["lines"][:12]:
                 ui.label(line).classes("text-sm")
             with ui.row().classes("gap-2"):
-                self._follow("Why", "article", self._why)
+                self._follow("The whole report", "article", self._report)
                 if answer["components"]:
                     self._follow("Show it on the robot", "my_location", self._blame)
                 if (made / "corrected.yaml").is_file():
@@ -149,7 +149,7 @@ class RecordingRow:
     def _follow(self, text: str, icon: str, call: Any) -> None:
         ui.button(text, icon=icon, on_click=call).props("no-caps dense flat")
 
-    def _why(self) -> None:
+    def _report(self) -> None:
         ui.navigate.to(self._url("report.html"), new_tab=True)
 
     def _blame(self) -> None:
