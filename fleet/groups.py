@@ -14,8 +14,6 @@ from fleet.trends import Course, Trend
 
 FEWEST = 3
 """Two robots with the same fault may be chance."""
-LASTING = 0.5
-"""Found in at least this part of a robot's recordings since it was first found."""
 ALIKE = 0.2
 """Sizes of a batch differ by less than this part of themselves, or by their scatter."""
 
@@ -53,9 +51,7 @@ def groups(found: Sequence[Course], moving: Sequence[Trend] = ()) -> list[Group]
         list
     )
     for course in found:
-        if course.key in moves or not course.main:
-            continue
-        if len(course.value) < FEWEST or course.found_in < LASTING:
+        if course.key in moves or not course.lasts:
             continue
         robot, effect, component, parameter = course.key
         place = re.sub(r"\d+$", "", component)

@@ -90,8 +90,7 @@ def _first(
     named = {trend.course.key for trend in moving}
     named |= {(robot, group.effect, component, group.parameter) for group in batches
               for robot, component, _ in group.members}  # fmt: skip
-    alone = [course for course in found if course.key not in named and course.found_in >= 0.5
-             and len(course.value) >= 3]  # fmt: skip
+    alone = [course for course in found if course.lasts and course.key not in named]
     rows += [
         (
             course.key[0],
@@ -189,7 +188,7 @@ def _robots(good: list[Row], found: list[Course]) -> str:
         by_robot[row["robot"]].append(row)
     lasting: dict[str, list[str]] = defaultdict(list)
     for course in found:
-        if course.found_in >= 0.5 and len(course.value) >= 3:
+        if course.lasts:
             lasting[course.key[0]].append(_effect(course))
     rows = []
     for robot, its in sorted(by_robot.items()):

@@ -18,6 +18,8 @@ FEWEST, SHORTEST_DAYS = 6, 7.0
 """A line through fewer points, or over less than a week, says nothing about weeks."""
 ALARM = 0.01
 """Probability that a fleet without any trend shows one, all its series together (Bonferroni)."""
+LASTING, OFTEN = 0.5, 3
+"""What was found in half of a robot's recordings since it was first found, and so often, lasts."""
 Key = tuple[str, str, str, str]
 """Robot, effect, component, parameter."""
 
@@ -41,6 +43,11 @@ class Course:
     def found_in(self) -> float:
         """Part of the recordings, from the first finding on, in which it was found."""
         return len(self.value) / max(1, self.recordings)
+
+    @property
+    def lasts(self) -> bool:
+        """Whether it is the size of something that is there to stay."""
+        return self.main and len(self.value) >= OFTEN and self.found_in >= LASTING
 
     @property
     def name(self) -> str:
