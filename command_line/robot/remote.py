@@ -7,6 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from command_line.output import console, duration, facts, millimetres, print_json, say
+from command_line.robot.moves import WAYS
 from firmware_py.controller.contract import Status
 from firmware_py.daemon.client import Client
 
@@ -32,7 +33,7 @@ def stop_robot(reason: str, socket: Path | None) -> None:
     """Emergency stop."""
     with Client(socket) as client:
         client.stop(reason)
-        say("stopped; clear the cause, then 'deltactl acknowledge' and 'deltactl home'")
+        say(f"stopped; {WAYS['stopped', client.status().simulated]}")
 
 
 def show_status(watch: bool, json_out: bool, socket: Path | None) -> None:

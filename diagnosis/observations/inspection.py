@@ -194,7 +194,7 @@ def inspect_table(
     timing, late = _timing(guesses, known)
     warnings += late
     if kind == "servo_axis" and motion is None:
-        warnings.append("rad or m cannot be told apart: say --motion rotary or --motion linear")
+        warnings.append("rad or m cannot be told apart: say --motion rotary or linear to 'init'")
     return Inspection(
         path, [*facts, *timing], table, guesses, kind, motion, why, _zero(guesses, known),
         mapping, warnings,

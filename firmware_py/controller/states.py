@@ -45,14 +45,15 @@ ALLOWED: dict[Request, frozenset[State]] = {
     Request.ACKNOWLEDGE: frozenset({State.STOPPED, State.FAULT}),
 }
 
+PLACED = "put the arms against their stops (simulated ones by 'deltactl off' and 'deltactl on')"
 WAY_OUT: dict[State, str] = {
     State.OFF: "switch it on with 'deltactl on'",
     State.UNHOMED: "put the arms against their stops and run 'deltactl home'",
     State.READY: "start a job with 'deltactl run JOB.yaml'",
     State.RUNNING: "wait, or use 'deltactl pause' or 'deltactl cancel'",
     State.PAUSED: "use 'deltactl resume' or 'deltactl cancel'",
-    State.STOPPED: "clear the cause, then 'deltactl acknowledge' and 'deltactl home'",
-    State.FAULT: "clear the cause, then 'deltactl acknowledge' and 'deltactl home'",
+    State.STOPPED: f"clear the cause, then 'deltactl acknowledge', {PLACED}, and 'deltactl home'",
+    State.FAULT: f"clear the cause, then 'deltactl acknowledge', {PLACED}, and 'deltactl home'",
 }
 
 

@@ -63,6 +63,14 @@ def test_a_spreadsheets_export(tmp_path: Path, encoding: str, separator: str, de
     np.testing.assert_allclose(read.column("command"), COMMAND, atol=1e-6)
 
 
+def test_a_set_position_is_the_command_and_a_laser_the_position(tmp_path: Path) -> None:
+    path = tmp_path / "stage.csv"
+    path.write_text("Time;SetPos_mm;Laser_mm\n" + text(columns(T_S, COMMAND, POSITION), ";", ","))
+    found = inspect(path)
+    assert (found.kind, found.motion) == ("servo_axis", "linear")
+    assert taken(found) == {"t": "Time", "command": "SetPos_mm", "position": "Laser_mm"}
+
+
 def test_a_line_of_units_under_the_heading_and_a_comment_mark(tmp_path: Path) -> None:
     path = tmp_path / "log.txt"
     path.write_text("# time\ttarget\tencoder\n# s\tmm\tmm\n" + text(
