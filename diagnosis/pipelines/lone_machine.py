@@ -14,6 +14,7 @@ from diagnosis.admission.regression_plausibility import (
     check_together,
 )
 from diagnosis.answer.records import Channel, Diagnosis, Finding, Picture
+from diagnosis.evidence.detection import Progress
 from diagnosis.observations.slope import check_velocity
 from diagnosis.pipelines.regression import diagnose_plant
 from diagnosis.plants.lone.commanded_axis import CommandedAxis
@@ -21,7 +22,6 @@ from diagnosis.plants.lone.forced_axis import ForcedAxis
 from diagnosis.plants.lone.range_sensor import RangeSensorPlant
 from diagnosis.plants.lone.servo_delta import CHANNEL, ServoDelta
 from diagnosis.report.sentences.lone_sentences import kinds_of, spoken
-from diagnosis.selection.named_first import Progress
 from foundation.errors import RecordingError
 from models.effects.kind import MOTORS
 from models.effects.servo_joints import SERVO_EFFECTS

@@ -134,7 +134,7 @@ class FittedTogether:
         return picture(self.outcome, self.outcome.fitter.model.covariates())
 
     def remarks(self) -> dict[str, Any]:
-        """Whether the machine is loosely built, and whether the limit of work was reached."""
+        """Whether build tolerances were needed, and whether the limit of work was reached."""
         return {
             "loosely_built": self.outcome.explained.with_tolerances,
             "ended_early": self.budget.ended,

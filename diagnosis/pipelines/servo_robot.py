@@ -6,13 +6,14 @@ what was asked for; what following costs is the torques' business.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 
 from diagnosis.admission.robot_match import check_belongs
 from diagnosis.answer.records import Diagnosis, NotTestable, Verdict
+from diagnosis.evidence.detection import Progress
 from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.observations.servo_preprocessing import JOINTS, reads_disturbance
 from diagnosis.pipelines.lone_machine import diagnose_servo
@@ -28,7 +29,6 @@ from models.robot import DeltaRobot
 from models.servo_drive import ServoDrive
 from recording.tables.flat import FlatRecording
 
-Progress = Callable[[str], None]
 OUTSIDE = [f"{stem}_{axis}" for stem in ("range", "pos") for axis in "xyz"]
 INSIDE = ("theta_", "steps_", "command_", "current_", "disturbance_")
 STATUS = ("status_",)

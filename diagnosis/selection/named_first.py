@@ -8,11 +8,11 @@ regressors that were neither sure nor out of the question are chosen once more b
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from diagnosis.evidence.detection import Progress
 from diagnosis.evidence.effective_size import TemperedNoise
 from diagnosis.evidence.laplace import Explanation, Laplace
 from diagnosis.evidence.tempering import noise_beyond, saturated_noise
@@ -20,8 +20,6 @@ from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.regression import RegressionPlant, Sizes
 from diagnosis.selection.model_posterior import HillClimb, Posterior
 from diagnosis.selection.options import SELECTION
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

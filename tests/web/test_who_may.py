@@ -8,8 +8,8 @@ import os
 import socket
 import threading
 import time
-from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -162,25 +162,31 @@ def test_what_is_not_too_long_arrives_whole() -> None:
     assert answer.text == str(MAX_BODY)
 
 
-def test_who_sends_too_much_hears_why_and_not_a_broken_pipe() -> None:
-    """Over a real connection: megabytes are still on their way when the answer is known."""
-    config = uvicorn.Config(guarded(None), port=0, log_level="critical", lifespan="off")
+@contextmanager
+def served(config: uvicorn.Config) -> Iterator[tuple[uvicorn.Server, threading.Thread, int]]:
+    """A server over a real connection, the thread it runs in, and its port; ended afterwards."""
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run)
     thread.start()
     try:
         while not server.started:
             time.sleep(0.01)
-        port = server.servers[0].sockets[0].getsockname()[1]
+        yield server, thread, server.servers[0].sockets[0].getsockname()[1]
+    finally:
+        server.should_exit = True
+        thread.join(30.0)
+
+
+def test_who_sends_too_much_hears_why_and_not_a_broken_pipe() -> None:
+    """Over a real connection: megabytes are still on their way when the answer is known."""
+    config = uvicorn.Config(guarded(None), port=0, log_level="critical", lifespan="off")
+    with served(config) as (_, _, port):
         for _ in range(3):
             asked = http.client.HTTPConnection("127.0.0.1", port, timeout=30.0)
             asked.request("POST", "/do", body=b"x" * 8_000_000)
             answer = asked.getresponse()
             assert (answer.status, answer.read()) == (413, b"more than 128 kB are not taken\n")
             asked.close()
-    finally:
-        server.should_exit = True
-        thread.join(30.0)
 
 
 def test_of_fifty_clients_forty_get_a_page_and_ten_a_line() -> None:
@@ -228,14 +234,11 @@ def test_what_the_end_of_the_service_cuts_off_is_one_line(
     )
     log.addFilter(not_cut_off)
     log.addHandler(handler)
-    server = uvicorn.Server(config)
-    thread = threading.Thread(target=server.run)
-    thread.start()
     try:
-        while not server.started:
-            time.sleep(0.01)
-        port = server.servers[0].sockets[0].getsockname()[1]
-        with socket.create_connection(("127.0.0.1", port)) as one:
+        with (
+            served(config) as (server, thread, port),
+            socket.create_connection(("127.0.0.1", port)) as one,
+        ):
             head = f"POST /do HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nContent-Length: 9\r\n\r\nabc"
             one.sendall(head.encode())
             while not server.server_state.tasks:
@@ -243,8 +246,6 @@ def test_what_the_end_of_the_service_cuts_off_is_one_line(
             server.should_exit = True
             thread.join(30.0)
     finally:
-        server.should_exit = True
-        thread.join(30.0)
         log.removeFilter(not_cut_off)
         log.removeHandler(handler)
     assert len(said) == 1
