@@ -6,8 +6,10 @@ import numpy as np
 
 from proof.robot.stepping import IntArray, StepTrain, cut, together
 
-LOWEST, HIGHEST = 0, 3333
-"""Microsteps: 0 to 75 degrees, where every combination of angles can be assembled."""
+LOWEST, HIGHEST = 667, 3333
+"""Microsteps: 15 to 75 degrees, where every combination of angles can be assembled, also by a robot
+with 6 mm more base radius. With all arms level even the robot of the file is at a singular pose:
+a wider one is driven through it and its arm stays flipped, which a machine's end stops prevent."""
 DWELLS_S = (0.1, 0.5)
 KINDS = ("one", "alike", "all")
 

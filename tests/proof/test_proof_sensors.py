@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,6 +14,9 @@ pytest.importorskip("mujoco", reason="the proof's robot needs the extra 'proof' 
 from proof.motion.curves import SHAPES, curve
 from proof.motion.survey import HIGHEST, LOWEST, survey
 from proof.recorded import sample_times
+from proof.robot.as_built import Body, Joints, three
+from proof.robot.assemble import Assembly
+from proof.robot.bodies import build
 from proof.robot.run import Truth
 from proof.robot.stepping import StepTrain, together
 from proof.sensors.noise import Noise, dropouts, wander
@@ -102,3 +107,14 @@ def test_invalid_readings_come_in_rows_of_the_length_asked_for():
     begins = np.count_nonzero(lost[1:] & ~lost[:-1])
     assert lost.mean() == pytest.approx(0.03, rel=0.15)
     assert np.count_nonzero(lost) / begins == pytest.approx(20.0, rel=0.15)
+
+
+def test_a_robot_6_mm_too_wide_can_be_assembled_wherever_a_survey_takes_it():
+    body = Body(base_radius_m=three(0.325 + 0.006))
+    robot = Assembly(build(body, Joints(), 0.001))
+    highest = max(
+        float(robot.platform_m(np.radians(np.array(counts) * 0.0225))[2])
+        for counts in product((LOWEST, HIGHEST), repeat=3)
+    )
+    elbow_m = -0.25 * np.sin(np.radians(LOWEST * 0.0225))
+    assert highest < elbow_m - 0.04, "the platform must hang below the elbows"
