@@ -3,7 +3,7 @@
 A simulated robot draws a heart; a real Chromium (skipped where there is none) looks at its page.
 Printed: how often the counts on the page change and how old they are when they do, processor time
 of the page's service and of the daemon's two processes, how much of the latter went into simulated
-hardware (benchmarks/simulated_share.py), how often its control loop went round (100 Hz, less
+hardware (benchmarks/simulated_share.py), how often its control loop went round (50 Hz, less
 on a machine that keeps it waiting), how late its step schedule slipped (`late_ns` of its status),
 and how long after STOP is pressed the last edge went out. All of it with no page, with a page that
 nobody draws (a connection that listens as a browser does: what the page itself costs), and with

@@ -73,8 +73,14 @@ class SampleReader:
         self._asked_ns = now_ns
 
     def read(self) -> Reading | None:
-        """A new sample, or None. Raises OSError when the bus fails after its retries."""
-        before_ns = self._asked_ns = self._clock.now_ns()
+        """A new sample, or None, also where it is too early for one and the sensor is not asked.
+
+        Raises OSError when the bus fails after its retries.
+        """
+        before_ns = self._clock.now_ns()
+        if before_ns < self._times.earliest_next_ns:
+            return None
+        self._asked_ns = before_ns
         sample = self._sensor.read_sample()
         if self._implausible(sample):
             before_ns = self._clock.now_ns()

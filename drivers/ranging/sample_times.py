@@ -52,6 +52,11 @@ class SampleTimes:
         fits = (now_ns - self._ready_ns) / self._period_ns
         return abs(self._unwrap(samples, now_ns) - fits) <= 2.0 + LARGEST_PERIOD_ERROR * fits
 
+    @property
+    def earliest_next_ns(self) -> float:
+        """No sample can become ready before this: asking the sensor earlier is in vain."""
+        return self._earliest_ns + self._shortest_ns
+
     def middle_ns(self, samples: int, after_ns: int, before_ns: int) -> int:
         """Middle of the integration of a sample, `samples` after the last one seen.
 

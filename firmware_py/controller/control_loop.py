@@ -1,4 +1,4 @@
-"""The control loop: every 10 ms a heartbeat, what the output did, and the job that runs."""
+"""The control loop: every 20 ms a heartbeat, what the output did, and the job that runs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from firmware_py.robot_file import RobotFile
 from foundation.clock import NS_PER_S, Task, ns
 from foundation.errors import DeltactlError
 
-CONTROL_PERIOD_NS = 10_000_000
+CONTROL_PERIOD_NS = 20_000_000
+"""A fifth of what is queued ahead; e-stop, alarms and a dead controller are the pulse player's."""
 
 
 class ControlLoop:

@@ -1,6 +1,6 @@
 """The controller: takes requests, runs the control loop, and stops safely when anything fails.
 
-Three loops run on the clock: control (every 10 ms: heartbeat, feeding, watching), ranging
+Three loops run on the clock: control (every 20 ms: heartbeat, feeding, watching), ranging
 (`ranging.rate_hz`), and in simulation a note of the truth. A request only changes state
 under the lock; nothing that waits holds it, so that a stop always gets through.
 """

@@ -53,7 +53,21 @@ class Asked:
 
 def test_a_count_that_fits_the_time_is_read_once() -> None:
     asked = Asked()
-    assert [asked.at(1.5, 1), asked.at(2.5, 2), asked.at(2.6, 2), asked.at(4.5, 4)] == [1, 1, 1, 1]
+    assert [asked.at(1.5, 1), asked.at(2.5, 2), asked.at(4.5, 4)] == [1, 1, 1]
+
+
+def test_a_sensor_is_not_asked_before_it_can_have_a_sample() -> None:
+    asked = Asked()
+    assert asked.at(0.5, 0) == 0, "a first sample takes a period, or a tenth less"
+    assert [asked.at(0.95, 0), asked.at(1.5, 1)] == [1, 1]
+    assert asked.at(1.7, 1) == 0, "0.95 + 0.9 periods is the earliest"
+    assert asked.at(2.5, 2) == 1
+
+
+def test_a_silent_sensor_is_asked_at_every_poll() -> None:
+    asked = Asked()
+    asked.at(1.5, 1)
+    assert [asked.at(2.5 + 0.1 * poll, 1) for poll in range(5)] == [1] * 5
 
 
 def test_only_a_new_count_can_fail_to_fit_the_time() -> None:

@@ -6,7 +6,7 @@ controller dies the pulses run dry as soon (the heartbeat ends them sooner).
 
 from __future__ import annotations
 
-from drivers.steps.contract import OutputState, StepOutput, Ticks
+from drivers.steps.contract import OutputState, OutputStatus, StepOutput, Ticks
 from firmware_py.controller.jobs.journal import Journal
 from firmware_py.feedback.feedback import Feedback
 from firmware_py.planner.motion import Reached
@@ -15,8 +15,6 @@ from foundation.clock import NS_PER_S, Clock, ns
 from foundation.errors import PulseFault
 
 LOOKAHEAD_S = 0.1
-FEED_S = 0.015
-"""Queued at most so often: every second round of the control loop."""
 LEAD_S = 0.03
 """The first tick is due this long after the start, so that it is not late at once."""
 
@@ -40,7 +38,6 @@ class Feeder:
         self._motion = motion
         self._feedback = feedback
         self._start_ns = clock.now_ns() + ns(LEAD_S)
-        self._next_feed_ns = 0
         self.target_m: tuple[float, float, float] | None = None
         """The newest one that was queued."""
         self._slip_before_ns = output.status().slip_ns
@@ -48,11 +45,11 @@ class Feeder:
     @property
     def finished(self) -> bool:
         """Whether everything was handed on and played."""
-        return self._motion.pacing() is Pacing.DONE and self._still
+        return self._motion.pacing() is Pacing.DONE and _is_still(self._output.status())
 
     def run_ns(self, now_ns: int) -> int:
         """Run time of the motion at `now_ns`; what the pulses slipped is not counted."""
-        return now_ns - self._start_ns - self._slip_ns()
+        return self._run_ns(now_ns, self._output.status())
 
     def motion_ns(self, now_ns: int) -> int:
         """How far the motion has come, in the time of its plan."""
@@ -60,18 +57,16 @@ class Feeder:
 
     def feed(self, now_ns: int) -> None:
         """Queue what is due within the look-ahead. Raises MotionError, PulseFault."""
-        if now_ns < self._next_feed_ns:
-            return
-        self._next_feed_ns = now_ns + ns(FEED_S)
-        chunk = self._motion.take(self.run_ns(now_ns) + ns(LOOKAHEAD_S))
+        seen = self._output.status()
+        chunk = self._motion.take(self._run_ns(now_ns, seen) + ns(LOOKAHEAD_S))
         if len(chunk.ticks):
-            self._take_over_slip()
+            self._take_over_slip(seen)
             ticks = Ticks(chunk.ticks.due_ns + self._start_ns, chunk.ticks.steps)
             if self._feedback is not None:
                 ticks = self._feedback.trim(ticks, now_ns)
             self._check_awake(now_ns)
             self._output.push(ticks)
-        self._note(chunk.reached)
+        self._note(chunk.reached, self._start_ns + self._slip_ns(seen))
 
     def _check_awake(self, now_ns: int) -> None:
         """The pulses ran dry while we hung, after the control loop had looked: do not go on."""
@@ -79,8 +74,7 @@ class Feeder:
         if hung_ns > self._heartbeat_ns:
             raise PulseFault(f"no heartbeat: the controller hung for {hung_ns / NS_PER_S:.1f} s")
 
-    def _note(self, reached: Reached) -> None:
-        offset_ns = self._start_ns + self._slip_ns()
+    def _note(self, reached: Reached, offset_ns: int) -> None:
         rows = zip(
             reached.t_ns.tolist(),
             reached.number.tolist(),
@@ -93,17 +87,18 @@ class Feeder:
                 self.target_m = tuple(position_m)
                 self._journal.target(t_ns + offset_ns, number, self.target_m, tuple(counts))
 
-    @property
-    def _still(self) -> bool:
-        seen = self._output.status()
-        return seen.state is OutputState.READY and seen.queued == 0
+    def _run_ns(self, now_ns: int, seen: OutputStatus) -> int:
+        return now_ns - self._start_ns - self._slip_ns(seen)
 
-    def _take_over_slip(self) -> None:
+    def _take_over_slip(self, seen: OutputStatus) -> None:
         """A player that ran dry starts afresh: what it was late by is now part of the plan."""
-        if self._still:
-            slip_ns = self._output.status().slip_ns
-            self._start_ns += slip_ns - self._slip_before_ns
-            self._slip_before_ns = slip_ns
+        if _is_still(seen):
+            self._start_ns += seen.slip_ns - self._slip_before_ns
+            self._slip_before_ns = seen.slip_ns
 
-    def _slip_ns(self) -> int:
-        return self._output.status().slip_ns - self._slip_before_ns
+    def _slip_ns(self, seen: OutputStatus) -> int:
+        return seen.slip_ns - self._slip_before_ns
+
+
+def _is_still(seen: OutputStatus) -> bool:
+    return seen.state is OutputState.READY and seen.queued == 0
