@@ -15,6 +15,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from foundation.errors import ConfigError
 from foundation.strict_yaml import Document, StrictModel
 from models.servo_drive import ServoDrive
+from models.sliding import named_inside
 
 AXES = ("x", "y", "z")
 ARMS = 3
@@ -237,7 +238,16 @@ def load_robot_model(path: Path) -> RobotModel:
     if kind not in KINDS:
         raise document.fail(("kind",), f"must be one of {', '.join(KINDS)} (got {kind!r})")
     data = {key: value for key, value in document.data.items() if key not in MACHINE_SECTIONS}
-    return document.check(KINDS[kind], data)
+    return document.check(KINDS[kind], _inside(data))
+
+
+def _inside(data: dict[str, Any]) -> dict[str, Any]:
+    """The data of a robot file; effects of an axis that slides have other names in the file."""
+    entries = data.get("effects")
+    if data.get("motion") != "linear" or not isinstance(entries, list):
+        return data
+    inside = [named_inside(one) if isinstance(one, dict) else one for one in entries]
+    return data | {"effects": inside}
 
 
 def load_delta(path: Path) -> DeltaRobot:

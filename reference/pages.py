@@ -153,7 +153,8 @@ def _effects() -> str:
         " z axis (4). Places are evenly spaced, errors linear between them.",
         _effect_table(TABLES),
         "## Axes that follow a command",
-        "On a linear axis m, N and kg stand in place of rad, N m and kg m2.",
+        "On a linear axis m, N and kg stand in place of rad, N m and kg m2, and in its robot file"
+        " `offset` in place of `angle`, `force` in place of `torque`.",
         _effect_table(command_effects("rotary")),
         "## Axes that are driven by effort",
         _effect_table(effort_effects("rotary")),

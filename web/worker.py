@@ -48,6 +48,7 @@ def diagnose(recording: Path, folder: Path) -> dict[str, Any]:
     from diagnosis.api import diagnose as answer_of
     from diagnosis.experiment import write_job
     from diagnosis.report.page.html import write_report
+    from diagnosis.report.sentences.saved import support, written
     from diagnosis.report.sentences.summary import plain_lines
     from firmware_py.robot_file import CONFIG_FOLDER
     from models.robot import load_robot_model
@@ -59,13 +60,15 @@ def diagnose(recording: Path, folder: Path) -> dict[str, Any]:
     robot.write_text(read_run(recording).configuration.robot_text, encoding="utf-8")
     answer = answer_of([recording], robot, json_out=folder / "answer.json", progress=_progress)
     write_report(answer, load_robot_model(robot), folder / "report.html")
+    lines = plain_lines(answer)
     if answer.findings:
         save_corrected(robot, answer, folder / "corrected.yaml")
+        lines += [f"Corrected robot file, {written(answer, False)}", *support(answer, False)]
     if answer.next_experiment is not None:
         write_job(answer.next_experiment, folder / "next.yaml", robot, CONFIG_FOLDER)
     return {
         "verdict": answer.verdict,
-        "lines": plain_lines(answer),
+        "lines": lines,
         "components": [finding.component for finding in answer.findings],
     }
 

@@ -9,6 +9,7 @@ import typer
 
 from command_line.output import console, facts, print_json, say, waiting
 from command_line.robot.jobs import JsonOption
+from command_line.wrapped import print_wrapped
 from foundation.extras import needs
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def correct(
         possible = None if limit is None or isinstance(limit, str) else limit.as_json()
         print_json(_as_json(found) | {"limit": possible})
         return
-    _say(found)
+    _say(found, all_of_them)
     if limit is not None:
         from command_line.robot.check import limit_rows
 
@@ -83,9 +84,12 @@ def _limit_of(job: Path, found: Corrected) -> Limit | str:
     return limit_of_program(program, job)
 
 
-def _say(found: Corrected) -> None:
+def _say(found: Corrected, all_of_them: bool) -> None:
     from rich.box import SIMPLE_HEAD
+    from rich.markup import escape
     from rich.table import Table
+
+    from diagnosis.report.sentences.saved import supported
 
     table = Table(box=SIMPLE_HEAD, title="What is done about it", title_justify="left")
     table.add_column("known effect")
@@ -99,6 +103,7 @@ def _say(found: Corrected) -> None:
     if not found.changed:
         say("nothing to correct: the robot file is as it was")
     say(f"robot file: {found.robot_file}")
+    print_wrapped(escape(line) for line in supported(found.diagnosis, all_of_them))
     if found.network is not None:
         say(
             f"network:    {found.network} (error {found.network_error_deg:.2g} deg RMS), taken by"

@@ -7,6 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rich.markup import escape
+
 from command_line.missing import refuse_missing
 from command_line.output import print_json, say, waiting, warn
 from command_line.wrapped import print_wrapped
@@ -39,7 +41,8 @@ def diagnose_recordings(
     from diagnosis.answer.corrected_robot import save_corrected
     from diagnosis.experiment import write_job
     from diagnosis.report.page.html import write_report
-    from diagnosis.report.sentences.remedies import written as what_is_written
+    from diagnosis.report.sentences.saved import support
+    from diagnosis.report.sentences.saved import written as what_is_written
     from diagnosis.report.sentences.summary import summary_lines
 
     robot_file = find(robot)
@@ -71,6 +74,7 @@ def diagnose_recordings(
             say(f"{name}: {path}")
     if save_robot is not None:
         say(f"robot file: {save_robot}, {what_is_written(answer, save_all)}")
+        print_wrapped(escape(line) for line in support(answer, save_all))
 
 
 def read_with(columns: list[str]) -> Callable[[Path], FlatRecording]:

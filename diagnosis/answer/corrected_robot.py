@@ -19,7 +19,9 @@ from foundation.strict_yaml import Document
 from models.belief import merged
 from models.effects import VOCABULARY, Port
 from models.effects.kind import MOTORS
-from models.robot import DeltaRobot, EffectEntry, FoundBy, load_robot_model
+from models.effects.lone_axis import COMPONENT
+from models.robot import DeltaRobot, EffectEntry, FoundBy, ServoAxis, load_robot_model
+from models.sliding import named_for_file
 
 HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
 MOVED = (Port.MOTOR, Port.GEAR, Port.ARM, Port.LINKAGE)
@@ -48,7 +50,8 @@ def corrected_text(
         found += _tables(robot, diagnosis, tables)
     if not found:
         return document.text
-    return with_effects(document.text, merged(robot.effects, found))
+    slides = isinstance(robot, ServoAxis) and robot.motion == "linear"
+    return with_effects(document.text, merged(robot.effects, found), slides)
 
 
 def _tables(robot: DeltaRobot, diagnosis: Diagnosis, asked: Tables) -> list[EffectEntry]:
@@ -62,9 +65,11 @@ def _tables(robot: DeltaRobot, diagnosis: Diagnosis, asked: Tables) -> list[Effe
     return entries
 
 
-def with_effects(text: str, entries: Iterable[EffectEntry]) -> str:
-    """The text of a robot file with other effects."""
+def with_effects(text: str, entries: Iterable[EffectEntry], slides: bool = False) -> str:
+    """The text of a robot file with other effects; slides: of an axis that does."""
     plain = [one.model_dump(mode="json", exclude_none=True) for one in entries]
+    if slides:
+        plain = [named_for_file(one) for one in plain]
     block = yaml.safe_dump({"effects": plain}, sort_keys=False)
     rest = _SECTION.sub("", text.replace(f"{HEADING}\n", "").rstrip() + "\n").rstrip()
     return f"{rest}\n\n{HEADING}\n{block}"
@@ -107,7 +112,9 @@ def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
     A rival that moves the robot as well as the finding does, as far as the recording goes, asks for
     the same correction there: play that hangs on one flank and another home, a late drive and
     viscous friction, soft joints and a load. So its probability counts for the finding, and it
-    alone does not keep it out. One in the sensors would have nothing corrected.
+    alone does not keep it out. One in the sensors would have nothing corrected. A lone machine is
+    not moved by its file, which says what the next diagnosis takes for known: there the cause
+    itself must be sure.
     """
     rivals = [one for one in finding.alternatives if one.effect != "unknown"]
     alike = [one for one in rivals if _corrected_alike(finding, one)]
@@ -146,7 +153,8 @@ def _may_imitate(unknown: Finding, finding: Finding) -> bool:
 
 
 def _corrected_alike(finding: Finding, other: Alternative) -> bool:
-    return _moves(finding.effect) and _moves(other.effect)
+    lone = finding.component == COMPONENT
+    return not lone and _moves(finding.effect) and _moves(other.effect)
 
 
 def _moves(effect: str) -> bool:

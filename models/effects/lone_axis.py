@@ -115,7 +115,9 @@ _SMALL = {"m": ("mm", 1e3), "s": ("ms", 1e3)}
 def said(value: float, unit: str) -> str:
     """A number with a unit in which it is easily read, angles in degrees first."""
     if unit == "1":
-        return f"{value:.5g}"
+        near_one = abs(value - 1.0)
+        digits = 3 - math.floor(math.log10(near_one)) if 0.0 < near_one < 1e-3 else 5
+        return f"{value:.{digits}g}"
     if unit == "rad":
         small = f" ({plain(1e3 * value)} mrad)" if abs(value) < 1.0 else ""
         return f"{plain(math.degrees(value))} degrees{small}"

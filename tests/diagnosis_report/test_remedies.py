@@ -8,7 +8,7 @@ import pytest
 
 from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
 from diagnosis.report.sentences.advice import EVERYWHERE
-from diagnosis.report.sentences.remedies import KEPT, remedies, remedy, written
+from diagnosis.report.sentences.remedies import KEPT, remedies, remedy
 from diagnosis.report.sentences.words import EFFECTS
 from firmware_py.robot_file import CONFIG_FOLDER
 from models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis, load_robot_model
@@ -102,6 +102,10 @@ def test_what_looks_the_same_is_to_be_ruled_out_first() -> None:
     one = remedy(found("gear_backlash", "motor1", 0.01, "rad", "joint_friction"), ROBOT)
     assert one is not None
     assert "first rule out bearing friction in motor 1" in one.line
+    even = found("gear_backlash", "motor1", 0.01, "rad", "joint_friction")
+    one = remedy(even.model_copy(update={"probability": 0.55}), ROBOT)
+    assert one is not None
+    assert "but this is only 55 % sure, so first rule out bearing friction" in one.line
 
 
 def test_what_is_not_certain_is_recorded_only_when_all_is_asked_for(make: Any) -> None:
@@ -120,17 +124,3 @@ def test_where_nothing_is_tied_no_run_is_asked_for(make: Any) -> None:
 
 def test_nothing_is_told_of_what_has_no_name() -> None:
     assert remedy(found("unknown", "range_x", 0.001, "m"), ROBOT) is None
-
-
-def test_what_a_corrected_file_leaves_out_is_said(make: Any) -> None:
-    tied = found("transmission_error", "motor1", 0.01, "rad", "sensor_offset")
-    tied.parameters["amplitude"] = tied.parameters.pop("size")
-    own = found("home_offset", "motor1", 0.01, "rad")
-    own.parameters["angle"] = own.parameters.pop("size")
-    answer = make("explained", findings=[tied, own])
-    assert written(answer, False) == (
-        "with one finding; left out as not certain (--all writes it too):"
-        " a periodic error of the gearbox of motor 1"
-    )
-    assert written(answer, True) == "with 2 findings"
-    assert written(make("explained", findings=[tied]), False).startswith("as it was; left out")

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from diagnosis.answer.corrected_robot import lasts, sure
+from diagnosis.answer.corrected_robot import sure
 from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.answer.verdict import claimed
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.advice import advice, machine_of
 from diagnosis.report.sentences.sizes import LEAST_S, number, quantity, scale_of, significant
-from diagnosis.report.sentences.sureness import settled
+from diagnosis.report.sentences.sureness import percent, settled
 from diagnosis.report.sentences.telling_apart import LONE
 from models.robot import DeltaRobot, RobotModel, per_arm
 
@@ -72,18 +72,6 @@ def tied(finding: Finding) -> bool:
     return bool(finding.alternatives) and not settled(finding)
 
 
-def written(diagnosis: Diagnosis, all_of_them: bool) -> str:
-    """What of an answer a corrected robot file holds, and what it leaves out."""
-    lasting = [one for one in diagnosis.findings if lasts(one)]
-    left = [one for one in lasting if not (all_of_them or sure(one, diagnosis))]
-    kept = len(lasting) - len(left)
-    says = f"with {words.count(kept, 'finding')}" if kept else "as it was"
-    if left:
-        names = words.listed([words.effect(one.effect, one.component) for one in left])
-        says += f"; left out as not certain (--all writes it too): {names}"
-    return says
-
-
 def remedy(finding: Finding, robot: RobotModel | None, certain: bool = True) -> Remedy | None:
     """What to do about one finding; None where nobody can say.
 
@@ -111,9 +99,11 @@ def remedy(finding: Finding, robot: RobotModel | None, certain: bool = True) -> 
         says += NOTE.format(all="" if certain else " --all")
     likely = finding.alternatives if tied(finding) else []
     others = [words.rival(finding.effect, o.effect, o.component) for o in likely]
-    unsure = f"; but first rule out {others[0]}, which looks the same here" if others else ""
+    sure_of = finding.probability
+    only = "" if sure_of is None else f"this is only {percent(sure_of)} sure, so "
+    unsure = f"; but {only}first rule out {others[0]}, which looks the same here" if others else ""
     if len(others) > 1:
-        unsure = f"; but first rule out {len(others)} others that look the same here (below)"
+        unsure = f"; but {only}first rule out {len(others)} others that look the same here (below)"
     return Remedy(says, unsure)
 
 

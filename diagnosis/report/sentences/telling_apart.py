@@ -100,8 +100,14 @@ def telling_apart(findings: Sequence[Finding]) -> list[str]:
     return list(lines.values())
 
 
+def way_apart(finding: Finding) -> str:
+    """How a lone machine's finding is told from what it is tied with; empty where no row says."""
+    return next(filter(None, _ways(_AXES, finding)), "") if finding.component == LONE else ""
+
+
 def hint(finding: Finding) -> str:
     """What would distinguish a finding from its alternatives; empty where no line says."""
-    lone = finding.component == LONE
-    said = next(filter(None, _ways(_AXES if lone else _DELTAS, finding)), "")
-    return f"To tell them apart: {said}." if said and lone else said
+    if finding.component == LONE:
+        said = way_apart(finding)
+        return f"To tell them apart: {said}." if said else ""
+    return next(filter(None, _ways(_DELTAS, finding)), "")

@@ -1,0 +1,73 @@
+"""What a corrected robot file holds, how well each part is supported, and what it leaves out."""
+
+from __future__ import annotations
+
+from diagnosis.answer.corrected_robot import lasts, sure
+from diagnosis.answer.records import Diagnosis, Finding
+from diagnosis.report.sentences import words
+from diagnosis.report.sentences.measurements import measurement
+from diagnosis.report.sentences.sureness import percent, settled
+from diagnosis.report.sentences.telling_apart import LONE, OTHERWISE, way_apart
+
+LEFT_OUT = "left out (--all writes it too): "
+THE_RUN = "run the job proposed above (--next-job JOB.yaml) and diagnose both recordings"
+MOST_RIVALS = 3
+
+
+def written(diagnosis: Diagnosis, all_of_them: bool) -> str:
+    """How many findings a corrected robot file holds."""
+    kept, _ = _kept_and_left(diagnosis, all_of_them)
+    return f"with {words.count(len(kept), 'finding')}" if kept else "as it was"
+
+
+def support(diagnosis: Diagnosis, all_of_them: bool) -> list[str]:
+    """One line for each finding that lasts: how sure it is, and what would check it."""
+    _, left = _kept_and_left(diagnosis, all_of_them)
+    out = [f"- {LEFT_OUT}{_supported(one, diagnosis)}" for one in left]
+    return [*supported(diagnosis, all_of_them), *out]
+
+
+def supported(diagnosis: Diagnosis, all_of_them: bool) -> list[str]:
+    """The same, of those in the file only."""
+    kept, _ = _kept_and_left(diagnosis, all_of_them)
+    return [f"- {_supported(one, diagnosis)}" for one in kept]
+
+
+def _kept_and_left(diagnosis: Diagnosis, all_of_them: bool) -> tuple[list[Finding], list[Finding]]:
+    lasting = [one for one in diagnosis.findings if lasts(one)]
+    kept = [one for one in lasting if all_of_them or sure(one, diagnosis)]
+    return kept, [one for one in lasting if one not in kept]
+
+
+def _supported(finding: Finding, diagnosis: Diagnosis) -> str:
+    name = words.effect(finding.effect, finding.component)
+    probability = finding.probability
+    if settled(finding) or (probability is None and not finding.alternatives):
+        how = f" ({percent(probability)})" if probability is not None else ""
+        return f"well supported{how}: {name}"
+    sure_of = "not certain" if probability is None else f"only {percent(probability)} sure"
+    return f"{sure_of}: {name}{_or_else(finding)}; to check, {_check(finding, diagnosis)}"
+
+
+def _or_else(finding: Finding) -> str:
+    """The likeliest of what it may be instead."""
+    others = sorted(finding.alternatives, key=lambda one: -(one.probability or 0.0))
+    named = [
+        words.rival(finding.effect, one.effect, one.component)
+        + (f" ({percent(one.probability)})" if one.probability is not None else "")
+        for one in others[:MOST_RIVALS]
+    ]
+    if len(others) > MOST_RIVALS:
+        named.append(f"one of {len(others) - MOST_RIVALS} others")
+    return f", which may be {words.listed(named, 'or')} instead" if named else ""
+
+
+def _check(finding: Finding, diagnosis: Diagnosis) -> str:
+    plan = diagnosis.next_experiment
+    if plan is not None and f"{finding.effect} {finding.component}" in plan.tells_apart:
+        return THE_RUN
+    if way := way_apart(finding):
+        return way
+    if finding.component == LONE or not finding.alternatives:
+        return OTHERWISE + ", and diagnose both recordings"
+    return measurement(frozenset({finding.effect, finding.alternatives[0].effect}))

@@ -1,0 +1,86 @@
+"""What is said of a corrected robot file: how sure each part of it is, and what is left out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from diagnosis.answer.records import (
+    Alternative,
+    Evidence,
+    Finding,
+    NextExperiment,
+    ParameterResult,
+    Where,
+)
+from diagnosis.report.sentences.saved import support, written
+
+
+def found(
+    effect: str, component: str, name: str, probability: float | None, *rivals: tuple[str, float]
+) -> Finding:
+    return Finding(
+        effect=effect,
+        component=component,
+        parameters={name: ParameterResult(value=0.01, ci95=[0.009, 0.011], unit="rad")},
+        where=Where(axes=[], times_s=[]),
+        evidence=Evidence(delta_chi2=100.0, p=1e-9),
+        share_of_mismatch=0.9,
+        alternatives=[
+            Alternative(effect=rival, component=component, delta_chi2=1.0, probability=p)
+            for rival, p in rivals
+        ],
+        probability=probability,
+    )
+
+
+OWN = found("home_offset", "motor1", "angle", 0.999)
+
+
+def test_what_is_taken_over_says_how_sure_it_is(make: Any) -> None:
+    open_one = found("home_offset", "motor2", "angle", 0.55, ("gear_backlash", 0.45))
+    answer = make("explained", findings=[OWN, open_one], next_experiment=None)
+    assert written(answer, False) == "with 2 findings"
+    well, only = support(answer, False)
+    assert well == "- well supported (above 99 %): a wrong home angle of motor 1"
+    assert only == (
+        "- only 55 % sure: a wrong home angle of motor 2, which may be free play in the gearbox of"
+        " motor 2 (45 %) instead; to check, turn the arm by hand while its motor holds: play can be"
+        " felt, a wrong home cannot"
+    )
+
+
+def test_the_proposed_run_is_what_checks(make: Any) -> None:
+    open_one = found("home_offset", "motor2", "angle", 0.55, ("gear_backlash", 0.45))
+    plan = NextExperiment(
+        job={},
+        tells_apart=["home_offset motor2", "gear_backlash motor2"],
+        expected_delta_chi2=54.0,
+        minutes=2.5,
+    )
+    (line,) = support(make("explained", findings=[open_one], next_experiment=plan), False)
+    assert "to check, run the job proposed above (--next-job JOB.yaml)" in line
+
+
+def test_an_even_tie_of_a_lone_axis_is_left_out_until_it_is_asked_for(make: Any) -> None:
+    tied = found("gear_ratio", "axis", "scale", 0.5, ("joint_compliance", 0.5))
+    answer = make("explained", findings=[tied], next_experiment=None)
+    assert written(answer, False) == "as it was"
+    (line,) = support(answer, False)
+    assert line.startswith("- left out (--all writes it too): only 50 % sure: a wrong gear ratio")
+    assert "to check, say in the robot file what hangs on the axis" in line
+    assert written(answer, True) == "with one finding"
+    (line,) = support(answer, True)
+    assert line.startswith("- only 50 % sure: a wrong gear ratio")
+
+
+def test_without_a_probability_a_rival_makes_it_uncertain(make: Any) -> None:
+    tied = found("transmission_error", "motor1", "amplitude", None)
+    tied.alternatives.append(
+        Alternative(effect="sensor_offset", component="range_x", delta_chi2=1.0)
+    )
+    plain = found("home_offset", "motor1", "angle", None)
+    answer = make("explained", findings=[tied, plain], next_experiment=None)
+    assert written(answer, False) == "with one finding"
+    well, left = support(answer, False)
+    assert well == "- well supported: a wrong home angle of motor 1"
+    assert "not certain: a periodic error of the gearbox of motor 1" in left
