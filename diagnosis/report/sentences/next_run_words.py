@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from diagnosis.answer.records import Diagnosis, OpenTie
 from diagnosis.report.sentences import words
-from diagnosis.report.sentences.measurements import measurement
+from diagnosis.report.sentences.telling_apart import measurement
 
 NEEDS_DRIVE = "A run that tells them apart needs `drive` in the robot file."
 

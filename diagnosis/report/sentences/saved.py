@@ -5,9 +5,8 @@ from __future__ import annotations
 from diagnosis.answer.corrected_robot import lasts, sure
 from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.report.sentences import words
-from diagnosis.report.sentences.measurements import measurement
 from diagnosis.report.sentences.sureness import percent, settled
-from diagnosis.report.sentences.telling_apart import LONE, OTHERWISE, way_apart
+from diagnosis.report.sentences.telling_apart import LONE, OTHERWISE, measurement, way_apart
 
 LEFT_OUT = "left out (--all writes it too): "
 THE_RUN = "run the job proposed above (--next-job JOB.yaml) and diagnose both recordings"
