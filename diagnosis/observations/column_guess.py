@@ -52,6 +52,7 @@ def guess_columns(
         if what.role is not None:
             found[name] = Guess(name, what.role, what.index, what.unit, "by its name")
     _twins(thin, found)
+    _measured_distance(found)
     _time(thin, said, found)
     if not named or not {"position", "command", "steps", "range"} & {
         g.role for g in found.values()
@@ -83,6 +84,16 @@ def _twins(table: Mapping[str, FloatArray], found: dict[str, Guess]) -> None:
         for twin in asked:
             if twin.rpartition("_")[2] == end and _same_range(table[name], table[twin]):
                 found[name] = replace(guess, role="position", why=f"named and ranging as {twin}")
+
+
+def _measured_distance(found: dict[str, Guess]) -> None:
+    """What was measured beside a true distance, and followed no command, is a range."""
+    roles = [guess.role for guess in found.values()]
+    if {"command", "steps", "range"} & set(roles) or "distance" not in roles:
+        return
+    for name, guess in found.items():
+        if guess.role == "position" and roles.count("position") == 1:
+            found[name] = replace(guess, role="range", why="by its name, beside a true distance")
 
 
 def _same_range(one: FloatArray, other: FloatArray) -> bool:

@@ -18,13 +18,14 @@ WORDS: dict[str, str] = {
     "actual_position measured_position observation laser",
     "velocity": "velocity vel speed omega dq qd rate geschwindigkeit present_velocity",
     "effort": "effort torque current force tau voltage control u i_q iq drehmoment strom "
+    "spannung moment kraft "
     "i_actual i_act i_meas i_motor load_current motor_current motor_torque present_current pwm",
     "load": "load payload external_force weight",
     "distance": "distance truth true true_distance ground_truth reference_distance actual_distance "
     "known_distance",
     "range": "range reading measured_distance tof lidar sensor sensor_distance ultrasonic dist",
     "steps": "steps step counts count pulses pulse microsteps ticks step_count",
-    "segment": "segment run trial stretch episode episode_index",
+    "segment": "segment run trial stretch episode episode_index spot site",
     "temp_c": "temp temperature temp_c",
 }
 """Column of the contract -> words that stand for it, in lower case."""

@@ -26,7 +26,7 @@ from diagnosis.observations.column_mapping import (
     unit_of,
     without_unit,
 )
-from diagnosis.observations.column_names import pulls
+from diagnosis.observations.column_names import pulls, read_name
 from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
 from diagnosis.observations.unit_guess import LINEAR, ROTARY, with_units
@@ -274,6 +274,12 @@ def _timing(
             ("gaps", f"{gaps} longer than {GAP_PERIODS * usual:.3g} s; each starts a stretch")
         )
     late = []
+    named = read_name(time.source).role == "t"
+    if not named and bool((np.diff(table[time.source]) == 1.0).all()):
+        late.append(
+            f"{time.source}: it counts the rows and is taken for seconds; where more rows than one"
+            " come in a second, say how many: --set rate_hz=100 in place of --set t=..."
+        )
     if float(np.std(step[step < GAP_PERIODS * usual])) > GUESSES.large_jitter * usual:
         late.append(
             f"{time.source}: steps of time are uneven; use the clock of the samples if there is one"

@@ -274,3 +274,24 @@ def test_motors_with_letters_are_three_and_have_one_unit(tmp_path: Path) -> None
     assert taken(found)["command_2"] == "soll_B"
     assert {guess.unit for guess in found.guesses.values() if guess.role != "t"} == {"deg"}
     assert "theta_1=ist_A[deg]" in found.options
+
+
+def test_a_table_of_true_and_measured_distances_is_a_range_sensors(tmp_path: Path) -> None:
+    path = tmp_path / "room.csv"
+    rows = [f"{n},{true:.1f},{true + 3:.1f},{n // 5}" for n, true in enumerate(range(80, 400, 4))]
+    path.write_text("\n".join(["n,true_cm,measured_cm,spot", *rows]) + "\n")
+    found = inspect(path)
+    assert found.kind == "range_sensor"
+    assert taken(found) == {
+        "t": "n", "distance": "true_cm", "range": "measured_cm", "segment": "spot",
+    }  # fmt: skip
+    assert any("counts the rows" in warning for warning in found.warnings)
+
+
+def test_a_drives_voltage_is_what_moves_the_axis(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    body = text(columns(1e3 * T_S, 1e3 * COMMAND, 1e3 * POSITION, EFFORT), ";", ",")
+    path.write_text(f"Zeit [ms];Soll [mm];Ist [mm];Spannung [V]\n{body}")
+    found = inspect(path)
+    assert taken(found)["effort"] == "Spannung [V]"
+    assert (found.kind, found.motion) == ("servo_axis", "linear")
