@@ -27,7 +27,7 @@ NEXT = {
 }
 """What a new user does next."""
 
-SIMULATED = " (Simulated: switching off drops them onto their stops.)"
+SIMULATED = "Press Home: it puts the simulated arms against their stops."
 """Nobody has hands at the simulated robot."""
 
 DRAWN = "Blue: where the step counts put it, green its way. Amber ball: where the sensors see it."
@@ -82,8 +82,8 @@ class StateCard:
         if self.motion is not None and belief is not None:
             self.motion.suggest(belief)
         self._set_state(status.state)
-        hands = SIMULATED if status.simulated and status.state == "unhomed" else ""
-        self._set("next", NEXT.get(status.state, "") + hands)
+        no_hands = status.simulated and status.state == "unhomed"
+        self._set("next", SIMULATED if no_hands else NEXT.get(status.state, ""))
         self._set("caption", DRAWN if status.position_m else NOT_HOMED)
         self._numbers(status, seen)
         self._job(status)

@@ -11,19 +11,6 @@ from command_line.robot.jobs import JsonOption, SocketOption
 
 Place = tuple[float, float, float]
 WHAT = {"stopped": "stop", "fault": "fault"}
-BY_HAND = "put the arms against their stops, 'deltactl home'"
-BY_ITSELF = "'deltactl off', 'deltactl on' (its arms drop to their stops), 'deltactl home'"
-"""A simulated robot has no hands near it."""
-WAYS = {
-    ("off", False): f"'deltactl on', {BY_HAND}",
-    ("off", True): "'deltactl on', 'deltactl home'",
-    ("stopped", False): f"clear the cause, 'deltactl acknowledge', {BY_HAND}",
-    ("stopped", True): f"'deltactl acknowledge', {BY_ITSELF}",
-    ("fault", False): f"clear the cause, 'deltactl acknowledge', {BY_HAND}",
-    ("fault", True): f"'deltactl acknowledge', {BY_ITSELF}",
-    ("unhomed", True): f"'deltactl home', and where that is refused {BY_ITSELF}",
-}
-"""What is typed, in order, until the position is known again, by state and whether simulated."""
 RobotOption = Annotated[
     str | None, typer.Option(help="Robot file; without it the one that the daemon runs.")
 ]
@@ -247,6 +234,7 @@ def _go_through_daemon(
 
 
 def _position_m(socket: Path | None) -> Place:
+    from firmware_py.controller.states import State, way_out
     from firmware_py.daemon.client import Client
     from foundation.errors import NotReady
 
@@ -258,7 +246,7 @@ def _position_m(socket: Path | None) -> Place:
         )
     if status.position_m is None:
         what = f" since the {WHAT[status.state]} ({status.why})" if status.state in WHAT else ""
-        way = WAYS.get((status.state, status.simulated), BY_HAND)
+        way = way_out(State(status.state), status.simulated)
         raise NotReady(f"the position is unknown{what}; {way}")
     return status.position_m
 

@@ -6,9 +6,10 @@ import time
 from datetime import datetime
 from pathlib import Path
 
-from command_line.output import console, duration, facts, millimetres, print_json, say
-from command_line.robot.moves import WAYS
+from command_line.output import console, duration, facts, millimetres, print_json, say, warn
 from firmware_py.controller.contract import Status
+from firmware_py.controller.sensing.home_check import WARNING
+from firmware_py.controller.states import State, way_out
 from firmware_py.daemon.client import Client
 
 WATCH_EVERY_S = 0.5
@@ -25,15 +26,17 @@ def do(name: str, socket: Path | None) -> None:
 def home_robot(accept_unseen_deg: float, robot: Path | None, socket: Path | None) -> None:
     """Home, and say what the sensors saw."""
     with Client(socket) as client:
-        seen = client.home(accept_unseen_deg, robot)
+        seen, _, warning = client.home(accept_unseen_deg, robot).partition(WARNING)
         say(f"home: the robot is {client.status().state}; {seen}")
+        if warning:
+            warn(f"warning: {warning}")
 
 
 def stop_robot(reason: str, socket: Path | None) -> None:
     """Emergency stop."""
     with Client(socket) as client:
         client.stop(reason)
-        say(f"stopped; {WAYS['stopped', client.status().simulated]}")
+        say(f"stopped; {way_out(State.STOPPED, client.status().simulated)}")
 
 
 def show_status(watch: bool, json_out: bool, socket: Path | None) -> None:

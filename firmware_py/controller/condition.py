@@ -13,18 +13,19 @@ from foundation.errors import NotReady
 class Condition:
     """State and reason, under the one lock of a controller; changes go to the journal."""
 
-    def __init__(self, clock: Clock, journal: Journal):
+    def __init__(self, clock: Clock, journal: Journal, simulated: bool = False):
         self.lock = threading.RLock()
         self.state = State.OFF
         self.why = ""
         self.turns = 0
         """Grows whenever what was true of the robot ends: whoever waited compares."""
+        self._simulated = simulated
         self._clock = clock
         self._journal = journal
 
     def require(self, request: Request) -> None:
         """Raise NotReady, saying what to do, when the request is not allowed now."""
-        require(request, self.state, self.why)
+        require(request, self.state, self.why, self._simulated)
 
     def same(self, turn: int, what: str) -> None:
         """Raise NotReady when a stop, or whatever else ends a wait, came since that turn."""

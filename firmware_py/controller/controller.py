@@ -51,7 +51,7 @@ class Controller:
         self.machine = machine
         self.clock = machine.clock
         self.journal = Journal()
-        self.condition = Condition(self.clock, self.journal)
+        self.condition = Condition(self.clock, self.journal, machine.simulated)
         self.jobs = Jobs(self.clock, self.condition.lock, self._on_loop_error)
         self._observer = Observer(robot, machine, self.journal)
         self._emergency = Emergency(machine, self.condition, self.jobs, self._observer)

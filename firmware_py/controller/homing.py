@@ -36,7 +36,10 @@ BACK_OFF_RAD = 0.03
 SLOWER = 5
 """The second approach to a switch is this many times slower than the first."""
 WIDEST_SEARCH_RAD = 2.5
-NO_HANDS = "the simulated robot drops to its stops by 'deltactl off', then 'deltactl on'"
+BUILT_OTHERWISE = (
+    "the simulated arms are against their stops, so the robot is simulated otherwise than its file"
+    " describes it: look at as_built"
+)
 
 
 class Homer:
@@ -62,11 +65,25 @@ class Homer:
         """
         if already_homed:
             self._go_home()
+        elif self._robot.homing.method == "placed":
+            self._place_simulated()
         if self._robot.homing.method == "switch":
             for motor in range(MOTORS):
                 self._seek_switch(motor)
-        then = NO_HANDS if self._machine.simulated else BY_HAND
+        then = BUILT_OTHERWISE if self._machine.simulated else BY_HAND
         return check_plausible(self._robot, self._listen(), accept_unseen_deg, then)
+
+    def _place_simulated(self) -> None:
+        """Release the drives and put the arms against their stops, which a person does on a robot.
+
+        Otherwise the simulated robot would count as homed wherever a stop has left it.
+        """
+        world, output, clock = self._machine.world, self._machine.output, self._machine.clock
+        if world is None or world.rests(clock.now_ns()):
+            return
+        output.disable()
+        world.put_to_stops(clock.now_ns())
+        output.enable()
 
     def _go_home(self) -> None:
         """Bring a homed robot back to its home angles, and wait."""

@@ -45,24 +45,34 @@ ALLOWED: dict[Request, frozenset[State]] = {
     Request.ACKNOWLEDGE: frozenset({State.STOPPED, State.FAULT}),
 }
 
-PLACED = "put the arms against their stops (simulated ones by 'deltactl off' and 'deltactl on')"
+CLEAR = "clear the cause, "
+BY_HAND = "put the arms against their stops, "
+"""Nobody has hands near the simulated robot, which does it by itself as it homes."""
 WAY_OUT: dict[State, str] = {
-    State.OFF: "switch it on with 'deltactl on'",
-    State.UNHOMED: "put the arms against their stops and run 'deltactl home'",
+    State.OFF: "'deltactl on', {by_hand}'deltactl home'",
+    State.UNHOMED: "{by_hand}'deltactl home'",
     State.READY: "start a job with 'deltactl run JOB.yaml'",
     State.RUNNING: "wait, or use 'deltactl pause' or 'deltactl cancel'",
     State.PAUSED: "use 'deltactl resume' or 'deltactl cancel'",
-    State.STOPPED: f"clear the cause, then 'deltactl acknowledge', {PLACED}, and 'deltactl home'",
-    State.FAULT: f"clear the cause, then 'deltactl acknowledge', {PLACED}, and 'deltactl home'",
+    State.STOPPED: "{clear}'deltactl acknowledge', {by_hand}'deltactl home'",
+    State.FAULT: "{clear}'deltactl acknowledge', {by_hand}'deltactl home'",
 }
+"""What to do, in order, to get on; wherever something is refused, and after a stop."""
+
+
+def way_out(state: State, simulated: bool = False) -> str:
+    """The line of WAY_OUT for a robot."""
+    by_hand, clear = ("", "") if simulated else (BY_HAND, CLEAR)
+    return WAY_OUT[state].format(by_hand=by_hand, clear=clear)
 
 
 IN_WORDS: dict[Request, str] = {Request.ON: "switch on", Request.OFF: "switch off"}
 
 
-def require(request: Request, state: State, why: str = "") -> None:
+def require(request: Request, state: State, why: str = "", simulated: bool = False) -> None:
     """Raise NotReady, saying what to do, when `request` is not allowed in `state`."""
     if state not in ALLOWED[request]:
         cause = f" ({why})" if why else ""
         wish = IN_WORDS.get(request, request.value)
-        raise NotReady(f"cannot {wish}: the robot is {state.value}{cause}; {WAY_OUT[state]}")
+        way = way_out(state, simulated)
+        raise NotReady(f"cannot {wish}: the robot is {state.value}{cause}; {way}")

@@ -2,7 +2,8 @@
 
 Does not model: dynamics between the chain's own effects, collisions, or cables. The arms
 start against their stops, at the home angles (with home switches: hanging below them);
-releasing the drives puts them back there, as a careful operator would.
+releasing the drives puts them back there, and so does homing from anywhere else, as a careful
+operator would.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ GRID_S = 0.002
 """Step of the chain: a tenth of the shortest timing budget, so that averages are smooth."""
 MEMORY_S = 5.0
 DROOP_RAD = 0.2
+RESTING_RAD = 2e-3
+"""So near its stop, a tenth of a degree, an arm lies against it."""
 MOST_AT_ONCE = 500
 """Samples in one block: nobody may have looked for a night."""
 UNWATCHED_S = 1.0
@@ -76,6 +79,14 @@ class SimulatedRobot:
         with self._lock:
             self._advance(t_ns)
             self._put(np.asarray(self._counts_at(t_ns), dtype=np.float64))
+
+    def rests(self, t_ns: int) -> bool:
+        """Whether the arms are where `put_to_stops` would put them."""
+        with self._lock:
+            self._advance(t_ns)
+            counts = np.asarray(self._counts_at(t_ns), dtype=np.float64)
+            off_steps = counts + self._zero_steps - self._rest_steps
+        return bool(np.abs(off_steps).max() * self._robot.drive.rad_per_step < RESTING_RAD)
 
     def believed_anew(self, robot: RobotFile, t_ns: int) -> None:
         """Another robot file is in force; the drives must be released."""

@@ -116,7 +116,7 @@ def test_after_a_fault_teach_says_what_happened_and_what_to_type(
     with controller.condition.lock:
         controller._emergency.fault("no heartbeat: the controller hung for 0.6 s")
     refused = str(deltactl("teach", str(tmp_path / "points.csv")).exception)
-    for command in ("acknowledge", "off", "on", "home"):
+    for command in ("acknowledge", "home"):
         assert f"'deltactl {command}'" in refused
         assert deltactl(command).exception is None
     assert refused.startswith(
@@ -124,3 +124,21 @@ def test_after_a_fault_teach_says_what_happened_and_what_to_type(
         " computer was too busy to simulate the robot in real time); 'deltactl acknowledge',"
     )
     assert deltactl("teach", str(tmp_path / "points.csv")).exception is None
+
+
+def test_after_a_stop_the_simulated_robot_is_homed_where_its_arms_are(
+    served: tuple[Controller, Path], deltactl: Deltactl
+) -> None:
+    controller = served[0]
+    world = controller.machine.world
+    assert world is not None
+    deltactl("goto", "0", "15", "-305", "--speed", "200")
+    said = deltactl("stop").output
+    assert said == "stopped; 'deltactl acknowledge', 'deltactl home'\n"
+    for command in ("acknowledge", "home"):
+        done = deltactl(command)
+        assert done.exception is None
+    assert "warning" not in done.output
+    status = json.loads(deltactl("status", "--json").output)
+    truth = world.truth(controller.clock.now_ns())
+    assert status["angles_rad"] == pytest.approx(truth.angles_rad, abs=2e-3)

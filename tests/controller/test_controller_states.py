@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firmware_py.controller.controller import Controller
-from firmware_py.controller.states import ALLOWED, WAY_OUT, Request, State, require
+from firmware_py.controller.states import ALLOWED, Request, State, require, way_out
 from foundation.clock import sleep_s
 from foundation.errors import EmergencyStop, NotReady
 
@@ -22,7 +22,14 @@ def test_a_refusal_says_what_to_do(request_: Request, state: State) -> None:
     with pytest.raises(NotReady) as refused:
         require(request_, state)
     assert state.value in str(refused.value)
-    assert WAY_OUT[state] in str(refused.value)
+    assert way_out(state) in str(refused.value)
+
+
+@pytest.mark.parametrize("state", [State.OFF, State.UNHOMED, State.STOPPED, State.FAULT])
+def test_only_a_robot_with_hands_near_it_is_to_be_put_against_its_stops(state: State) -> None:
+    assert "put the arms against their stops, 'deltactl home'" in way_out(state)
+    assert way_out(state, simulated=True).endswith("'deltactl home'")
+    assert "put" not in way_out(state, simulated=True)
 
 
 def test_the_controller_refuses_what_the_table_refuses(homed: Controller, write_job) -> None:
@@ -82,15 +89,38 @@ def test_nothing_runs_unhomed(controller: Controller, write_job) -> None:
         controller.submit(write_job())
 
 
-def test_homing_is_refused_when_the_sensors_disagree(controller: Controller) -> None:
+def test_homing_is_refused_when_the_sensors_disagree(
+    controller: Controller, monkeypatch: pytest.MonkeyPatch
+) -> None:
     controller.power_on()
     world = controller.machine.world
     assert world is not None
+    monkeypatch.setattr(world, "put_to_stops", lambda t_ns: None)  # nobody puts them back
     world._zero_steps = world._zero_steps + 400.0  # somebody moved the arms by 9 degrees
     sleep_s(controller.clock, 0.2)
     with pytest.raises(NotReady, match=r"sensor z reads .* but .* is expected"):
         controller.home()
     assert (controller.status().state, controller.status().why) == ("unhomed", "")
+
+
+def test_homed_after_a_stop_the_simulated_robot_really_is_at_home(
+    homed: Controller, write_job, finish
+) -> None:
+    """25 mm off its sensors would still have let it pass, and all jobs would have been off."""
+    world = homed.machine.world
+    assert world is not None
+    at_home = world.truth(homed.clock.now_ns()).angles_rad
+    number = homed.submit(write_job())
+    sleep_s(homed.clock, 1.0)
+    homed.stop("in mid-path")
+    finish(homed, number)
+    where = world.truth(homed.clock.now_ns()).angles_rad
+    assert np.abs(np.subtract(where, at_home)).max() > 0.01
+    homed.acknowledge()
+    homed.home()
+    there = world.truth(homed.clock.now_ns()).angles_rad
+    np.testing.assert_allclose(there, at_home, atol=2e-3)
+    assert homed.status().counts == (1333, 1333, 1333)
 
 
 def test_homing_again_drives_back_to_the_home_angles(homed: Controller, write_job, finish) -> None:

@@ -31,6 +31,10 @@ def expected_ranges_m(robot: RobotFile) -> FloatArray | None:
     return ranges_m
 
 
+WARNING = "; warning: "
+"""Between what was seen and what somebody should look at."""
+
+
 @dataclass(frozen=True, slots=True)
 class HomeSeen:
     """What the sensors said at home: in words, and whether somebody should look."""
@@ -40,7 +44,7 @@ class HomeSeen:
 
     def says(self) -> str:
         """One line."""
-        return f"{self.text}; warning: {self.warning}" if self.warning else self.text
+        return f"{self.text}{WARNING}{self.warning}" if self.warning else self.text
 
 
 BY_HAND = "put the arms against their stops and try again"
