@@ -65,7 +65,10 @@ def _single_steps(robot: DeltaRobot, limit: Limit | str) -> list[tuple[str, str]
     if isinstance(limit, str) or robot.drive is None:
         return []
     at_elbow_m = float(per_arm(robot.geometry.upper_arm_m).max()) * robot.drive.rad_per_step
-    said = f"{millimetres(at_elbow_m)} at the elbow; a run's table shows each, the limit their mean"
+    said = (
+        f"{millimetres(at_elbow_m)} at the elbow; the limit takes motors to turn evenly from one to"
+        " the next, the table after a run does not: its errors are larger by up to this much"
+    )
     return [("one microstep", said)]
 
 
