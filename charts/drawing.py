@@ -37,7 +37,8 @@ from charts.thin import FloatArray
 
 LEFT_PX = 62
 """Room for numbers: charts of a group start at the same place, times stand above one another."""
-MANY_POINTS = 3000
+POINTS = ((3000, 2.0, 0.6), (500, 2.4, 0.6), (0, 4.0, 0.85))
+"""More points than this: size [px], opacity. Many close together must not hide what is below."""
 TALL_PX = 300
 NOT_ON_PAPER = "@media print { :host { visibility: hidden; } }"
 LETTERS_ACROSS = 140
@@ -111,6 +112,7 @@ def curves(spec: dict[str, Any], height_px: int, shared: Shared) -> Plot:
     """A `LineChart`: its series over a common x axis or in a plane."""
     plot = frame(spec, height_px, shared)
     _spans(plot, spec)
+    _zero(plot, spec)
     sources: list[tuple[FloatArray, ColumnDataSource, list[int]]] = []
     renderers: list[list[Any]] = []
     for number, series in enumerate(spec["series"]):
@@ -182,11 +184,11 @@ def _series(plot: Plot, source: ColumnDataSource, number: int, series: dict[str,
     if "low" in series and "high" in series:
         band = VArea(x=x, y1=f"low{number}", y2=f"high{number}", fill_alpha=0.18)
         found.append(plot.add_glyph(source, band))
-    many = len(source.data["x"]) > MANY_POINTS
     glyph: Any
     if style == "points":
-        glyph = Scatter(x=x, y=y, marker="square", size=2 if many else 3.2, line_width=0,
-                        fill_alpha=0.6 if many else 0.85)  # fmt: skip
+        count = len(source.data["x"])
+        size, opacity = next((size, alpha) for most, size, alpha in POINTS if count >= most)
+        glyph = Scatter(x=x, y=y, marker="square", size=size, line_width=0, fill_alpha=opacity)
     elif style == "bars":
         width = 0.94 * _bar_width(np.asarray(source.data["x"], dtype=np.float64))
         glyph = VBar(x=x, top=y, bottom=0, width=width, line_width=0)
@@ -255,6 +257,14 @@ def _spans(plot: Plot, spec: dict[str, Any]) -> None:
                 Label(x=span["start"], y=3, y_units="screen", x_offset=4, text=span["label"],
                       text_font_size="12px")
             )  # fmt: skip
+
+
+def _zero(plot: Plot, spec: dict[str, Any]) -> None:
+    """A line at zero where curves lie on both sides of it."""
+    values = [unpack(series["y"]) for series in spec["series"]]
+    if any(np.nanmin(one, initial=0.0) < 0.0 < np.nanmax(one, initial=0.0) for one in values):
+        line = Span(location=0.0, dimension="width", level="underlay", css_variables=_line("axis"))
+        plot.add_layout(line)
 
 
 def _marks(plot: Plot, spec: dict[str, Any]) -> None:

@@ -161,8 +161,10 @@ class BarChart:
         low, high = min(finite, default=0.0), max(finite, default=1.0)
         size = high - low or 1.0
         rows = "".join(self._row(bar, low, size) for bar in self.bars)
+        name = html.escape(self.title, quote=True)
         return (
-            f'<figure class="bars"><figcaption>{html.escape(self.title)}</figcaption>'
+            f'<figure class="bars" role="figure" aria-label="{name}">'
+            f"<figcaption>{html.escape(self.title)}</figcaption>"
             f"{rows}{_note(self.note)}</figure>"
         )
 

@@ -15,6 +15,22 @@ function paint(views) {
   }
 }
 
+// On paper charts are light and as wide as a sheet. The browser looks as soon as this returns, so
+// each is drawn again at once, not at the next frame. The canvas above it is left out: where it is
+// clear, Chromium's PDF would be blank.
+function onto(views, paper) {
+  document.documentElement.toggleAttribute("data-paper", paper);
+  for (const { canvas_view: canvas } of views) {
+    canvas.overlays.el.style.display = paper ? "none" : "";
+    canvas.update_bbox();
+  }
+  paint(views);
+  for (const view of views) {
+    view.request_paint();
+    view.paint();
+  }
+}
+
 function table(view) {
   const lines = [];
   const seen = new Set();
@@ -60,7 +76,7 @@ Bokeh.embed.embed_items(drawn.docs, drawn.items).then(([found]) => {
   const again = () => paint(views);
   again();
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
-  addEventListener("beforeprint", () => ((document.documentElement.dataset.theme = "light"), again()));
-  addEventListener("afterprint", () => (delete document.documentElement.dataset.theme, again()));
+  addEventListener("beforeprint", () => onto(views, true));
+  addEventListener("afterprint", () => onto(views, false));
   document.documentElement.dataset.drawn = "true";
 });

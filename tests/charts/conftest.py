@@ -1,0 +1,80 @@
+"""A report with every kind of chart there is, and Debian's Chromium to look at it."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+
+from charts.figures import Bar, BarChart, HeatStrip, LineChart
+from charts.page import page, table
+from charts.spec import Colour, Mark, Series, Span, Style
+
+PATIENCE_S = 60.0
+Open = Callable[[Path], webdriver.Chrome]
+
+
+def report() -> str:
+    """A page with every kind of chart there is."""
+    t = np.linspace(0.0, 10.0, 50)
+    band = Series("b", t, np.cos(t), Colour.SECOND, low=np.cos(t) - 0.1, high=np.cos(t) + 0.1)
+    first = LineChart(
+        "First", "t [s]", "e [mm]", [Series("a", t, np.sin(t)), band], group="time",
+        marks=[Mark(2.0, "here")], spans=[Span(1.0, 3.0, "while")],
+    )  # fmt: skip
+    plane = LineChart("Plane", "x [mm]", "y [mm]",
+                      [Series("p", np.cos(t), np.sin(t), Colour.ASKED, Style.POINTS)],
+                      equal_aspect=True)  # fmt: skip
+    states = [("good", Colour.GOOD), ("bad", Colour.BAD)]
+    strip = HeatStrip("Strip", "t [s]", t, ["x"], [np.arange(50) % 2], states, group="time")
+    bars = BarChart("Bars", "mm", [Bar("before", 3.0, colour=Colour.THIRD), Bar("after", 1.0)])
+    cells = [[f"column {number}" for number in range(9)]]
+    wide = table(cells[0], cells * 2)
+    return page("Report", [*(one.html() for one in (first, plane, strip, bars)), wide])
+
+
+def wait(condition: Any, what: str) -> None:
+    """Until it holds."""
+    give_up_s = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < give_up_s, what
+        time.sleep(0.05)
+
+
+@pytest.fixture
+def report_file(tmp_path: Path) -> Path:
+    """The report as a file."""
+    file = tmp_path / "report.html"
+    file.write_text(report(), encoding="utf-8")
+    return file
+
+
+@pytest.fixture
+def open_report() -> Iterator[Open]:
+    """Opens a report and waits until it is drawn; skips where there is no Chromium."""
+    binary, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if binary is None or driver is None:
+        pytest.skip("needs Debian's packages chromium and chromium-driver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = binary
+    for word in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu",
+                 "--hide-scrollbars"):  # fmt: skip
+        options.add_argument(word)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    browser = webdriver.Chrome(options=options, service=Service(driver))
+
+    def drawn(file: Path) -> webdriver.Chrome:
+        browser.get(file.as_uri())
+        done = "return document.documentElement.dataset.drawn"
+        wait(lambda: browser.execute_script(done) == "true", "the charts are not drawn")
+        return browser
+
+    yield drawn
+    browser.quit()
