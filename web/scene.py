@@ -8,7 +8,7 @@ from typing import Any
 
 from nicegui import ui
 
-from models.linkage.skeleton import Matrix, Skeleton
+from models.linkage.skeleton import Matrix, Skeleton, placed
 from models.linkage.vectors import Vector
 from web.belief import Belief
 
@@ -31,7 +31,7 @@ class RobotScene:
         self._links: list[Any] = []
         self._marks: dict[str, Any] = {}
         self._traced: deque[Any] = deque()
-        self._drawn: list[Vector] = []
+        self._drawn: Vector | None = None
         self._last: tuple[object, ...] = ()
         reach = self._skeleton.base_radius_m + sum(self._skeleton.upper_arm_m) / 3
         self.view = ui.scene(
@@ -53,28 +53,38 @@ class RobotScene:
         self._last = seen
         angles, position = self._belief.pose(counts)
         calls: list[list[Any]] = []
-        for part, placed in zip(self._links, self._skeleton.links(angles, position), strict=False):
-            calls += [_moved(part, placed.middle_m), _turned(part, placed.rotation)]
+        for part, its in zip(self._links, self._skeleton.links(angles, position), strict=False):
+            calls += [_moved(part, its.middle_m), _turned(part, its.rotation)]
         if position is not None:
             calls.append(_moved(self._platform, position))
-            self._trace(position)
+            calls += self._trace(position)
         calls.append(_shown(self._sensed, measured_m is not None))
         if measured_m is not None:
             calls.append(_moved(self._sensed, measured_m))
         self.view.run_method("run_methods", calls)
 
-    def _trace(self, position: Vector) -> None:
-        """Where the platform has been of late: a line a few millimetres long, bounded in number."""
-        step_m = math.dist(self._drawn[-1], position) if self._drawn else math.inf
-        if step_m < TRACE_STEP_M:
-            return
-        if step_m < JUMP_M:
+    def _trace(self, position: Vector) -> list[list[Any]]:
+        """Where the platform has been of late: lines a few millimetres long, bounded in number."""
+        before, self._drawn = self._drawn or position, position
+        step_m = math.dist(before, position)
+        if 0.0 < step_m < TRACE_STEP_M:
+            self._drawn = before
+        if not TRACE_STEP_M <= step_m < JUMP_M:
+            return []
+        upright = abs(before[2] - position[2]) > step_m / 2
+        where = placed(before, position, (1.0, 0.0, 0.0) if upright else (0.0, 0.0, 1.0))
+        line = self._next_line()
+        return [_moved(line, where.middle_m), _turned(line, where.rotation), _long(line, step_m)]
+
+    def _next_line(self) -> Any:
+        """A new one, or the oldest: the browser keeps something of every line that it deletes."""
+        if len(self._traced) < TRACE_LINES:
             with self.view:
-                line = self.view.line(list(self._drawn[-1]), list(position)).material(TRACED)
+                line = self.view.line([0.0, -0.5, 0.0], [0.0, 0.5, 0.0]).material(TRACED)
             self._traced.append(line)
-            if len(self._traced) > TRACE_LINES:
-                self._traced.popleft().delete()
-        self._drawn = [position]
+        else:
+            self._traced.rotate(-1)
+        return self._traced[-1]
 
     def blame(self, components: list[str]) -> None:
         """Colour the parts that a diagnosis names; an empty list clears them."""
@@ -145,6 +155,11 @@ def _moved(part: Any, point: Vector) -> list[Any]:
 def _turned(part: Any, rotation: Matrix) -> list[Any]:
     part.R = rotation
     return ["rotate", part.id, rotation]
+
+
+def _long(part: Any, length_m: float) -> list[Any]:
+    part.sx, part.sy, part.sz = 1.0, round(length_m, DIGITS), 1.0
+    return ["scale", part.id, part.sx, part.sy, part.sz]
 
 
 def _shown(part: Any, visible: bool) -> list[Any]:

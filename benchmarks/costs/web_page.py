@@ -82,12 +82,16 @@ class Bench:
         except ServiceError:
             return False
 
-    def run_heart(self) -> None:
-        """On, home, and a heart of half an hour."""
+    def run_heart(self, repeats: int = 60) -> None:
+        """Whatever it did, on, home, and a heart again and again; 60 take half an hour."""
         job = self._folder / "heart.yaml"
         text = (CONFIG_FOLDER / "heart.yaml").read_text(encoding="utf-8")
-        job.write_text(text.replace("repeats: 1", "repeats: 60"))
+        job.write_text(text.replace("repeats: 1", f"repeats: {repeats}"))
         with Client(self.socket) as client:
+            if client.status().state in ("stopped", "fault"):
+                client.acknowledge()
+            if client.status().state != "off":
+                client.power_off()  # drops the simulated arms onto their stops
             client.power_on()
             client.home()
             client.submit(job)

@@ -81,17 +81,17 @@ class Skeleton:
             reach_m = self.base_radius_m + length_m * math.cos(angle_rad)
             elbow = (reach_m * east, reach_m * north, -length_m * math.sin(angle_rad))
             level = (-north, east, 0.0)
-            arms.append(_placed(shoulder, elbow, level))
+            arms.append(placed(shoulder, elbow, level))
             if position_m is not None:
                 x_m, y_m, z_m = position_m
                 aside_m = self.platform_radius_m
                 wrist = (x_m + aside_m * east, y_m + aside_m * north, z_m)
-                rods.append(_placed(elbow, wrist, level))
+                rods.append(placed(elbow, wrist, level))
         return arms + rods
 
 
-def _placed(start: Vector, end: Vector, level: Vector) -> Placed:
-    """From here to there; `level` is the direction of the motor's axis."""
+def placed(start: Vector, end: Vector, level: Vector) -> Placed:
+    """A link from here to there [m]; `level`, a unit vector, is not along it: its motor's axis."""
     along = unit(less(end, start))
     sideways = unit(less(level, times(along, dot(level, along))))
     columns = zip(sideways, along, cross(sideways, along), strict=True)
