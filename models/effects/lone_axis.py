@@ -65,7 +65,7 @@ def of_axis(kind: EffectKind, motion: Motion) -> EffectKind:
         kind,
         components=(COMPONENT,),
         parameters=parameters,
-        says=lambda component, values: _sentence(kind.name, parameters, values),
+        says=lambda component, values: _sentence(kind.name, parameters, values, motion),
     )
 
 
@@ -105,6 +105,10 @@ _WORDS = {
     "sensor_crosstalk": "the sensor's error grows with distance squared: {curvature}",
     "sensor_drift": "the sensor drifts by {offset} with a time constant of {time_constant}",
 }
+_SLIDING = {
+    "transmission_error": "the screw or belt adds a periodic error of {amplitude} every {period}",
+    "encoder_error": "the scale or encoder adds a periodic error of {amplitude} every {period}",
+}
 _FRICTION = {
     "width": "friction holds the axis back by {width} in all between its two directions",
     "torque": "dry (Coulomb) friction of {torque} brakes the axis",
@@ -135,9 +139,14 @@ def plain(value: float, digits: int = 3) -> str:
     return f"{value:.{max(decimals, 0)}f}"
 
 
-def _sentence(name: str, parameters: tuple[Parameter, ...], values: Mapping[str, Any]) -> str:
+def _sentence(
+    name: str, parameters: tuple[Parameter, ...], values: Mapping[str, Any], motion: Motion
+) -> str:
     shown = {p.name: said(float(values[p.name]), p.unit) for p in parameters if p.name in values}
-    words = _WORDS.get(name) or _FRICTION["width" if "width" in shown else "torque"]
+    own = _SLIDING if motion == "linear" else {}
+    words = (
+        own.get(name) or _WORDS.get(name) or _FRICTION["width" if "width" in shown else "torque"]
+    )
     text = words.format(**shown)
     if name == "following_lag" and float(values.get("dead_time", 0.0)):
         dead = f"a dead time of {shown['dead_time']}"

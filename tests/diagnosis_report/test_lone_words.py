@@ -18,6 +18,8 @@ from diagnosis.answer.records import (
 )
 from diagnosis.report.sentences.fit_words import fit_lines
 from diagnosis.report.sentences.lone_sentences import spoken
+from diagnosis.report.sentences.remedies import remedies
+from diagnosis.report.sentences.summary import finding_lines
 from models.effects.lone_axis import command_effects, said
 from models.robot import EffectEntry
 
@@ -104,3 +106,26 @@ def test_a_harmonic_of_what_the_robot_file_knows_is_called_that(make: Any) -> No
     assert "the second harmonic of the error with a period of 3.21 degrees" in says(3.21)
     assert "what is left of the error" in says(1.61)
     assert "harmonic" not in says(4.0)
+
+
+def lag(dead: tuple[float, float, float], time: tuple[float, float, float]) -> Finding:
+    sizes = {
+        name: ParameterResult(value=value, ci95=[low, high], unit="s")
+        for name, (value, low, high) in (("time", time), ("dead_time", dead))
+    }
+    changes = {"effect": "following_lag", "parameters": sizes}
+    return periodic().model_copy(update=changes)
+
+
+def test_of_a_delay_whose_parts_are_not_known_the_sum_is_told(make: Any) -> None:
+    def text(finding: Finding) -> str:
+        answer = spoken(make("explained", findings=[finding]), command_effects("rotary"))
+        return " ".join([*finding_lines(finding), *remedies(answer), *answer.says])
+
+    open_one = text(lag((0.0019, 0.0, 0.129), (0.065, 0.0, 0.184)))
+    assert "Late by 66.9 ms in all, and this sum is sure; how it divides into dead" in open_one
+    assert "it is late by 66.9 ms in all." in open_one
+    assert "The axis follows late, by 66.9 ms in all" in open_one
+    sure = text(lag((0.0622, 0.0575, 0.0682), (0.0542, 0.0476, 0.0597)))
+    assert "in all" not in sure
+    assert "with a time constant of 54.2 ms after a dead time of 62.2 ms" in sure

@@ -15,6 +15,7 @@ from models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis, load_r
 
 ROBOT = load_robot_model(CONFIG_FOLDER / "zhao-2023.yaml")
 SERVO = ServoAxis(kind="servo_axis", name="mount", motion="rotary")
+SLIDE = ServoAxis(kind="servo_axis", name="carriage", motion="linear")
 STEPPER = StepperAxis(kind="stepper_axis", name="table")
 SENSOR = RangeSensor(kind="range_sensor", name="tag")
 
@@ -75,6 +76,11 @@ def test_a_drive_is_late_by_dead_time_and_time_constant() -> None:
         (SERVO, "home_offset", "angle", -0.01, "rad", "Add 0.573 degrees to the commands"),
         (SERVO, "gear_ratio", "scale", 1.00069, "1", "Divide the commands of the axis by 1.000690"),
         (SERVO, "gear_ratio", "scale", 1.5, "1", "counts per turn of its encoder"),
+        (SLIDE, "gear_ratio", "scale", 1.002, "1", "Divide the steps per mm (or counts) of the"),
+        (SLIDE, "gear_ratio", "scale", 1.2, "1", "the lead of the screw, and the teeth and pitch"),
+        (SLIDE, "gear_backlash", "width", 4e-5, "m", "replace the nut of the screw, tension the"),
+        (SLIDE, "joint_compliance", "stiffness", 1e5, "N/m", "Tension the belt of the axis"),
+        (SLIDE, "joint_friction", "width", 4e-5, "m", "Free the guides of the axis"),
         (STEPPER, "gear_ratio", "scale", 2.0, "1", "microstep switches"),
         (STEPPER, "gear_ratio", "scale", 0.9993, "1", "0.0700 % less far"),
         (ROBOT, "home_offset", "angle", 0.01, "rad", "0.573 degrees lower than it should"),
@@ -124,3 +130,16 @@ def test_where_nothing_is_tied_no_run_is_asked_for(make: Any) -> None:
 
 def test_nothing_is_told_of_what_has_no_name() -> None:
     assert remedy(found("unknown", "range_x", 0.001, "m"), ROBOT) is None
+
+
+@pytest.mark.parametrize("effect", sorted(EFFECTS.keys() - {"unknown"}))
+@pytest.mark.parametrize("parameter", ["scale", "width", "torque"])
+def test_a_slide_is_told_of_no_gearbox_and_of_a_gain_only_where_a_servo_drives_it(
+    effect: str, parameter: str
+) -> None:
+    named = found(effect, "axis", 1.001, "m")
+    named.parameters[parameter] = named.parameters.pop("size")
+    one = remedy(named, SLIDE)
+    assert one is not None
+    assert "gear" not in one.line
+    assert " gain" not in one.line or "where a servo drives it" in one.line

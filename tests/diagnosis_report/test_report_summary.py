@@ -187,7 +187,7 @@ def test_a_linear_axis_has_millimetres_and_newtons(make: Any, parts: Any) -> Non
     assert "Force: 20.40 N (95 % sure between 19.90 and 20.90)" in text
     assert "orque" not in text
     assert "Asymmetry: 5.0 % (95 % sure between 2.0 and 8.0)" in text
-    assert "bearing friction in the axis" in text
+    assert "friction in the axis" in text
     assert "before 20.0 mm, after 0.500 mm" in text
     fit = fit.model_copy(update={"unit": "rad"})
     assert "before 1.15 degrees" in "\n".join(plain_lines(make("explained", fit=fit)))

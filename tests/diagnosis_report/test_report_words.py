@@ -32,7 +32,7 @@ def test_a_lone_axis_is_told_in_words_of_its_own(motion: str) -> None:
     kinds = [*command_effects(motion).values(), *effort_effects(motion).values()]
     assert len(kinds) > 15
     for kind in kinds:
-        for text in said(kind, "axis", "servo_axis" if motion == "rotary" else "servo_slide"):
+        for text in said(kind, "axis", "servo_axis" if motion == "rotary" else "slide"):
             assert not OF_A_DELTA.search(text)
             assert not OF_STEPPERS.search(text) or kind.name == "lost_steps"
             assert motion == "rotary" or not ROTARY.search(text)

@@ -66,11 +66,11 @@ def test_an_even_tie_of_a_lone_axis_is_left_out_until_it_is_asked_for(make: Any)
     answer = make("explained", findings=[tied], next_experiment=None)
     assert written(answer, False) == "as it was"
     (line,) = support(answer, False)
-    assert line.startswith("- left out (--all writes it too): only 50 % sure: a wrong gear ratio")
+    assert line.startswith("- left out (--all writes it too): only 50 % sure: a wrong ratio")
     assert "to check, say in the robot file what hangs on the axis" in line
     assert written(answer, True) == "with one finding"
     (line,) = support(answer, True)
-    assert line.startswith("- only 50 % sure: a wrong gear ratio")
+    assert line.startswith("- only 50 % sure: a wrong ratio")
 
 
 def test_without_a_probability_a_rival_makes_it_uncertain(make: Any) -> None:

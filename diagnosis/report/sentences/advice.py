@@ -94,13 +94,36 @@ OF_A_SERVO_AXIS: Table = {
 }
 
 OF_A_SLIDE: Table = {
+    "gear_ratio": "compare steps per mm (or counts), the lead of the screw, and the teeth and pitch"
+    " of belt and pulley of {part} with what is set: it moves {size} {sign:further|less far} than"
+    " commanded",
+    "gear_ratio.small": "divide the steps per mm (or counts) of {part} by {factor}: it moves {size}"
+    " {sign:further|less far} than commanded; a stretched belt and a screw's lead are off by as"
+    " little",
+    "gear_backlash": "take up the play of {part} ({size}): preload or replace the nut of the screw,"
+    " tension the belt, tighten coupling and pulleys; or set it as the backlash of the controller,"
+    " or come to each place from the same side",
     "transmission_error": "have the controller of {part} subtract the periodic error of its screw"
-    " or belt ({size}), and replace that only if it is not enough",
-    "gear_backlash": "take up the play of {part} ({size}) at coupling, nut or belt; or come to each"
-    " place from the same side",
-    "gear_ratio": "compare the lead of the screw, or the pulley, of {part} with the robot file: it"
-    " moves {size} {sign:further|less far} than commanded",
+    " or belt ({size}); look for a bent screw or a pulley out of centre, and replace that only if"
+    " it is not enough",
+    "encoder_error": "have the controller of {part} subtract the periodic error of its scale or"
+    " encoder ({size}), or align that anew",
+    "joint_friction": "free the guides and the screw or belt of {part} (look for what rubs, clean,"
+    " grease) if {size} of friction is more than its maker states; or record it",
+    "joint_friction.width": "free the guides of {part} (clean, grease), tension the belt, or come"
+    " to each place from the same side; where a servo drives it, raise its gain: its two directions"
+    " end {size} apart",
+    "viscous_friction": "look at the grease and seals of guides and screw of {part}, or record its"
+    " friction",
+    "stribeck_friction": "grease the guides and the screw of {part}: it sticks at low speed",
+    "joint_compliance": "tension the belt of {part}, look for a loose coupling or screw bearing;"
+    " where a servo drives it, raise its gain: it yields under load",
+    "following_lag": "command {part} earlier, or look for what delays it (a smoothing filter of its"
+    " controller; where a servo drives it, its gains): it is late by {size}",
+    "resonance": "accelerate more gently, tension the belt, or stiffen the frame: it rings at"
+    " {size}",
 }
+"""Belts and screws, whatever motor turns them: the file of an axis does not say which."""
 
 OF_A_SENSOR: Table = {
     "sensor_offset": "{sign:take|add} {size} {sign:off|to} what {part} reads: it reads that much"
@@ -119,9 +142,8 @@ ADVICE: dict[str, Table] = {
     "servo_axis": ChainMap(
         dict(OF_A_SERVO_AXIS), dict(OF_AN_AXIS), dict(OF_SERVO_DRIVES), dict(EVERYWHERE)
     ),
-    "servo_slide": ChainMap(
+    "slide": ChainMap(
         dict(OF_A_SLIDE),
-        dict(OF_A_SERVO_AXIS),
         dict(OF_AN_AXIS),
         dict(OF_SERVO_DRIVES),
         dict(EVERYWHERE),
@@ -138,7 +160,7 @@ def machine_of(robot: RobotModel | None, component: str, effect: str) -> str:
             "servo_delta" if robot.drive is not None and kind(robot.drive) == "servo" else "delta"
         )
     if isinstance(robot, ServoAxis) and robot.motion == "linear":
-        return "servo_slide"
+        return "slide"
     if robot is not None:
         return robot.kind
     if component != "axis":

@@ -126,6 +126,8 @@ def _says(finding: Finding, kinds: Mapping[str, EffectKind], unit: str) -> str:
             f"a mismatch{size} follows {', '.join(finding.depends_on)}, and nothing in the list of "
             "effects looks like it"
         )
+    if (late_s := sureness.late_in_all_s(finding)) is not None:
+        return f"the axis follows late, by {quantity(late_s, 's', digits=3)} in all"
     values = {name: size.components[0][0] for name, size in finding.parameters.items()}
     return kinds[finding.effect].sentence(finding.component, values)
 

@@ -11,7 +11,7 @@ from diagnosis.answer.verdict import claimed
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.advice import advice, machine_of
 from diagnosis.report.sentences.sizes import LEAST_S, number, quantity, scale_of, significant
-from diagnosis.report.sentences.sureness import percent, settled
+from diagnosis.report.sentences.sureness import late_in_all_s, percent, settled
 from diagnosis.report.sentences.telling_apart import LONE
 from models.robot import DeltaRobot, RobotModel, per_arm
 
@@ -126,9 +126,14 @@ def _factor(scale: float) -> str:
 
 
 def _late(finding: Finding) -> str:
-    """Dead time and time constant, those that there are; empty where nothing is late."""
+    """Dead time and time constant, those that there are; empty where nothing is late.
+
+    Their sum alone where nothing more is known.
+    """
     if finding.effect != "following_lag":
         return ""
+    if (late_s := late_in_all_s(finding)) is not None:
+        return f"{quantity(late_s, 's', digits=3)} in all"
     times = {n: p.components[0][0] for n, p in finding.parameters.items() if p.unit == "s"}
     said = {"dead_time": "a dead time of {}", "time": "a time constant of {}"}
     parts = [

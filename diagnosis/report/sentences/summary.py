@@ -14,7 +14,7 @@ from diagnosis.report.sentences.fit_words import fit_lines, fit_title
 from diagnosis.report.sentences.limit_words import faintest_line, untested_line
 from diagnosis.report.sentences.next_run_words import experiment_line, tie_lines
 from diagnosis.report.sentences.remedies import remedies, tied
-from diagnosis.report.sentences.sizes import sizes, told
+from diagnosis.report.sentences.sizes import quantity, sizes, told
 from diagnosis.report.sentences.telling_apart import hint
 from models.robot import RobotModel
 
@@ -167,6 +167,8 @@ def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.
         for name, result in told(finding.parameters).items()
         for size in sizes(finding.effect, name, result)
     ]
+    if (late_s := sureness.late_in_all_s(finding)) is not None:
+        lines.append(words.sentence(sureness.divided(quantity(late_s, "s", digits=3))))
     lines.append(sureness.evidence(finding))
     if math.isfinite(finding.share_of_mismatch):
         lines.append(share_line(finding))

@@ -20,6 +20,9 @@ CERTAIN = 0.995
 """A probability that would be rounded to all or nothing is said to lie above or below one percent
 of it: no engine knows its own mistakes better."""
 
+HALF = 0.5
+"""A part of a delay that may be smaller by more than this is not known."""
+
 
 def word(p: float) -> str:
     """One phrase for a calibrated p."""
@@ -96,6 +99,30 @@ def _is_open(finding: Finding) -> bool:
 def settled(finding: Finding) -> bool:
     """Whether it is far more probable than all its alternatives together."""
     return finding.probability is not None and finding.probability > SETTLED
+
+
+def late_in_all_s(finding: Finding) -> float | None:
+    """Dead time and time constant together, where how they divide is not known.
+
+    At low frequencies they act alike: a recording of slow motion shows their sum well, while the
+    interval of either may begin at nothing. None where the larger is surely most of what it is.
+    """
+    sizes = [finding.parameters.get(name) for name in ("dead_time", "time")]
+    if finding.effect != "following_lag" or not all(sizes):
+        return None
+    parts = [one.components for one in sizes if one is not None]
+    if any(len(part) != 1 for part in parts):
+        return None
+    value, low, _ = max(part[0] for part in parts)
+    return sum(part[0][0] for part in parts) if low < HALF * value else None
+
+
+def divided(total: str) -> str:
+    """What is said of a delay of which only the sum is known."""
+    return (
+        f"late by {total} in all, and this sum is sure; how it divides into dead time and time"
+        " constant is not"
+    )
 
 
 def false_alarm(diagnosis: Diagnosis) -> str:

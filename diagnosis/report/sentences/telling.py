@@ -13,6 +13,7 @@ from diagnosis.report.sentences import words
 from diagnosis.report.sentences.regime_words import regime
 from diagnosis.report.sentences.sizes import quantity
 from diagnosis.report.sentences.summary import plain_lines
+from diagnosis.report.sentences.sureness import late_in_all_s
 from models.effects import VOCABULARY
 from models.effects.kind import EffectKind
 
@@ -50,6 +51,8 @@ def sentence(finding: Finding, kinds: Mapping[str, EffectKind] = VOCABULARY) -> 
     if finding.effect == "stale_reading":
         begin, end = finding.where.times_s[0]
         return f"{part} repeats one value from {begin:.2f} s to {end:.2f} s"
+    if (late_s := late_in_all_s(finding)) is not None:
+        return f"{part} follows its command late, by {quantity(late_s, 's', digits=3)} in all"
     kind = kinds.get(finding.effect)
     if kind is None:
         return words.effect(finding.effect, finding.component)

@@ -42,8 +42,13 @@ EFFECTS: dict[str, str] = {
 OF_AN_AXIS: dict[str, str] = {
     "home_offset": "a wrong home position of {part}",
     "encoder_error": "a periodic error of the encoder of {part}",
+    "gear_backlash": "free play between drive and load of {part}",
+    "gear_ratio": "a wrong ratio between command and motion of {part}",
+    "transmission_error": "a periodic error of the gear, screw or belt of {part}",
+    "joint_friction": "friction in {part}",
+    "joint_compliance": "parts of {part} that yield under load",
 }
-"""What is called otherwise where nothing need turn."""
+"""What is called otherwise where nothing need turn, and no gear be."""
 
 PARTS: dict[str, str] = {
     "joints": "all joints",
@@ -130,7 +135,7 @@ def effect(name: str, *components: str) -> str:
 def rival(finding: str, other: str, component: str) -> str:
     """An alternative to an effect, said as what it is when it looks like that effect."""
     if (finding, other) == ("effort_offset", "joint_friction"):
-        return f"bearing friction in {part(component)} that is stronger one way"
+        return f"{effect(other, component)} that is stronger one way"
     return effect(other, component)
 
 
