@@ -13,9 +13,11 @@ import typer
 from command_line.output import say, warn
 from firmware_py.describing.questions import QUESTIONS, WIRING, gather, remarks
 from foundation.errors import ConfigError
+from foundation.extras import needs
 
 if TYPE_CHECKING:
     from firmware_py.describing.questions import Answers, Question
+    from recording.tables.flat import FlatRecording
 
 WIRED = "For hardware (a delta; all are asked for with --wiring)"
 SAID = {one.key: one.text for one in (*(q for qs in QUESTIONS.values() for q in qs), *WIRING)}
@@ -45,7 +47,13 @@ def register(app: typer.Typer) -> None:
 
 def init(
     file: Annotated[Path, typer.Argument(help="Robot file to write (.yaml).")],
-    kind: Annotated[Kind, typer.Option(help="What the machine is.")] = Kind.DELTA,
+    kind: Annotated[
+        Kind,
+        typer.Option(
+            help="What the machine is. servo_axis: any axis that is told positions, a stepper's"
+            " slide too; stepper_axis: one whose steps are recorded."
+        ),
+    ] = Kind.DELTA,
     wiring: Annotated[
         bool, typer.Option("--wiring", help="Also pins, limits and homing, for hardware.")
     ] = False,
@@ -64,7 +72,9 @@ def init(
     forearm_mm: Annotated[str | None, _asked("forearm_mm")] = None,
     microsteps_per_rev: Annotated[str | None, _asked("microsteps_per_rev")] = None,
     gear_ratio: Annotated[str | None, _asked("gear_ratio")] = None,
+    sensors: Annotated[str | None, _asked("sensors")] = None,
     motion: Annotated[str | None, _asked("motion")] = None,
+    recorded: Annotated[str | None, _asked("recorded")] = None,
     inertia: Annotated[str | None, _asked("inertia")] = None,
     effort_gain: Annotated[str | None, _asked("effort_gain")] = None,
     zero: Annotated[str | None, _asked("zero")] = None,
@@ -101,7 +111,8 @@ def init(
     if file.exists() and not force:
         raise ConfigError(f"{file}: exists already; name another file, or add --force")
     if measure is not None:
-        known = _measured(kind.value, measure, columns or [], known) | known
+        found, columns = _measured(kind.value, measure, columns or [], known)
+        known = found | known
     if "name" in keys and "name" not in known:
         known["name"] = file.stem
     ask = _ask if sys.stdin.isatty() else None
@@ -121,14 +132,41 @@ def _ask(question: Question) -> str:
         say(wrong)
 
 
-def _measured(kind: str, path: Path, columns: list[str], known: Answers) -> Answers:
-    from command_line.recordings.diagnose import read_with
+def _measured(
+    kind: str, path: Path, columns: list[str], known: Answers
+) -> tuple[Answers, list[str]]:
+    """What the recording tells, and the options that read it."""
     from firmware_py.describing.measured import measured
 
-    answers, said = measured(kind, read_with(columns)(path), known)
+    recording, columns = _read(path, columns)
+    answers, said = measured(kind, recording, known)
     for line in said:
         say(line)
-    return answers
+    return answers, columns
+
+
+def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
+    """As it is said, and where that does not do as --inspect would read it, which is then said."""
+    from command_line.recordings.diagnose import mapping_of, read_with
+    from foundation.errors import RecordingError
+
+    try:
+        return read_with(columns)(path), columns
+    except RecordingError as error:
+        wrong = error
+    with needs("diagnosis", "init --measure"):
+        from diagnosis.observations.column_mapping import read_mapped
+        from diagnosis.observations.inspection import inspect
+    try:
+        seen = inspect(path, mapping_of(columns))
+        recording = read_mapped(path, seen.mapping, tell=warn)
+    except RecordingError:
+        raise wrong from None
+    options = [word for word in seen.options if word != "--set"]
+    say(f"{path.name} is read with: {shlex.join(options)}")
+    for warning in seen.warnings:
+        warn(f"look here: {warning}")
+    return recording, options
 
 
 def _write(file: Path, kind: str, answers: Answers, wired: bool, force: bool) -> None:
@@ -174,7 +212,8 @@ def _first_job(file: Path, force: bool) -> list[str]:
     robot = load_robot(file)
     what = write_first_job(robot, file, job)
     if what is not None:
-        return [f"job: {job}, {what}", f"next: deltactl run {job}"]
+        unseen = "" if robot.sensors is not None else " --accept-unseen 180"
+        return [f"job: {job}, {what}", f"next: deltactl run {job}{unseen}"]
     if arms_interchanged(robot):
         raise ConfigError(
             "no circle fits, and the forearm is not longer than the upper arm: are the two"

@@ -23,7 +23,7 @@ SHOWN_COLUMNS = 12
 NARROW = 100
 """In a window of fewer letters the reasons stand below the table, not in a column of it."""
 BY_NAME = "by its name"
-FORCED = " --inertia INERTIA --effort-gain GAIN"
+FORCED = " --recorded effort --inertia INERTIA --effort-gain GAIN"
 FORCED_SAYS = (
     "                       INERTIA: what moves, in kg m2 (rotary) or kg (linear), as well as it is"
     " known;\n                       GAIN: N m (or N) for one unit of the effort"

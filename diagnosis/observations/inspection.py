@@ -29,7 +29,7 @@ from diagnosis.observations.column_mapping import (
 from diagnosis.observations.column_names import pulls, read_name
 from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
-from diagnosis.observations.unit_guess import LINEAR, ROTARY, with_units
+from diagnosis.observations.unit_guess import LINEAR, ROTARY, steps_of_a_slide, with_units
 from foundation.errors import RecordingError
 from models.robot import ARMS
 from recording.tables.flat import GAP_PERIODS, UNITS
@@ -39,6 +39,7 @@ from recording.tables.table_format import SEPARATORS, TableFormat, guess_format
 
 _LAST = re.compile(r"(\w+)_([123xyz])")
 _NUMBERED = re.compile(r"(.*?)[._]?\d+")
+COMMANDED = ("command", "position")
 OTHER_SEPARATOR = {"\t": "tab", " ": "space"}
 
 
@@ -166,6 +167,8 @@ def inspect_table(
     }
     guesses = _as_said(path, table, guesses, said)
     guesses, warnings = with_units(guesses, known)
+    guesses, of_steps = steps_of_a_slide(guesses, known)
+    warnings += of_steps
     if others:
         warnings.append(
             f"there are more joints than one: {', '.join(others[:6])}"
@@ -321,16 +324,25 @@ def _kind(
     if {"position", "theta_1"} & there and {"command", "effort"} & there:
         asked = " and ".join(sorted({"command", "effort"} & there))
         return "servo_axis", motion, f"{asked} in, position out"
-    lacking, name = (
-        ("a command or an effort", "effort")
-        if "position" in there
-        else ("a position or a reading", "position")
-    )
-    likely = [one for one in left if pulls(one) == (name == "effort")]
-    likely = likely or (list(left) if name == "effort" else [])
-    example = f"--set {name}={without_unit(likely[0]) if likely else 'COLUMN'}"
-    return (
-        None, motion,
-        f"not enough is known: {lacking} was not found; say which column it is, here too:"
-        f" --inspect {shlex.join(example.split(' ', 1))}",
-    )  # fmt: skip
+    return None, motion, f"not enough is known: {_lacking(guesses, left)}"
+
+
+def _lacking(guesses: AnyMapping[str, Guess], left: Sequence[str]) -> str:
+    """What is needed besides, and how it is said; `left`: columns that nothing is known of."""
+    here = "here too: --inspect"
+    position = next((one.source for one in guesses.values() if one.name == "position"), None)
+    if position is None:
+        likely = next((one for one in left if not pulls(one)), None)
+        example = shlex.join(["--set", f"position={without_unit(likely or 'COLUMN')}"])
+        return f"a position or a reading was not found; say which column it is, {here} {example}"
+    twin = next((one for one in left if read_name(one).unit in (*LINEAR, *ROTARY)), None)
+    if twin is not None:
+        names = [without_unit(one) for one in (position, twin)]
+        asked, read = (f"{role}={one}" for role, one in zip(COMMANDED, names, strict=True))
+        return (
+            f"{' and '.join(names)} both look like positions; say which was commanded and which was"
+            f" read, {here} {shlex.join(['--set', asked, '--set', read])}"
+        )
+    likely = next((one for one in left if pulls(one)), left[0] if left else "COLUMN")
+    example = shlex.join(["--set", f"effort={without_unit(likely)}"])
+    return f"a command or an effort was not found; say which column it is, {here} {example}"

@@ -23,6 +23,8 @@ class Question:
     """So many numbers, where it is none of `choices`."""
     least: float = -math.inf
     most: float = math.inf
+    unless: tuple[str, str] = ("", "")
+    """Key and answer of another question that leave nothing to ask here: the default is taken."""
 
     def wrong(self, answer: str) -> str:
         """Why an answer cannot be taken, to be asked again at once; empty where it may do."""
@@ -60,7 +62,7 @@ GEAR = Question(
 )
 ZERO = Question(
     "zero", "Is the zero of the readings that of the commands (absolute), or not (arbitrary)?",
-    "absolute", ("absolute", "arbitrary"),
+    "absolute", ("absolute", "arbitrary"), unless=("recorded", "effort"),
 )  # fmt: skip
 QUESTIONS: dict[str, tuple[Question, ...]] = {
     "delta": (
@@ -91,6 +93,12 @@ QUESTIONS: dict[str, tuple[Question, ...]] = {
         ),
         MICROSTEPS,
         GEAR,
+        Question(
+            "sensors",
+            "Ranging sensors that see the platform: three along x, y and z (xyz), or none?",
+            "xyz",
+            ("xyz", "none"),
+        ),
     ),
     "stepper_axis": (NAME, MICROSTEPS, GEAR, ZERO),
     "servo_axis": (
@@ -99,13 +107,24 @@ QUESTIONS: dict[str, tuple[Question, ...]] = {
             "motion", "Does it turn (rotary) or slide (linear)?", "rotary", ("rotary", "linear")
         ),
         Question(
+            "recorded",
+            "What is recorded beside the position: its command, the effort (force, torque,"
+            " current), or both?",
+            "command",
+            ("command", "effort", "both"),
+        ),
+        Question(
             "inertia",
             "Moving inertia, kg m2 (rotary) or kg (linear); 0 if unknown or no effort is recorded",
             "0",
             least=0.0,
+            unless=("recorded", "command"),
         ),
         Question(
-            "effort_gain", "N m (or N) for one unit of the effort column; 1 if there is none", "1"
+            "effort_gain",
+            "N m (or N) for one unit of the effort column; 1 if there is none",
+            "1",
+            unless=("recorded", "command"),
         ),
         ZERO,
     ),
@@ -152,6 +171,8 @@ def gather(
             answers[question.key] = given[question.key]
             if why := question.wrong(given[question.key]):
                 wrong.append(f"{question.option} {why}")
+        elif question.default is not None and _settled(question, answers):
+            answers[question.key] = question.default
         elif ask is not None:
             answers[question.key] = ask(question)
         elif question.default is not None:
@@ -163,9 +184,19 @@ def gather(
     return answers
 
 
+def _settled(question: Question, answers: Answers) -> bool:
+    """Whether another answer leaves nothing to ask."""
+    key, answer = question.unless
+    return bool(key) and answers.get(key) == answer
+
+
 def remarks(questions: tuple[Question, ...], given: Answers, answers: Answers) -> list[str]:
     """What was taken without anybody having said it, and what is seldom meant."""
-    taken = [one for one in questions if one.key not in given and one.default == answers[one.key]]
+    taken = [
+        one
+        for one in questions
+        if one.key not in given and one.default == answers[one.key] and not _settled(one, answers)
+    ]
     said = []
     if names := ", ".join(f"{one.option} {one.default}" for one in taken):
         said.append(f"assumed:         {names}")

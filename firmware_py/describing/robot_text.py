@@ -38,13 +38,28 @@ def _delta(answers: Answers) -> list[str]:
         *(f"  {key}_m: {_number(value)}" for key, value in metres.items()),
         "  azimuth_deg: [0, 120, 240]   # directions of the arms, seen from above",
         *_drive(answers),
+        *(NO_SENSORS if answers["sensors"] == "none" else _sensors(below)),
+    ]
+
+
+NO_SENSORS = [
+    "",
+    "# No ranging sensors: only you can see whether an arm is off at home, so homing asks for",
+    "# --accept-unseen.",
+]
+
+
+def _sensors(below_m: float) -> list[str]:
+    beside, above = _number(round(below_m, 3)), _number(round(1.2 * below_m, 3))
+    return [
         "",
-        "# A ranging sensor reports offset + axis . p, with p the platform's position. The offsets",
-        "# are a guess; 'deltactl sensors --calibrate z=0.412' says what they are.",
+        "# Three ranging sensors; delete this section if there are none. One reports",
+        "# offset + axis . p, with p the platform's position. The offsets are a guess; 'deltactl",
+        "# sensors --calibrate z=0.412' says what they are.",
         "sensors:",
-        f"  x: {{offset_m: {_number(round(below, 3))}, axis: [1, 0, 0]}}",
-        f"  y: {{offset_m: {_number(round(below, 3))}, axis: [0, 1, 0]}}",
-        f"  z: {{offset_m: {_number(round(1.2 * below, 3))}, axis: [0, 0, 1]}}",
+        f"  x: {{offset_m: {beside}, axis: [1, 0, 0]}}",
+        f"  y: {{offset_m: {beside}, axis: [0, 1, 0]}}",
+        f"  z: {{offset_m: {above}, axis: [0, 0, 1]}}",
     ]
 
 

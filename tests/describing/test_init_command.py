@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 
 from command_line.recordings.init import _ask as asked_by_hand
 from firmware_py.describing.first_job import write_first_job
-from firmware_py.describing.questions import QUESTIONS, WIRING, gather, numbers, remarks
+from firmware_py.describing.questions import QUESTIONS, WIRING, Question, gather, numbers, remarks
 from firmware_py.describing.robot_text import robot_text
 from firmware_py.program.dry_run import check_job
 from firmware_py.robot_file import load_robot
@@ -27,6 +28,7 @@ Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 DELTA = {
     "name": "mine", "base_radius_mm": "120", "platform_radius_mm": "40", "upper_arm_mm": "150",
     "forearm_mm": "320", "microsteps_per_rev": "3200", "gear_ratio": "5",
+    "sensors": "xyz",
 }  # fmt: skip
 WIRED = {
     "step_pins": "17 27 22", "direction_pins": "23,24,25", "enable_pin": "5", "alarm_pins": "none",
@@ -230,3 +232,57 @@ def test_the_first_job_of_any_delta_may_run(
         assert not job.exists()
     else:
         assert check_job(job).duration_s > 0.0
+
+
+def test_a_delta_without_sensors_says_none_and_its_first_job_runs(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    done = deltactl(
+        "init", "bare.yaml", "--base-radius-mm", "120", "--platform-radius-mm", "40",
+        "--upper-arm-mm", "150", "--forearm-mm", "320", "--gear-ratio", "5", "--sensors", "none",
+    )  # fmt: skip
+    assert load_robot(tmp_path / "bare.yaml").sensors is None
+    assert "next: deltactl run bare-circle.yaml --accept-unseen 180" in done.stdout
+    deltactl("run", "bare-circle.yaml", "--accept-unseen", "180", "--simulate")
+
+
+@pytest.mark.parametrize(
+    ("recorded", "asked"),
+    [
+        ("command", {"zero"}),
+        ("effort", {"inertia", "effort_gain"}),
+        ("both", {"zero", "inertia", "effort_gain"}),
+    ],
+)
+def test_nothing_is_asked_about_what_is_not_recorded(recorded: str, asked: set[str]) -> None:
+    heard: list[str] = []
+
+    def ask(question: Question) -> str:
+        heard.append(question.key)
+        return recorded if question.key == "recorded" else question.default or "x"
+
+    answers = gather(QUESTIONS["servo_axis"], {}, ask)
+    assert set(heard) - {"name", "motion", "recorded"} == asked
+    assert (answers["zero"], answers["inertia"]) == ("absolute", "0")
+
+
+def spreadsheet(path: Path) -> None:
+    """What a spreadsheet writes in half of Europe, of a slide that is driven by steps."""
+    t_s = 0.05 * np.arange(400)
+    command_mm = 100.0 * np.sin(t_s)
+    rows = [
+        f"{1e3 * t:.1f};{round(80.0 * x)};{1.002 * x:.4f}".replace(".", ",")
+        for t, x in zip(t_s, command_mm, strict=True)
+    ]
+    path.write_text("\n".join(["Zeit [ms];steps;Laser_mm", *rows]), encoding="utf-8")
+
+
+def test_a_recording_is_measured_as_inspect_reads_it(deltactl: Deltactl, tmp_path: Path) -> None:
+    spreadsheet(tmp_path / "log.csv")
+    words = ("--kind", "servo_axis", "--motion", "linear", "--measure", "log.csv")
+    done = deltactl("init", "slide.yaml", *words)
+    read = "--set 'separator=;' --set decimal=, --set 't=Zeit[ms]'"
+    assert f"next: deltactl diagnose log.csv --robot slide.yaml {read}" in done.stdout
+    assert "write 1 divided by the steps per mm that are set" in done.stderr
+    next_one = done.stdout.splitlines()[-1].removeprefix("next: deltactl ")
+    deltactl(*shlex.split(next_one))

@@ -112,6 +112,29 @@ def test_counts_and_an_angle_are_a_stepper_axis(tmp_path: Path) -> None:
     assert taken(found) == {"t": "column_1", "steps_1": "column_2", "theta_1": "column_3"}
 
 
+def test_counts_and_a_reading_in_mm_are_a_slide_and_no_gear(tmp_path: Path) -> None:
+    path = tmp_path / "slide.csv"
+    path.write_text(
+        "t,steps,pos_mm\n" + text(columns(T_S, np.round(COMMAND * 80e3), COMMAND * 1e3))
+    )
+    found = inspect(path)
+    assert (found.kind, found.motion) == ("servo_axis", "linear")
+    assert taken(found) == {"t": "t", "command": "steps", "position": "pos_mm"}
+    assert "command=steps[mm]*0.0125" in found.options
+    assert "80 steps are taken for 1 mm" in found.warnings[-1]
+    np.testing.assert_allclose(read_as_told(found).columns["command"], COMMAND, atol=1e-4)
+
+
+def test_a_distance_that_a_laser_read_is_no_effort(tmp_path: Path) -> None:
+    path = tmp_path / "laser.csv"
+    path.write_text("t,x,Laser_mm\n" + text(columns(T_S, COMMAND * 1e3, POSITION * 1e3)))
+    found = inspect(path)
+    assert found.kind is None
+    assert "effort=" not in found.kind_why
+    assert "x and Laser_mm both look like positions" in found.kind_why
+    assert "--inspect --set command=x --set position=Laser_mm" in found.kind_why
+
+
 def test_three_joints_counted_from_nought(tmp_path: Path) -> None:
     path = tmp_path / "delta.csv"
     head = "time," + ",".join(f"cmd_{n},joint_pos_{n}" for n in range(3))
@@ -255,7 +278,7 @@ def test_what_is_said_of_a_column_is_taken_and_printed_back(
     assert other.motion == "linear"
     shown = deltactl("diagnose", "log.csv", "--inspect", "--set", "effort=amperes_seen").stdout
     assert "deltactl init my-robot.yaml --kind servo_axis" in shown
-    assert "--inertia INERTIA --effort-gain GAIN" in shown
+    assert "--recorded effort --inertia INERTIA --effort-gain GAIN" in shown
     (tmp_path / "my-robot.yaml").write_text("another machine's\n")
     again = deltactl("diagnose", "log.csv", "--inspect", "--set", "effort=amperes_seen").stdout
     assert "deltactl init log-robot.yaml --kind servo_axis" in again
