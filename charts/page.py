@@ -129,6 +129,11 @@ def columns(parts: Iterable[str]) -> str:
     return f'<div class="columns">{cells}</div>'
 
 
+def unfolds(summary: str, parts: Iterable[str]) -> str:
+    """Pieces that open on a click."""
+    return f"<details><summary>{html.escape(summary)}</summary>{''.join(parts)}</details>"
+
+
 def folded(summary: str, text: str) -> str:
     """A long text that opens on a click."""
     return (

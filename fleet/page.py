@@ -12,13 +12,16 @@ from pathlib import Path
 import numpy as np
 
 from charts.figures import LineChart
-from charts.page import heading, page, paragraph, table
+from charts.page import heading, page, paragraph, table, unfolds
 from charts.spec import Colour, Series, Style
 from fleet.book import Row
 from fleet.groups import Group, groups
 from fleet.trends import DAY_S, Course, Trend, courses, trends
 
-CHARTS = 12
+CHARTS, CHARTS_SHOWN = 12, 1
+ROWS_SHOWN = 5
+"""Of each table; the others open on a click: on a phone the page stays a few screens long."""
+NAMES_SHOWN = 8
 BAD_SHOWN = 50
 NO_COLUMN = 99
 LIKELY = 0.5
@@ -51,7 +54,7 @@ def fleet_html(rows: Sequence[Row], limits: dict[str, float]) -> str:
         *_groups(batches),
         *_sisters(good),
         heading("All robots"),
-        _robots(good, found),
+        *_robots(good, found),
         *_bad(bad),
     ]
     return page("Fleet", parts, lead=lead)
@@ -65,10 +68,15 @@ def until(trend: Trend) -> str:
     if days is None:
         return "moves away from its limit"
     if days[0] == 0.0:
-        return f"past its limit of {trend.limit:.4g} {trend.course.unit}"
+        return f"past its limit of {trend.limit:.4g}{_unit(trend.course.unit)}"
     last = datetime.fromtimestamp(float(trend.course.time_s[-1]), UTC)
     best, soonest, latest = (_date(last, count) for count in days)
-    return f"{trend.limit:.4g} {trend.course.unit} about {best} ({soonest} to {latest})"
+    return f"{trend.limit:.4g}{_unit(trend.course.unit)} about {best} ({soonest} to {latest})"
+
+
+def _unit(unit: str) -> str:
+    """Behind a number; a plain number has none."""
+    return "" if unit == "1" else f" {unit}"
 
 
 def _date(last: datetime, days: float) -> str:
@@ -81,9 +89,9 @@ def _first(
     moving: list[Trend], batches: list[Group], found: list[Course], robots: set[str]
 ) -> list[str]:
     rows = [(trend.course.key[0], f"{_effect(trend.course)} changes by {_rate(trend)}",
-             until(trend)) for trend in moving]  # fmt: skip
+             until(trend)) for trend in sorted(moving, key=_soonest)]  # fmt: skip
     rows += [
-        (", ".join(group.robots), f"{group.effect.replace('_', ' ')} alike on "
+        (_few(group.robots), f"{group.effect.replace('_', ' ')} alike on "
          f"{len(group.robots)} of {len(robots)} robots", "one cause: a batch, or the robot file")
         for group in batches
     ]  # fmt: skip
@@ -101,23 +109,44 @@ def _first(
     ]
     if not rows:
         return [paragraph("Nowhere: no finding lasts, none grows, none is shared.")]
-    return [table(("robot", "what", "when, or why"), rows, numbers_from=NO_COLUMN)]
+    return _rows(("robot", "what", "when, or why"), rows)
+
+
+def _soonest(trend: Trend) -> float:
+    """Days until its limit may be reached; what has none comes last."""
+    days = trend.days_to_limit()
+    return math.inf if days is None else days[1]
+
+
+def _rows(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """A table whose first rows are seen at once."""
+    few, more = rows[:ROWS_SHOWN], rows[ROWS_SHOWN:]
+    if len(more) <= 1:
+        few, more = rows, []
+    shown = [table(head, few, numbers_from=NO_COLUMN)]
+    if more:
+        shown.append(unfolds(f"{len(more)} more", [table(head, more, numbers_from=NO_COLUMN)]))
+    return shown
 
 
 def _trends(moving: list[Trend]) -> list[str]:
     if not moving:
         return [paragraph("Nothing that stands out from scatter.")]
     rows = [(trend.course.key[0], _effect(trend.course), _rate(trend),
-             f"{trend.now:.4g} {trend.course.unit}", until(trend)) for trend in moving]  # fmt: skip
+             f"{trend.now:.4g}{_unit(trend.course.unit)}")
+            for trend in sorted(moving, key=_soonest)]  # fmt: skip
     about = (
         "Straight lines through what was found; recordings in which it was too small to be found "
         "do not count. With a probability of 0.99 none of these is chance."
     )
-    head = ("robot", "what", "change a week (95 %)", "now", "reaches its limit")
+    head = ("robot", "what", "change a week (95 %)", "now")
+    charts = [_chart(trend).html() for trend in sorted(moving, key=_soonest)[:CHARTS]]
+    more = charts[CHARTS_SHOWN:]
     return [
-        table(head, rows, numbers_from=NO_COLUMN),
+        *_rows(head, rows),
         paragraph(about, "note"),
-        *(_chart(trend).html() for trend in moving[:CHARTS]),
+        *charts[:CHARTS_SHOWN],
+        *([unfolds(f"{len(more)} more charts", more)] if more else []),
     ]
 
 
@@ -144,12 +173,26 @@ def _groups(batches: list[Group]) -> list[str]:
     rows = [
         (
             f"{group.effect.replace('_', ' ')}, {group.parameter}",
-            f"{group.median:.4g} ± {group.spread:.2g} {group.unit}",
-            ", ".join(f"{robot} ({component})" for robot, component, _ in sorted(group.members)),
+            f"{group.median:.4g} ± {group.spread:.2g}{_unit(group.unit)}",
+            _members(group),
         )
         for group in batches
     ]
-    return [table(("what", "size", "robots"), rows, numbers_from=NO_COLUMN)]
+    return _rows(("what", "size", "robots"), rows)
+
+
+def _members(group: Group) -> str:
+    """Its robots, by the component that has it."""
+    by_component: dict[str, list[str]] = defaultdict(list)
+    for robot, component, _ in sorted(group.members):
+        by_component[component].append(robot)
+    return "; ".join(f"{component} of {_few(its)}" for component, its in by_component.items())
+
+
+def _few(names: Sequence[str]) -> str:
+    """The first of them; the others stand in the list of all robots."""
+    more = len(names) - NAMES_SHOWN
+    return ", ".join(names) if more <= 1 else f"{', '.join(names[:NAMES_SHOWN])} and {more} more"
 
 
 def _sisters(good: list[Row]) -> list[str]:
@@ -172,7 +215,7 @@ def _sisters(good: list[Row]) -> list[str]:
         "without them; --no-sisters leaves them out)."
     )
     head = ("robot", "recording", "what", "how probable", "rather")
-    shown = [table(head, moved[:BAD_SHOWN], numbers_from=NO_COLUMN)] if moved else []
+    shown = _rows(head, moved[:BAD_SHOWN]) if moved else []
     said = f"They change what is likely in {len(moved)} findings."
     return [heading("What sister machines change"), paragraph(f"{about} {said}"), *shown]
 
@@ -182,7 +225,7 @@ def _other(size: Row) -> bool:
     return size["rather"] not in (None, f"{size['effect']} at {size['component']}")
 
 
-def _robots(good: list[Row], found: list[Course]) -> str:
+def _robots(good: list[Row], found: list[Course]) -> list[str]:
     by_robot: dict[str, list[Row]] = defaultdict(list)
     for row in good:
         by_robot[row["robot"]].append(row)
@@ -195,9 +238,9 @@ def _robots(good: list[Row], found: list[Course]) -> str:
         clean = sum(row["verdict"] == "nothing_missing" for row in its)
         last = datetime.fromtimestamp(its[-1]["time_s"], UTC)
         what = ", ".join(sorted(set(lasting[robot]))) or "nothing that lasts"
-        rows.append((robot, str(len(its)), f"{clean / len(its):.0%}", f"{last:%Y-%m-%d}", what))
-    head = ("robot", "recordings", "nothing missing", "last", "what lasts")
-    return table(head, rows, numbers_from=NO_COLUMN)
+        rows.append((robot, what, f"{clean / len(its):.0%}", str(len(its)), f"{last:%Y-%m-%d}"))
+    head = ("robot", "what lasts", "nothing missing", "recordings", "last")
+    return _rows(head, rows)
 
 
 def _bad(bad: list[Row]) -> list[str]:
@@ -207,13 +250,13 @@ def _bad(bad: list[Row]) -> list[str]:
     more = [paragraph(f"{len(bad) - BAD_SHOWN} more are in the table.")]
     return [
         heading("What could not be read"),
-        table(("recording", "why"), rows, numbers_from=NO_COLUMN),
+        *_rows(("recording", "why"), rows),
         *(more if len(bad) > BAD_SHOWN else []),
     ]
 
 
 def _middle(course: Course) -> str:
-    return f"{np.median(course.value):.4g} {course.unit}"
+    return f"{np.median(course.value):.4g}{_unit(course.unit)}"
 
 
 def _effect(course: Course) -> str:
@@ -223,4 +266,5 @@ def _effect(course: Course) -> str:
 
 def _rate(trend: Trend) -> str:
     week = [7.0 * rate for rate in (trend.per_day, trend.low_per_day, trend.high_per_day)]
-    return f"{week[0]:+.3g} {trend.course.unit} a week ({week[1]:+.3g} to {week[2]:+.3g})"
+    unit = _unit(trend.course.unit)
+    return f"{week[0]:+.3g}{unit} a week ({week[1]:+.3g} to {week[2]:+.3g})"
