@@ -31,18 +31,20 @@ POSE = _object("foxglove.Pose", position=VECTOR, orientation=TURN)
 COLOUR = _object("foxglove.Color", r=NUMBER, g=NUMBER, b=NUMBER, a=NUMBER)
 CYLINDER = _object("foxglove.CylinderPrimitive", pose=POSE, size=VECTOR, bottom_scale=NUMBER,
                    top_scale=NUMBER, color=COLOUR)  # fmt: skip
+EMPTY = {"type": "object", "properties": {}}
+"""Foxglove refuses a channel with an object whose properties are not named."""
 UNUSED = ("metadata", "arrows", "cubes", "spheres", "lines", "triangles", "texts", "models")
 """Lists of a scene's entity that have to be there, and are empty."""
 ENTITY = _object("foxglove.SceneEntity", timestamp=TIME, frame_id=TEXT, id=TEXT, lifetime=TIME,
                  frame_locked=FLAG, cylinders=_several(CYLINDER),
-                 **{part: _several({"type": "object"}) for part in UNUSED})  # fmt: skip
+                 **{part: _several(EMPTY) for part in UNUSED})  # fmt: skip
 TRANSFORM = _object("foxglove.FrameTransform", timestamp=TIME, parent_frame_id=TEXT,
                     child_frame_id=TEXT, translation=VECTOR, rotation=TURN)  # fmt: skip
 SCHEMAS: dict[str, Schema] = {
     schema["title"]: schema
     for schema in (
         _object("foxglove.FrameTransforms", transforms=_several(TRANSFORM)),
-        _object("foxglove.SceneUpdate", deletions=_several({"type": "object"}),
+        _object("foxglove.SceneUpdate", deletions=_several(EMPTY),
                 entities=_several(ENTITY)),
         _object("foxglove.PoseInFrame", timestamp=TIME, frame_id=TEXT, pose=POSE),
         _object("foxglove.LaserScan", timestamp=TIME, frame_id=TEXT, pose=POSE,

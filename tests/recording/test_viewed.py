@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -92,6 +93,26 @@ def test_every_topic_is_there_and_every_field_is_one_of_the_official_definition(
     for _, name, content in found:
         json_format.ParseDict(protobuf_times(content), official(name))
         assert set(content) == set(SCHEMAS[name]["properties"])
+
+
+def objects(schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Every object within a JSON schema."""
+    if schema["type"] == "object":
+        yield schema
+        for child in schema.get("properties", {}).values():
+            yield from objects(child)
+    elif schema["type"] == "array":
+        yield from objects(schema["items"])
+
+
+def test_every_object_of_a_schema_names_its_properties(recorded: Path) -> None:
+    """Foxglove's reader of JSON schemas does not take one without, and draws nothing."""
+    with recorded.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    for schema in summary.schemas.values():
+        for one in objects(json.loads(schema.data)):
+            assert "properties" in one, f"{schema.name}: {one}"
 
 
 def test_ten_times_a_second_and_the_scene_once(recorded: Path) -> None:
