@@ -35,18 +35,15 @@ class FilesTab:
                 self._choice = ui.select(
                     sorted(files), label="Job or robot file", value=FIRST, on_change=self._chosen
                 ).classes("w-full").props('data-testid=file')  # fmt: skip
-                ui.upload(
-                    label="or one of yours", auto_upload=True, max_files=1,
-                    max_file_size=MAX_CHARACTERS, on_upload=self._uploaded,
-                    on_rejected=lambda: ui.notify("a file may have 60 kB", type="negative"),
-                ).props("accept=.yaml,.yml flat bordered").classes("w-full")  # fmt: skip
-                with ui.row().classes("gap-2"):
-                    ui.button("Check", icon="rule", on_click=self.check).props("no-caps").props(
-                        "data-testid=check"
-                    )
+                with ui.row().classes("w-full gap-2 items-center"):
                     if page.operates:
                         run = ui.button("Run", icon="play_arrow", on_click=self.run)
-                        run.props("no-caps color=green-8").props("data-testid=run")
+                        run.props("no-caps size=lg color=green-8").classes("px-6")
+                        run.props("data-testid=run")
+                    check = ui.button("Check", icon="rule", on_click=self.check)
+                    check.props("no-caps outline").props("data-testid=check")
+                    ui.space()
+                    self._upload()
                 self._spinner = ui.spinner(size="md")
                 self._spinner.set_visibility(False)
                 self._verdict = ui.label().classes("text-base").props("data-testid=verdict")
@@ -56,6 +53,17 @@ class FilesTab:
                     files[FIRST].read_text(encoding="utf-8"), language="YAML",
                     on_change=lambda: self._say(""),
                 ).classes("w-full h-96").props('data-testid=text')  # fmt: skip
+
+    def _upload(self) -> None:
+        """A small button before the uploader, which is as large as a card and stays hidden."""
+        self._uploader = ui.upload(
+            auto_upload=True, max_file_size=MAX_CHARACTERS, on_upload=self._uploaded,
+            on_rejected=lambda: ui.notify("a file may have 60 kB", type="negative"),
+        ).props("accept=.yaml,.yml").classes("hidden")  # fmt: skip
+        button = ui.button("Open a file of yours", icon="upload_file").props("no-caps flat dense")
+        button.props("data-testid=upload")
+        # In the browser itself, which opens its dialog for nothing but a click.
+        button.on("click", js_handler=f"() => getElement({self._uploader.id}).pickFiles()")
 
     async def check(self) -> bool:
         """A dry run of what the editor holds; nothing moves."""
@@ -96,6 +104,7 @@ class FilesTab:
             self._say("not run", "text-red-800")
         else:
             self._say(f"{name} is job {number}: follow it on the tab Robot.", "text-green-800")
+            self._page.show_tab("Robot")
 
     def load(self, name: str, text: str) -> None:
         """Put a text into the editor."""
@@ -110,6 +119,7 @@ class FilesTab:
 
     async def _uploaded(self, event: events.UploadEventArguments) -> None:
         raw = await event.file.read()
+        self._uploader.reset()
         try:
             text = raw[: MAX_CHARACTERS + 1].decode("utf-8")
         except UnicodeDecodeError:

@@ -7,15 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import events, ui
 
+from firmware_py.controller.states import State
 from models.linkage.vectors import Vector
 from web import motions
 from web.belief import Belief
+from web.offers import offer, why_not
 
 if TYPE_CHECKING:
     from web.page import RobotPage
 
 STEPS_MM = {0.1: "0.1 mm", 1: "1 mm", 10: "10 mm", 50: "50 mm"}
 STEPS_DEG = {0.1: "0.1°", 1: "1°", 5: "5°", 20: "20°"}
+BY_HAND = (State.READY, State.RUNNING)
 MOST_WAITING = 3
 """Presses that may be ahead of the robot; more would run on after the hand is off."""
 KEYS: dict[str, tuple[int, int]] = {
@@ -38,15 +41,19 @@ class MotionCard:
             ui.card().classes("w-full p-3 gap-2 jog"),
             ui.row().classes("items-start gap-6"),
         ):
+            self._unable = ui.label().classes("w-full text-sm").props("data-testid=unable")
             self._platform()
             self._arms()
             self._point()
         self._keyboard = ui.keyboard(self._key, active=False)
 
-    def enable(self, on: bool) -> None:
-        """Whether the robot can move now."""
+    def enable(self, state: str) -> None:
+        """Offer what fits the robot's state; without a daemon that is empty."""
+        why = why_not("Moving by hand", BY_HAND, state)
         for part in self._parts:
-            part.set_enabled(on)
+            offer(part, why)
+        self._unable.set_text(why)
+        self._unable.set_visibility(bool(why))
 
     def suggest(self, belief: Belief) -> None:
         """Put home, where any robot can be, into the fields once the robot is known."""

@@ -9,7 +9,6 @@ from typing import Any
 
 from nicegui import run, ui
 
-from firmware_py.controller.states import ALLOWED, Request
 from fleet.checks import read_announced
 from foundation.errors import DeltactlError
 from web.files_tab import FilesTab
@@ -46,6 +45,8 @@ class RobotPage:
         ui.add_head_html(f"<script>{WEBGL}</script>")
         self._header()
         self._stop_button()
+        self._small_name = ui.label("deltactl").classes("w-full lt-sm text-base font-bold px-1")
+        self._small_name.props("data-testid=small-name")
         self._latch()
         with ui.tab_panels(self._tabs, value="Robot", animated=False, keep_alive=True).classes(
             "w-full"
@@ -192,13 +193,9 @@ class RobotPage:
         self._chip.set_text(chip)
         self._chip.props(f"color={colour}")
         self._name.set_text(name)
+        self._small_name.set_text(name)
         self._why.set_text(latched)
         self._latched.set_visibility(bool(latched))
-
-
-def allowed(request: Request, state: str) -> bool:
-    """Whether the daemon would take a request in this state."""
-    return any(known.value == state for known in ALLOWED[request])
 
 
 def tell_problem(text: str) -> None:
@@ -220,6 +217,9 @@ STYLE = """
 .no-webgl { display: none; color: #78350f; } .without-webgl .no-webgl { display: block; }
 .without-webgl .scene-box, .without-webgl .scene-caption { display: none; }
 .figures { font-variant-numeric: tabular-nums; }
+.q-btn.disabled { outline: 1px dashed #94a3b8; outline-offset: -1px; box-shadow: none; }
+.q-btn.disabled::before { border-color: transparent; box-shadow: none; }
+.q-btn.disabled .block { text-decoration: line-through; }
 .jog .q-btn { min-width: 46px; min-height: 42px; }
 @media (max-width: 599px) { .scene-box { height: 36vh; min-height: 220px; }
   .stop-button { top: auto; bottom: 12px; right: 12px; height: 60px; min-width: 9rem; }

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from firmware_py.controller.contract import SensorStatus, Status
-from firmware_py.controller.states import Request
+from firmware_py.controller.states import ALLOWED, Request
 from web.belief import Belief
 from web.link import Seen
 from web.motion_card import MotionCard
+from web.offers import offer, why_not
 from web.scene import RobotScene
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ class StateCard:
         self.motion: MotionCard | None = None
         self._texts: dict[str, Any] = {}
         self._buttons: dict[Request, Any] = {}
-        self._state = ""
+        self._state: str | None = None
         with ui.row().classes("w-full items-stretch gap-2"):
             with ui.card().classes("p-1 grow basis-96 min-w-0 overflow-hidden"):
                 self._box = ui.element("div").classes("scene-box w-full")
@@ -105,8 +106,12 @@ class StateCard:
                     .classes("grow")
                     .props("size=14px rounded instant-feedback")
                 )
-                self._texts["left"] = ui.label().classes("figures whitespace-nowrap")
+                self._texts["left"] = (
+                    ui.label().classes("figures whitespace-nowrap").props("data-testid=left")
+                )
             self._texts["job"] = ui.label().classes("text-sm").props("data-testid=job")
+            self._queue = ui.column().classes("w-full gap-0").props("data-testid=queue")
+            self._waiting: tuple[tuple[int, str], ...] = ()
 
     def _figures(self) -> None:
         with ui.card().classes("w-full p-3 gap-1 figures"):
@@ -145,8 +150,8 @@ class StateCard:
 
     def _job(self, status: Status) -> None:
         self._job_row.set_visibility(status.job is not None)
-        queue = f"  then {', '.join(status.queued)}" if status.queued else ""
-        self._set("job", f"{status.job}{queue}" if status.job else "No job.")
+        self._set("job", status.job or "No job.")
+        self._show_queue(tuple(zip(status.queued_ids, status.queued, strict=False)))
         if status.job is not None:
             progress = round(status.progress, 3)
             if self._bar.value != progress:
@@ -154,17 +159,42 @@ class StateCard:
             left = "" if status.seconds_left is None else f", {status.seconds_left:.0f} s left"
             self._set("left", f"{status.progress:.0%}{left}")
 
+    def _show_queue(self, waiting: tuple[tuple[int, str], ...]) -> None:
+        """Jobs that wait, in the order in which they will run; each can be left out."""
+        if waiting == self._waiting:
+            return
+        self._waiting = waiting
+        self._queue.clear()
+        with self._queue:
+            for place, (number, name) in enumerate(waiting, 1):
+                with ui.row().classes("w-full items-center gap-2 no-wrap"):
+                    ui.label(f"{place}. then {name}").classes("grow ellipsis text-sm").props(
+                        "data-testid=waiting")  # fmt: skip
+                    if self._page.operates:
+                        leave = ui.button(
+                            "Leave out", icon="close",
+                            on_click=lambda _, one=number, its=name: self._leave_out(one, its),
+                        )  # fmt: skip
+                        leave.props(f'no-caps dense flat aria-label="leave out {place}"')
+                        leave.props(f"data-testid=leave-out-{place}")
+
+    async def _leave_out(self, number: int, name: str) -> None:
+        def call() -> None:
+            with self._page.site.link.client() as client:
+                client.cancel(number)
+
+        await self._page.act(f"leave out {name}", call)
+
     def _set_state(self, state: str) -> None:
         """Offer the buttons that the daemon would take now."""
-        from web.page import allowed
-
         if state == self._state:
             return
         self._state = state
-        for request, button in self._buttons.items():
-            button.set_enabled(bool(state) and allowed(request, state))
+        for text, _, request, _ in BUTTONS:
+            if request in self._buttons:
+                offer(self._buttons[request], why_not(text, ALLOWED[request], state))
         if self.motion is not None:
-            self.motion.enable(state in ("ready", "running"))
+            self.motion.enable(state)
 
     def _set(self, key: str, text: str) -> None:
         label = self._texts[key]

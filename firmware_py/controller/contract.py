@@ -56,6 +56,8 @@ class Status:
     """The robot file's outputs, and which are on."""
     inputs: dict[str, bool] = field(default_factory=dict)
     """Its named inputs, and which are on."""
+    queued_ids: tuple[int, ...] = ()
+    """Numbers of the jobs in `queued`, by which one can be cancelled."""
     target_m: tuple[float, float, float] | None = None
     """The newest target whose pulses are queued, at most 0.1 s ahead; None between paths."""
 

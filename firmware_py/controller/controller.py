@@ -218,6 +218,7 @@ class Controller:
                 else self.ranging.status(),
                 self.journal.failed,
                 self._observer.blind() if sensing else None,
+                tuple(one.number for one in self.jobs.queue),
                 self._file.changed(self.robot),
                 self._file.path.name,
                 str(self._file.path.absolute()),

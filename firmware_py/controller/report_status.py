@@ -30,6 +30,7 @@ class Running:
     recording_error: str = ""
     """Why nothing more is written of the job that runs."""
     blind: Blindness | None = None
+    queued_ids: tuple[int, ...] = ()
     robot_file_changed: str = ""
     robot_file: str = ""
     robot_path: str = ""
@@ -61,6 +62,7 @@ def snapshot(
         progress=job.progress(now_ns) if job else 0.0,
         seconds_left=job.seconds_left(now_ns) if job else None,
         queued=running.queued,
+        queued_ids=running.queued_ids,
         recording=job.recording if job else None,
         recording_error=running.recording_error,
         late_ns=output.slip_ns,

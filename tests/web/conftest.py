@@ -21,6 +21,7 @@ from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webelement import WebElement
 
+from firmware_py.daemon.client import Client
 from firmware_py.robot_file import CONFIG_FOLDER
 
 READY_S = 60.0
@@ -133,6 +134,26 @@ def end_page(page: WebPage) -> None:
     """End it as Ctrl-C does."""
     page.process.send_signal(signal.SIGINT)
     page.process.wait(20.0)
+
+
+def switch_off(page: WebPage) -> None:
+    """Whatever an attempt before this one has left."""
+    assert page.socket is not None
+    with Client(page.socket) as client:
+        if client.status().state in ("stopped", "fault"):
+            client.acknowledge()
+        if client.status().state != "off":
+            client.power_off()
+
+
+def at_home(page: WebPage) -> None:
+    """Ready, whatever an attempt or a test before this one has left."""
+    assert page.socket is not None
+    with Client(page.socket) as client:
+        if client.status().state != "ready":
+            switch_off(page)
+            client.power_on()
+            client.home()
 
 
 @pytest.fixture(scope="session")

@@ -13,8 +13,16 @@ import pytest
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from firmware_py.daemon.client import Client
-from tests.web.conftest import PHONE, Browser, WebPage, end_page, patient_robot, start_page
+from tests.web.conftest import (
+    PHONE,
+    Browser,
+    WebPage,
+    at_home,
+    end_page,
+    patient_robot,
+    start_page,
+    switch_off,
+)
 from web.users import add_user
 
 Open = Callable[..., Browser]
@@ -23,26 +31,6 @@ Open = Callable[..., Browser]
 @pytest.fixture(scope="module")
 def browser(simulated: WebPage, chromium: Open) -> Browser:
     return chromium(simulated.url)
-
-
-def switch_off(page: WebPage) -> None:
-    """Whatever an attempt before this one has left."""
-    assert page.socket is not None
-    with Client(page.socket) as client:
-        if client.status().state in ("stopped", "fault"):
-            client.acknowledge()
-        if client.status().state != "off":
-            client.power_off()
-
-
-def at_home(page: WebPage) -> None:
-    """Ready, whatever an attempt or a test before this one has left."""
-    assert page.socket is not None
-    with Client(page.socket) as client:
-        if client.status().state != "ready":
-            switch_off(page)
-            client.power_on()
-            client.home()
 
 
 def test_a_heart_from_switching_on_to_the_stop(browser: Browser, simulated: WebPage) -> None:
@@ -56,10 +44,8 @@ def test_a_heart_from_switching_on_to_the_stop(browser: Browser, simulated: WebP
     browser.says("state", "ready")
     browser.tab("Jobs")
     browser.press("run")
-    browser.says("verdict", "is job")
-    browser.tab("Robot")
-    browser.says("state", "running")
     browser.says("job", "heart")
+    browser.says("state", "running")
     before = browser.text("counts")
     browser.wait(lambda: browser.text("counts") != before, "the counts stand still")
     browser.press("stop")
@@ -128,8 +114,6 @@ def test_going_to_a_point_and_a_job_of_ones_own_with_a_pause(
     browser.driver.find_element(By.CSS_SELECTOR, place).send_keys(str(mine))
     browser.wait(lambda: "name: mine" in browser.text("text"), "the editor does not show it")
     browser.press("run")
-    browser.says("verdict", "is job")
-    browser.tab("Robot")
     browser.says("job", "mine")
     browser.press("pause")
     browser.says("state", "paused")
@@ -237,6 +221,7 @@ def test_on_a_phone_stop_and_state_are_in_sight(simulated: WebPage, chromium: Op
             phone.driver.execute_script("return arguments[0].getBoundingClientRect().y", stop) + 20,
         )  # fmt: skip
         assert height == "stop", f"something covers the stop button on {tab}"
+        assert "zhao-2023" in phone.text("small-name")
         wide = phone.driver.execute_script("return document.documentElement.scrollWidth")
         assert wide <= inner[0] + 1, f"{tab} is wider than the phone"
 

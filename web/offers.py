@@ -1,0 +1,30 @@
+"""Buttons that fit the robot's state: what cannot be pressed says why."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+from firmware_py.controller.states import State
+
+GREY = "color=grey-4 text-color=grey-8"
+"""Of a button that cannot be pressed: Quasar only makes it a little paler."""
+
+
+def why_not(what: str, fitting: Collection[State], state: str) -> str:
+    """Why something cannot be done now; empty when it can. No `state`: no daemon answers."""
+    if not state:
+        return f"{what}: not now, no daemon answers"
+    names = [known.value for known in State if known in fitting]
+    if state in names:
+        return ""
+    return f"{what}: not now, the robot is {state}; possible when it is {' or '.join(names)}"
+
+
+def offer(button: Any, why: str) -> None:
+    """Switch a button on, or off for a reason that its tooltip and screen readers tell."""
+    button.set_enabled(not why)
+    if why:
+        button.props(f'title="{why}" {GREY}')
+    else:
+        button.props("color=primary", remove="title text-color")
