@@ -23,6 +23,9 @@ class VerdictOptions:
     grew: float = 1.01
     """Times the held-out mismatch before, from which on it grew. Both are of the same readings, so
     noise cancels; findings that do not come back (lost steps) move it by less than this."""
+    beyond_rest: float = 3.0
+    """Times the scatter of readings at one place from which on what is left is not called their
+    noise: a noise with a memory hardly changes within a stay, and shows less than its size."""
     even: float = 0.5
     """Posterior of the empty set below which nobody may say that nothing is missing."""
     sure_enough: float = 0.8

@@ -153,7 +153,7 @@ class Fit(_Record):
     holdout_rms_after_m: float
     unit: str = "m"
     scatter_within_m: float | None = None
-    """Of a range sensor: what its readings scatter around their mean at one place."""
+    """Of a lone machine: what readings scatter around their mean while it stays at one place."""
     holdout: str = "blocks"
     """'run': another recording, of which nothing was known before. 'blocks': blocks of time of the
     recording itself, left out of the last fit only: they took part in choosing what is fitted.

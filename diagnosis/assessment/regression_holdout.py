@@ -60,15 +60,22 @@ def _predicted(selected: Selected, other: RegressionPlant) -> FloatArray:
 
 
 def _carried(selected: Selected, other: RegressionPlant, key: str) -> FloatArray:
-    """An unknown as a table over what it follows."""
+    """An unknown of one recording where another was."""
+    at = other.followed(key)
+    found = np.zeros(len(at))
+    acts = np.isfinite(at)
+    found[acts] = over_what_it_follows(selected, key, at[acts])
+    return found
+
+
+def over_what_it_follows(selected: Selected, key: str, at: FloatArray) -> FloatArray:
+    """An unknown as a function (m,) of its covariate alone, at values (m,) of that."""
     plant, best = selected.plant, selected.best
     shapes = plant.columns(key, plant.base(best.keys, best.sizes), best.sizes).values
     shape, known = (shapes @ best.linear[key])[plant.rows], plant.followed(key)[plant.rows]
-    there, at = np.isfinite(known), other.followed(key)
-    found = np.zeros(len(at))
-    acts = np.isfinite(at)
-    found[acts] = carried_over(shape[there], known[there], ASSESSMENT.carried_pieces, at[acts])
-    return found
+    there = np.isfinite(known)
+    pieces = max(plant.detail(key), ASSESSMENT.carried_pieces)
+    return carried_over(shape[there], known[there], pieces, at)
 
 
 def _less_free(plant: RegressionPlant, left: FloatArray) -> FloatArray:

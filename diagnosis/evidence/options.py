@@ -71,6 +71,28 @@ class EvidenceOptions:
     uncorrelated: float = 0.05
     """The autocorrelation is summed to where it first falls below this."""
 
+    # What comes back each time an axis passes a place.
+    fewest_repeated: int = 200
+    """Readings below which a map in detail has too few to a cell."""
+    coarsest_cells: int = 24
+    """Of the travel; twice as many as long as readings are left for them. Coarser ones are what
+    spline terms have anyway."""
+    rows_a_cell: float = 3.0
+    """Readings to each of the finest cells."""
+    fewest_visits: int = 2
+    """To a cell, at different times,"""
+    share_visited: float = 0.7
+    """of at least this share of the cells."""
+    repeat_shifts: int = 200
+    """In time against the places, by which it is seen what chance comes to."""
+    repeats_at_sigma: float = 6.0
+    """Robust standard deviations of those beyond which it is none: their tails are heavier than a
+    normal distribution's, as few visits make a mean."""
+    least_repeated: float = 0.05
+    """Share of the residual's variance below which a map would not change the fit."""
+    most_of_repeats: float = 0.95
+    """Of the largest size: the coarsest cells that show as much are fine enough."""
+
     # The fit of one set of regressors.
     most_fit_steps: int = 14
     """Gauss-Newton steps at which a fit is given up; it ends earlier by `fit_gain`."""

@@ -14,7 +14,12 @@ class RegressionOptions:
     least_probability: float = 0.02
     """Alternatives less probable than this get no line."""
     fewest_places: int = 5
-    """Places at which readings stand, before their scatter is told from what is alike at one."""
+    """Places at which a sensor was read, before their scatter is told from what is alike at one."""
+    fewest_stays: int = 20
+    """Readings in a rest, and in all of them beyond their means, of an axis: they tell the scatter
+    to a sixth,"""
+    memories_a_stay: float = 3.0
+    """and autocorrelation times that a rest lasts at least: noise hardly changes within one."""
     found_at_sigma: float = 4.2
     """Standard deviations of a size at which the alarm is raised in four recordings of five: 3.3
     to overcome its Occam factor and its odds, 0.84 for the power. Reckoned, not counted."""
@@ -24,10 +29,11 @@ class RegressionOptions:
 
 @dataclass(frozen=True, slots=True)
 class UnknownOptions:
-    """Of a finding without a name, of a machine whose effects are fitted together."""
+    """Of a finding without a name."""
 
     places_in_table: int = 64
-    """Of the quantity that it follows: sixteen to each piece of its spline."""
+    """Of the quantity that it follows: sixteen to each piece of a delta's spline, ten of an axis';
+    a map in detail has one to each piece."""
 
 
 UNKNOWN = UnknownOptions()

@@ -60,15 +60,26 @@ def fit_of(
 
 
 def _within(selected: Selected) -> float | None:
-    """Scatter of readings around their mean at one place; None where they stand at too few."""
+    """Scatter of readings around their mean at one place; None where they stay too little to tell.
+
+    Of an axis, only rests that last: noise with a memory hardly changes within a short one.
+    """
     plant, rows = selected.plant, selected.noise.rows
-    _, place, counts = np.unique(plant.groups[rows], return_inverse=True, return_counts=True)
-    spare = len(rows) - len(counts)
-    if not plant.averages or len(counts) < REGRESSION.fewest_places or spare < len(counts):
+    stay, left = plant.stays[rows], selected.best.residual[rows]
+    lasting = REGRESSION.memories_a_stay * selected.noise.tau
+    _, place, counts = np.unique(stay, return_inverse=True, return_counts=True)
+    if not plant.averages:
+        lasts = counts >= max(lasting, REGRESSION.fewest_stays)
+        kept = (stay >= 0) & lasts[place]
+        stay, left = stay[kept], left[kept]
+        _, place, counts = np.unique(stay, return_inverse=True, return_counts=True)
+    spare = len(stay) - len(counts)
+    fewest = REGRESSION.fewest_places if plant.averages else 1
+    if len(counts) < fewest or spare < max(len(counts), REGRESSION.fewest_stays):
         return None
-    left = selected.best.residual[rows]
     means = np.bincount(place, weights=left) / counts
-    return float(np.sqrt(np.sum((left - means[place]) ** 2) / spare))
+    scatter = float(np.sqrt(np.sum((left - means[place]) ** 2) / spare))
+    return max(scatter, plant.rounding)
 
 
 def _above_noise(selected: Selected) -> float:

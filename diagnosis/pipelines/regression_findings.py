@@ -8,16 +8,20 @@ from types import MappingProxyType
 
 import numpy as np
 
-from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
+from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Table, Where
 from diagnosis.assessment.covariance import NORMAL_95
-from diagnosis.assessment.regression_holdout import scaled_covariance
+from diagnosis.assessment.regression_holdout import over_what_it_follows, scaled_covariance
 from diagnosis.assessment.significance import chance
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import FloatArray, Readings
-from diagnosis.pipelines.options import REGRESSION
+from diagnosis.pipelines.options import REGRESSION, UNKNOWN
+from diagnosis.plants.options import SPLINE_TERMS
 from diagnosis.plants.regression import RegressionPlant, Regressor, Shown
 from diagnosis.selection.named_first import Selected
 from diagnosis.selection.options import SELECTION
+
+TABLED = {("position",), ("distance",)}
+"""What an unknown follows where numbers over it can be subtracted."""
 
 
 def findings(selected: Selected, readings: Readings, axes: list[str]) -> list[Finding]:
@@ -62,7 +66,21 @@ def _finding(
         probability=float(probability * share[0]),
         alternatives=alternatives,
         depends_on=list(regressor.follows),
+        table=_table(selected, regressor),
     )
+
+
+def _table(selected: Selected, regressor: Regressor) -> Table | None:
+    """An unknown over the place of an axis or the distance of a target, as numbers."""
+    plant, key = selected.plant, regressor.key
+    if regressor.follows not in TABLED or not regressor.left_over:
+        return None
+    known = plant.followed(key)[plant.rows]
+    low, high = (float(x) for x in np.quantile(known[np.isfinite(known)], SPLINE_TERMS.covered))
+    count = max(plant.detail(key), UNKNOWN.places_in_table)
+    size = over_what_it_follows(selected, key, np.linspace(low, high, count))
+    follows = regressor.follows[0]
+    return Table(follows=follows, lowest=low, highest=high, size=[float(x) for x in size])
 
 
 def probability_of(selected: Selected, regressor: Regressor) -> float:

@@ -38,6 +38,14 @@ class LeftOver(KeepsBeside):
         """Prior spread of a spline term's coefficients, in the unit of `observed`."""
         raise NotImplementedError
 
+    def along(self, name: str) -> FloatArray:
+        """Where a spline term over this covariate has its pieces, (n,)."""
+        return self.covariates[name]
+
+    def spread_of(self, name: str, shapes: int) -> float:
+        """Prior spread of each of the shapes of a spline term."""
+        return self.unknown_spread
+
     def unknowns(self) -> list[Regressor]:
         """The regressors."""
         return [
@@ -53,7 +61,7 @@ class LeftOver(KeepsBeside):
 
     def followed(self, key: str) -> FloatArray:
         """Covariate (n,) of an unknown."""
-        return self.covariates[key.removeprefix(UNKNOWN)]
+        return self.along(key.removeprefix(UNKNOWN))
 
     def unknown(self, key: str) -> Columns:
         """Shapes (n, k) of an unknown."""
@@ -62,8 +70,9 @@ class LeftOver(KeepsBeside):
     @cached_property
     def _unknown(self) -> dict[str, Columns]:
         found = {}
-        for name, values in self.covariates.items():
+        for name in self.covariates:
             named = np.concatenate([self.spanned(name), self.beside], axis=1)
-            shapes = spline_terms(values, self.pieces(name), named, self.rows)
-            found[name] = Columns(shapes, np.full(shapes.shape[1], self.unknown_spread))
+            shapes = spline_terms(self.along(name), self.pieces(name), named, self.rows)
+            count = shapes.shape[1]
+            found[name] = Columns(shapes, np.full(count, self.spread_of(name, count)))
         return found

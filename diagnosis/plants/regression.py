@@ -70,6 +70,8 @@ class Regressor:
     """Whether it is part of the saturated set that shows the noise."""
     positive: tuple[str, ...] = ()
     """Linear sizes that no machine has below zero."""
+    mapped: bool = False
+    """A map of the position in detail has it as well: beside one it must stand out."""
     left_over: bool = False
     """A spline term that is only looked for in what the named effects leave."""
     places: float | None = None
@@ -122,6 +124,12 @@ class RegressionPlant(Protocol):
     """(n,) number of the stretch, place or joint a row belongs to: noise is of one kind within."""
     kinds: IntArray
     """(n,) small numbers: rows of one kind share one noise (at rest, in motion, a joint)."""
+
+    @property
+    def stays(self) -> IntArray:
+        """Number (n,) of the stay at one place that a row belongs to; -1 in motion."""
+        ...
+
     rounding: float
     """Standard deviation of the rounding of a reading, in `unit`."""
     averages: bool
@@ -158,8 +166,19 @@ class RegressionPlant(Protocol):
         """Spline terms must not take the place of these shapes (n, j) either."""
         ...
 
+    def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
+        """Make the spline term over position as detailed as what a set leaves (n,) repeats there.
+
+        Returns whether anything changed.
+        """
+        ...
+
     def followed(self, key: str) -> FloatArray:
         """Covariate (n,) that an unknown follows; NaN where it does not act."""
+        ...
+
+    def detail(self, key: str) -> int:
+        """Pieces of the spline term of an unknown; 0 of one that has no number of its own."""
         ...
 
     def variant(self) -> RegressionPlant | None:

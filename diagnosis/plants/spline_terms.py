@@ -8,6 +8,7 @@ from scipy.interpolate import BSpline
 from diagnosis.answer.records import NotTestable
 from diagnosis.observations.readings import FloatArray, IntArray
 from diagnosis.plants.options import SPLINE_TERMS
+from diagnosis.plants.regression import Sizes
 
 
 def spline_basis(covariate: FloatArray, pieces: int, low: float, high: float) -> FloatArray:
@@ -67,10 +68,24 @@ class KeepsBeside:
     """A plant whose spline terms, kept in `_unknown`, give way to the shapes of a chosen set."""
 
     beside: FloatArray
+    groups: IntArray
+
+    @property
+    def stays(self) -> IntArray:
+        """Of what is not known to stand anywhere, none."""
+        return np.full(len(self.groups), -1, dtype=np.intp)
 
     def not_testable(self) -> list[NotTestable]:
         """Nothing is out of reach of every recording of such a machine."""
         return []
+
+    def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
+        """One detail of the spline terms is all there is."""
+        return False
+
+    def detail(self, key: str) -> int:
+        """As any other."""
+        return 0
 
     def keep_beside(self, shapes: FloatArray) -> None:
         """Spline terms must not take the place of these shapes (n, j) either."""

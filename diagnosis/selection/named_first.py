@@ -18,7 +18,7 @@ from diagnosis.evidence.laplace import Explanation, Laplace
 from diagnosis.evidence.tempering import noise_beyond, saturated_noise
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.regression import RegressionPlant, Sizes
-from diagnosis.selection.model_posterior import HillClimb, Posterior
+from diagnosis.selection.model_posterior import HillClimb, Posterior, posterior
 from diagnosis.selection.options import SELECTION
 
 
@@ -68,8 +68,9 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
             break
     progress("what the named effects leave")
     plant.keep_beside(shapes_of(plant, named.best.keys, named.best.sizes))
-    free = Laplace(plant, noise_beyond(plant, named.best, left_over=True))
-    left = HillClimb(free, named.best.keys, left_over=True).run()
+    free, left = _left_over(plant, named.best)
+    if plant.map_finely(named.best.keys, named.best.sizes, left.best.residual):
+        named, free, left = _beside_map(plant, evidence, named)
     unknown = {
         key for key in left.best.keys - named.best.keys if left.probability(key) > SELECTION.likely
     }
@@ -89,6 +90,35 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
             free,
         )
     return _beside(plant, free, frozenset(unknown), named, chances, nothing)
+
+
+def _left_over(plant: RegressionPlant, named: Explanation) -> tuple[Laplace, Posterior]:
+    """Spline terms in what the named effects leave."""
+    free = Laplace(plant, noise_beyond(plant, named, left_over=True))
+    return free, HillClimb(free, named.keys, left_over=True).run()
+
+
+def _beside_map(
+    plant: RegressionPlant, evidence: Laplace, named: Posterior
+) -> tuple[Posterior, Laplace, Posterior]:
+    """The same once the spline term over position is a map in detail.
+
+    A wave is a part of any map, and fits of the largest of its waves would call each map a gear's
+    error. It is named beside one only if it is most of it.
+    """
+    waves = {r.key for r in plant.regressors if r.mapped}
+    if named.best.keys & waves:
+        fewer = posterior(one for one in evidence.evaluated if not one.keys & waves)
+        plant.keep_beside(shapes_of(plant, fewer.best.keys, fewer.best.sizes))
+        free, left = _left_over(plant, fewer.best)
+        without, wave, mapped = (
+            float(np.sum(one.residual[plant.rows] ** 2))
+            for one in (fewer.best, named.best, left.best)
+        )
+        if without - wave < SELECTION.most_of_map * (without - mapped):
+            return fewer, free, left
+        plant.keep_beside(shapes_of(plant, named.best.keys, named.best.sizes))
+    return named, *_left_over(plant, named.best)
 
 
 def _beside(

@@ -88,7 +88,7 @@ def test_noise_that_is_the_same_at_one_place_is_told(make: Any) -> None:
         fit = Fit(**figures, scatter_within_m=within)
         return "\n".join(fit_lines(make("explained", fit=fit)))
 
-    assert "which scatter by only 16.3 mm: more places" in lines(0.0163)
+    assert "Readings at one place scatter by only 16.3 mm" in lines(0.0163)
     assert "place" not in lines(0.06)
     assert "place" not in lines(None)
 

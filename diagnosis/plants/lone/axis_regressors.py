@@ -89,7 +89,7 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
                 "play", first, ODDS.everyday, sizes=(width, *starts), equivalents=(equivalent,)
             )
         )
-    places = (_gear(axis), _jump(axis), _ringing(axis))
+    places = (_gear(axis), _teeth(axis), _jump(axis), _ringing(axis))
     found += [one for one in places if one is not None]
     found.append(Regressor("drift", "unknown", ODDS.slow_drift, follows=("time",), alone=False))
     blind = set(OF_TURNS) if axis.steady else set()
@@ -140,8 +140,26 @@ def _gear(axis: RecordedAxis) -> Regressor | None:
     return Regressor(
         "gear", "transmission_error", ODDS.gear_error, sizes=(waves,),
         equivalents=(Equivalent("encoder_error", ODDS.encoder_for_gear),), alone=False,
-        places=most - fewest,
+        mapped=True, places=most - fewest,
     )  # fmt: skip
+
+
+def _teeth(axis: RecordedAxis) -> Regressor | None:
+    """Errors that repeat with a tooth or a strain wave, beyond the waves of a wheel or a screw."""
+    low, high = fine_waves(axis)
+    if high < COMMANDED_AXIS.more_than_waves * low:
+        return None
+    waves = Size("waves", "flat", high, low, high, 0.01)
+    return Regressor(
+        "teeth", "transmission_error", ODDS.gear_error, sizes=(waves,),
+        equivalents=(Equivalent("encoder_error", ODDS.encoder_for_gear),), alone=False,
+        mapped=True, saturated=False, places=high - low,
+    )  # fmt: skip
+
+
+def fine_waves(axis: RecordedAxis) -> tuple[float, float]:
+    """Fewest and most waves over the travel of an error that is finer than `gear` is tried at."""
+    return COMMANDED_AXIS.most_waves, axis.resolved_waves
 
 
 def most_waves(axis: RecordedAxis) -> float:
@@ -201,9 +219,10 @@ def impossible(
         width = sizes[f"{key}.width"] + usual_load(axis) * sizes.get(f"{key}.grip", 0.0)
         if not axis.resolution < width < widest:
             return True
-    if "gear" in keys:
-        fewest, most = COMMANDED_AXIS.fewest_waves, most_waves(axis)
-        if not (1.0 + near) * fewest < sizes["gear.waves"] < (1.0 - near) * most:
+    ranges = {"gear": (COMMANDED_AXIS.fewest_waves, most_waves(axis)), "teeth": fine_waves(axis)}
+    for key in keys & ranges.keys():
+        fewest, most = ranges[key]
+        if not (1.0 + near) * fewest < sizes[f"{key}.waves"] < (1.0 - near) * most:
             return True
     longest_s = COMMANDED_AXIS.together_of_longest * COMMANDED_AXIS.longest_lag_s
     if "lag" in keys and sizes["lag.time"] + sizes["lag.dead_time"] > longest_s:

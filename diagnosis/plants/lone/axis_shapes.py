@@ -40,8 +40,8 @@ class AxisShapes:
             )
         if key == "droop":
             return Columns(self._axis.pull[:, None], np.array([self._yielding]), ("1/stiffness",))
-        if key == "gear":
-            return self._waves(base, sizes["gear.waves"])
+        if key in ("gear", "teeth"):
+            return self._waves(base, sizes[f"{key}.waves"])
         if key == "drift":
             return self._bend
         if key == "jump":

@@ -7,15 +7,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.observations.options import OBSERVATIONS
-from diagnosis.observations.readings import FloatArray
+from diagnosis.observations.readings import FloatArray, IntArray
 from diagnosis.plants.lone.axis_regressors import (
     begins_of,
+    fine_waves,
     highest_hz,
     most_waves,
     usual_load,
 )
 from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
+from diagnosis.plants.lone.waves import spectrum
 
 
 def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
@@ -35,6 +37,8 @@ def starts(axis: RecordedAxis, key: str, residual: FloatArray) -> Sequence[dict[
         ]
     if key == "gear":
         return [{"gear.waves": w} for w in _likely_waves(axis, residual)]
+    if key == "teeth":
+        return [{"teeth.waves": w} for w in _likely_teeth(axis, residual)]
     if key == "jump":
         return [{"jump.moment": _likely_jump(axis, residual)}]
     if key == "ringing":
@@ -58,15 +62,40 @@ def _widths(axis: RecordedAxis, key: str, width: float) -> dict[str, float]:
 def _likely_waves(axis: RecordedAxis, residual: FloatArray) -> list[float]:
     """Peaks of the residual's spectrum over the travel, slow changes and a line taken off."""
     rows = axis.rows[:: max(1, len(axis.rows) // COMMANDED_AXIS.rows_scanned)]
-    left, at = residual[rows], axis.commanded[rows] / axis.span
-    time = (axis.t_s[rows] - axis.t_s[rows].mean()) / max(axis.readings.span_s, 1e-300)
-    slow = np.stack([np.ones_like(at), at, time, time**2], axis=1)
-    left = left - slow @ np.linalg.lstsq(slow, left, rcond=None)[0]
+    at = axis.commanded[rows] / axis.span
     most = most_waves(axis)
     steps = int(COMMANDED_AXIS.steps_a_wave * most)
     waves = np.linspace(1.1 * COMMANDED_AXIS.fewest_waves, most, steps)
     turns = np.exp(2j * np.pi * np.outer(at, waves))
-    power = np.abs(left @ turns) ** 2
+    return _peaks(waves, np.abs(_less_slow(axis, residual, rows, at) @ turns) ** 2)
+
+
+def _likely_teeth(axis: RecordedAxis, residual: FloatArray) -> list[float]:
+    """The same of fine waves, at the places that the prediction comes to.
+
+    Behind a lag or a play that is elsewhere on the way there than on the way back, by more than a
+    fine wave.
+    """
+    at = (axis.observed - residual)[axis.rows] / axis.span
+    low, high = fine_waves(axis)
+    step = 1.0 / COMMANDED_AXIS.steps_a_wave
+    waves = step * np.arange(np.ceil(low / step), high / step)
+    return _peaks(waves, spectrum(_less_slow(axis, residual, axis.rows, at), at, waves))
+
+
+def _less_slow(
+    axis: RecordedAxis, residual: FloatArray, rows: IntArray, at: FloatArray
+) -> FloatArray:
+    """The residual (m,) of some rows less a constant, a line over places (m,), slow changes."""
+    left = residual[rows]
+    time = (axis.t_s[rows] - axis.t_s[rows].mean()) / max(axis.readings.span_s, 1e-300)
+    slow = np.stack([np.ones_like(at), at, time, time**2], axis=1)
+    less: FloatArray = left - slow @ np.linalg.lstsq(slow, left, rcond=None)[0]
+    return less
+
+
+def _peaks(waves: FloatArray, power: FloatArray) -> list[float]:
+    """The highest peaks of a spectrum, apart from each other."""
     best: list[float] = []
     for number in np.argsort(-power):
         if all(abs(waves[number] - other) > COMMANDED_AXIS.waves_apart for other in best):

@@ -7,12 +7,16 @@ may differ in `axis_regressors`, what the drive does in `drive_chain`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from diagnosis.answer.records import NotTestable
+from diagnosis.evidence.options import EVIDENCE
+from diagnosis.evidence.repeats import Repeats, repeats
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.left_over import UNKNOWN, LeftOver
 from diagnosis.plants.lone.axis_regressors import begins_of, impossible, regressors_of, usual_load
@@ -32,6 +36,15 @@ OF_ONE_SPEED = ("following_lag", "gear_backlash", "joint_friction")
 """Effects that are a constant on an axis that turns at one speed."""
 
 
+@dataclass(frozen=True, slots=True)
+class FineMap:
+    """A spline term over position in as much detail as the residual of a set repeats."""
+
+    keys: frozenset[str]
+    sizes: Sizes
+    repeats: Repeats
+
+
 class CommandedAxis(RecordedAxis, LeftOver):
     """A lone axis by its commands."""
 
@@ -40,6 +53,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
         self.channel = self.name
         self.drawn_on = np.zeros(len(self.t_s))
         self.beside = np.zeros((len(self.t_s), 0))
+        self._map: FineMap | None = None
         self.regressors = (*regressors_of(self), *self.unknowns())
         self._drive = DriveChain(self, self.regressors, begins_of(self))
         self._shapes = AxisShapes(self)
@@ -102,8 +116,41 @@ class CommandedAxis(RecordedAxis, LeftOver):
         """Named shapes (n, j) that no spline term over this covariate may take the place of."""
         return self._named[:, :2] if name == "time" else self._named
 
+    def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
+        """Over the places that the axis comes to, see `RegressionPlant`."""
+        if self._map is not None or UNKNOWN + "position" not in {r.key for r in self.regressors}:
+            return False
+        at, groups = self.base(keys, sizes)[self.rows], self.groups[self.rows]
+        finest = len(self.rows) / EVIDENCE.rows_a_cell
+        found = repeats(left[self.rows], at, groups, finest)
+        if found is None:
+            return False
+        self._map = FineMap(keys, dict(sizes), found)
+        self.__dict__.pop("_unknown", None)
+        return True
+
+    def detail(self, key: str) -> int:
+        """Of a map in detail, see `RegressionPlant`."""
+        mapped = self._map is not None and key == UNKNOWN + "position"
+        return self.pieces("position") if mapped else 0
+
+    def along(self, name: str) -> FloatArray:
+        """Of a map in detail, the place that the axis comes to rather than the one commanded."""
+        if name != "position" or self._map is None:
+            return super().along(name)
+        return self.base(self._map.keys, self._map.sizes)
+
+    def spread_of(self, name: str, shapes: int) -> float:
+        """Of a map in detail, by the part that repeats: it is shared out over all its shapes."""
+        if name != "position" or self._map is None:
+            return super().spread_of(name, shapes)
+        share = COMMANDED_AXIS.uneven_map / math.sqrt(max(shapes, 1))
+        return max(share * self._map.repeats.size, 1e-300)
+
     def pieces(self, name: str) -> int:
         """Twice as many over time, in which anything may come and go; fewer of a short table."""
+        if name == "position" and self._map is not None:
+            return self._map.repeats.cells
         most = COMMANDED_AXIS.axis_pieces * (2 if name == "time" else 1)
         stood_on = len(self.rows) // COMMANDED_AXIS.rows_a_piece
         return int(np.clip(stood_on, COMMANDED_AXIS.fewest_pieces, most))
@@ -117,8 +164,9 @@ class CommandedAxis(RecordedAxis, LeftOver):
         """There is one way to prepare it."""
 
     def adopt(self, trained: CommandedAxis) -> None:
-        """Travel and spread of the recording that sizes were found on."""
+        """Travel, spread and map in detail of the recording that sizes were found on."""
         self.span, self.mismatch = trained.span, trained.mismatch
+        self._map = trained._map
 
     def shown(self, key: str) -> Sequence[Shown]:
         """Parameters of the contract's effects, in the axis' own unit."""
@@ -145,6 +193,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
                 Shown("damping", "1", lambda v: v["damping"]),
             ],
         }  # fmt: skip
+        table["teeth"] = table["gear"]
         load = usual_load(self)
         table["play"] = table["friction"] = [Shown("width", unit, lambda v: v["width"])]
         table["rubbing"] = [Shown("width", unit, lambda v: v["width"] + load * v["grip"])]

@@ -76,7 +76,16 @@ class CommandedAxisOptions:
     coarsest_steps: float = 4.0
     """Steps of the reading in the shortest wave: rounding itself repeats with every step."""
     most_waves: float = 60.0
-    """Over the travel: the scan of periods takes six steps a wave, and finer ones are noise."""
+    """Over the travel, of a wheel or a screw that turns so often: the first of two ranges. Beyond
+    it are teeth and strain waves, as far as the places of the readings resolve them."""
+    more_than_waves: float = 1.2
+    """Times that number of waves that a recording resolves at least for finer ones to be sought."""
+    cells_of_waves: int = 8192
+    """Of the travel, in which places are told apart: eight in the shortest wave."""
+    places_a_wave: float = 4.0
+    """As many as a wave with its second harmonic has sizes."""
+    places_alike: float = 0.7
+    """Share of the places at which a wave has one phase: there it looks like a constant."""
     fewest_waves: float = 2.0
     """Fewer over the travel look like a ratio or a bend."""
     ringing_of_rate: float = 0.2
@@ -107,6 +116,9 @@ class CommandedAxisOptions:
     rows_a_piece: int = 15
     """Readings that a piece stands on at least."""
 
+    uneven_map: float = 3.0
+    """Times the even share of what repeats that a shape of a map in detail usually has."""
+
     # Where fits start.
     lag_starts_s: tuple[tuple[float, float], ...] = (
         (0.0, 0.02), (0.0, 0.08), (0.03, 0.0), (0.1, 0.0), (0.06, 0.06), (0.25, 0.05),
@@ -122,12 +134,12 @@ class CommandedAxisOptions:
     """Where in its play an axis begins: towards either side, and its middle."""
     wave_starts: int = 3
     """Highest peaks of the residual's spectrum over the travel that are fitted,"""
+    rows_scanned: int = 800
+    """Rows of the residual that the scan for long ones looks at: more show no other peak."""
     waves_apart: float = 0.6
     """and how far they are apart: nearer is the same peak. In waves over the travel."""
     steps_a_wave: int = 6
     """Of the scan: a peak is one wave wide."""
-    rows_scanned: int = 800
-    """Rows of the residual that the scan looks at: more show no other peak."""
     ringing_starts: int = 7
     """Frequencies, evenly by ratio,"""
     ringing_from_hz: float = 0.6

@@ -67,6 +67,11 @@ class RangeSensorPlant(LeftOver):
         self.beside = np.zeros((len(self.t_s), 0))
         self.regressors = tuple(self._regressors())
 
+    @property
+    def stays(self) -> IntArray:
+        """Its places."""
+        return self.groups
+
     def _nominal(self, recordings: Sequence[FlatRecording]) -> FloatArray:
         chain, readings = SensorChain(self.robot.effects), self.readings
         parts = [readings.part == n for n in range(len(recordings))]

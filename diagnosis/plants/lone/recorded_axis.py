@@ -16,9 +16,17 @@ from diagnosis.observations.needed_columns import (
     refuse_still,
 )
 from diagnosis.observations.options import OBSERVATIONS
-from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather, step_of
+from diagnosis.observations.readings import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Readings,
+    gather,
+    step_of,
+)
 from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.plants.lone.travel import arrivals, count_places, direction_of, turns
+from diagnosis.plants.lone.waves import resolved_waves
 from foundation.errors import RecordingError
 from models.chain.axis import AxisChain
 from models.chain.commands import Commands
@@ -28,6 +36,8 @@ from recording.tables.flat import FlatRecording
 
 OBSERVED = ("theta_1", "position")
 COMMANDED = ("command_1", "command")
+SETTLED_S = COMMANDED_AXIS.settling_lags * COMMANDED_AXIS.lag_spread_s
+"""After a move, until a drive has arrived."""
 
 
 class RecordedAxis:
@@ -121,19 +131,30 @@ class RecordedAxis:
 
         Where a row is read long after each move, none is in motion.
         """
-        settled_s = COMMANDED_AXIS.settling_lags * COMMANDED_AXIS.lag_spread_s
-        if self.readings.period_s > settled_s:
+        if self.readings.period_s > SETTLED_S:
             return np.zeros(len(self.t_s), dtype=np.intp)
+        moving = self._under_way.astype(np.intp)
+        least, most = COMMANDED_AXIS.of_each_kind
+        share = float(moving[self.rows].mean())
+        return moving if least < share < most else np.zeros_like(moving)
+
+    @cached_property
+    def _under_way(self) -> BoolArray:
+        """Rows (n,) in which the command moves, or has within the time that a drive settles in."""
         step_s = np.maximum(np.diff(self.t_s, prepend=self.t_s[0] - 1.0), 1e-9)
         speed = np.abs(np.diff(self.commanded, prepend=self.commanded[0])) / step_s
         # How a stretch began nobody knows: what the axis was doing counts as motion.
         speed[self.readings.fresh] = float(np.max(speed[~self.readings.fresh], initial=0.0))
-        late = lagged(speed[:, None], np.where(self.readings.fresh, 0.0, step_s), settled_s, {})
+        late = lagged(speed[:, None], np.where(self.readings.fresh, 0.0, step_s), SETTLED_S, {})
         top = np.quantile(late, OBSERVATIONS.top_speed_quantile)
-        moving: IntArray = (late[:, 0] > COMMANDED_AXIS.moving_share * top).astype(np.intp)
-        least, most = COMMANDED_AXIS.of_each_kind
-        share = float(moving[self.rows].mean())
-        return moving if least < share < most else np.zeros_like(moving)
+        moving: BoolArray = late[:, 0] > COMMANDED_AXIS.moving_share * top
+        return moving
+
+    @cached_property
+    def stays(self) -> IntArray:
+        """Number of the rest (n,) that a row lies in; -1 in motion, and just after it."""
+        begins = np.diff(self._under_way, prepend=True) | self.readings.fresh
+        return np.where(self._under_way, -1, np.cumsum(begins)).astype(np.intp)
 
     @cached_property
     def steady(self) -> bool:
@@ -162,6 +183,11 @@ class RecordedAxis:
     def places(self) -> int:
         """How many places the axis was read at."""
         return count_places(self.commanded[self.rows])
+
+    @cached_property
+    def resolved_waves(self) -> float:
+        """Most waves over the travel that the readings can follow."""
+        return resolved_waves(self.commanded[self.rows], self.span, self.resolution)
 
     @cached_property
     def span(self) -> float:

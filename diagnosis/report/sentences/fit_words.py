@@ -42,14 +42,14 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
 
 
 def _by_place(fit: Fit) -> list[str]:
-    """That most of what counts as noise is the same for all readings at a place."""
+    """That most of what counts as noise does not show in readings at one place."""
     within = fit.scatter_within_m
     if within is None or within > MOSTLY_BY_PLACE * fit.noise_floor_m:
         return []
     return [
-        f"Most of this noise is the same for all readings of one place or walk, which scatter by "
-        f"only {quantity(within, fit.unit, digits=3)}: more places make the answer surer, longer "
-        "stays do not."
+        f"Readings at one place scatter by only {quantity(within, fit.unit, digits=3)}: most of "
+        "this noise differs from place to place, or comes with motion. More places make the answer "
+        "surer, longer stays do not."
     ]
 
 

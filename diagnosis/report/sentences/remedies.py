@@ -29,6 +29,22 @@ RUN_FIRST = (
     " causes apart (--next-job JOB.yaml writes it), and diagnose it together with this recording."
 )
 
+MAPPED = {
+    "axis": (
+        "Find out whose the error is that follows the position: move what measures the axis a"
+        " little (or the surface it looks at) and record again. What moves along is the measuring"
+        " device's. What stays is the axis': have its controller subtract a table of {points}"
+        " points, one every {step} (`table` in the JSON answer has them), and hold it against a"
+        " further recording."
+    ),
+    "sensor": (
+        "Subtract a table of {points} points from what the sensor reads, one every {step} of"
+        " distance (`table` in the JSON answer has them), and hold it against a further recording:"
+        " reflections of another room are others."
+    ),
+}
+"""By component, of an unknown with a table."""
+
 WRITABLE = frozenset({
     "home_offset", "transmission_error", "upper_arm_length", "forearm_length", "motor_azimuth",
     "base_radius", "frame_tilt", "inertia", "joint_friction", "viscous_friction", "gear_ratio",
@@ -61,10 +77,26 @@ def remedies(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]
     if lone:
         certain = all(sure(one, diagnosis) for one in lone)
         lines.append(KEPT.format(all="" if certain else " --all"))
+    lines += [line for one in diagnosis.findings if (line := mapped(one)) is not None]
     plan = diagnosis.next_experiment
     if lines and plan is not None and any(tied(one) for one in named):
         lines.insert(0, RUN_FIRST)
     return lines
+
+
+def mapped(finding: Finding) -> str | None:
+    """What to do about an unknown that follows the place of an axis, or the distance of a target.
+
+    None where no table of it can be subtracted: of a delta, whose file takes tables; of a force.
+    """
+    table, size = finding.table, next(iter(finding.parameters.values()), None)
+    if finding.component not in MAPPED or table is None or size is None:
+        return None
+    if finding.effect != "unknown" or size.unit not in ("m", "rad"):
+        return None
+    points = len(table.size)
+    step = quantity((table.highest - table.lowest) / (points - 1), size.unit, digits=2)
+    return MAPPED[finding.component].format(points=points, step=step.lstrip("+"))
 
 
 def tied(finding: Finding) -> bool:

@@ -77,11 +77,24 @@ def _unknown(finding: Finding, part: str) -> str:
     )
 
 
+def _like_noise(answer: Diagnosis) -> str:
+    """What no test tells from noise; where readings at rest show how little noise they have, so."""
+    within, left = answer.fit.scatter_within_m, answer.fit.rms_after_m
+    if within is None or left <= VERDICT.beyond_rest * within:
+        return NOISE
+    at_rest, left_m = (quantity(size, answer.fit.unit, digits=2) for size in (within, left))
+    more = "" if answer.verdict == "nothing_missing" else ": it is more than the noise of reading"
+    return (
+        f"What is left ({left_m}) follows nothing that a test sees. Readings at one place scatter "
+        f"by only {at_rest}, so most of it comes with motion or differs from place to place{more}."
+    )
+
+
 def unexplained(answer: Diagnosis) -> str:
     """What no finding explains, in one sentence."""
     rest, fit = answer.unexplained, answer.fit
     if not rest.depends_on and rest.share_of_mismatch <= 0.0:
-        return NOISE
+        return _like_noise(answer)
     floor = fit.noise_floor_m
     times = fit.rms_after_m / floor if floor > 0.0 else math.inf
     how = [f"p = {rest.p:.2g}"] if rest.p is not None and seen(rest.p) else []
