@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import events, ui
 
+from firmware_py.controller.states import ALLOWED, Request
 from foundation.errors import DeltactlError
+from web.offers import why_not
+from web.state_card import NEXT
 from web.texts import MAX_CHARACTERS, kind_of
 
 if TYPE_CHECKING:
@@ -92,6 +95,11 @@ class FilesTab:
     async def run(self) -> None:
         """Check, then send it to the daemon, which checks again."""
         text, name = self._text.value or "", self._name
+        status = self._page.site.link.seen.status
+        if why := why_not("Run", ALLOWED[Request.RUN], status.state if status else ""):
+            next_ = NEXT.get(status.state, "") if status else ""
+            self._say(f"{why}. On the tab Robot: {next_}", "text-red-800")
+            return
         if not await self.check():
             return
 

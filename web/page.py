@@ -200,7 +200,8 @@ class RobotPage:
 
 def tell_problem(text: str) -> None:
     """One line in red, until it is closed."""
-    ui.notify(text, type="negative", multi_line=True, timeout=12_000, close_button="Close")
+    close = {"label": "Close", "color": "white"}
+    ui.notify(text, type="negative", multi_line=True, timeout=12_000, actions=[close])
 
 
 WEBGL = """if (!document.createElement("canvas").getContext("webgl2"))

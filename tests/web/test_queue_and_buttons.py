@@ -100,6 +100,10 @@ def test_what_cannot_be_pressed_looks_so_and_says_why(browser: Browser, simulate
     told = {one["name"]["value"]: one.get("description", {}).get("value", "")
             for one in nodes if one["role"]["value"] == "button" and "name" in one}  # fmt: skip
     assert any(why in (name, text) for name, text in told.items())
+    browser.tab("Jobs")
+    browser.press("run")
+    browser.says("verdict", "on the tab robot: switch the robot on")
+    browser.tab("Robot")
     browser.press("power_on")
     browser.says("state", "unhomed")
     browser.wait(lambda: browser.find("home").is_enabled(), "home cannot be pressed")
