@@ -28,7 +28,9 @@ OTHERS: dict[str, tuple[str, dict[str, float]]] = {
 }
 """The units that keys end in, and what one of others is in them."""
 LEAST_MM = 10.0
-"""Lengths in metres from here on are rather mm."""
+"""Lengths in metres, and speeds in m/s, from here on are rather mm."""
+MOST_IN_MM = 4
+"""So many of them are written out in m."""
 _WITH_UNIT = re.compile(r"\s*([-+]?[.\d]+(?:[eE][-+]?\d+)?)\s*([a-z/]+)\s*")
 
 
@@ -41,14 +43,18 @@ def explain_all(
     and what the other members of a union say of the same value.
     """
     left = error.errors(include_url=False)
-    mistakes = []
+    mistakes, in_mm = [], []
     while left:
         found = _worst(left, in_file)
-        mistakes.append(_explained(model, found, in_file))
+        place = _place(found["loc"], in_file)
+        if is_mm(place, found):
+            in_mm.append((place, found["input"] / 1e3))
+        else:
+            mistakes.append(_explained(model, found, in_file))
         left = [one for one in left if one is not found and not _same(found, one, in_file)]
         if found["type"] == "extra_forbidden":
             left = _without_the_meant(found["loc"], left)
-    return mistakes
+    return [*mistakes, *_metres(in_mm)]
 
 
 def explain(
@@ -109,10 +115,36 @@ def in_its_unit(place: Location, found: Any) -> str:
     value = found["input"]
     if isinstance(value, str) and (said := _WITH_UNIT.fullmatch(value)) and said[2] in others:
         return f"; write it in {name} and without the unit, {float(said[1]) * others[said[2]]:.6g}"
-    too_large = found["type"].startswith("less_than") and isinstance(value, int | float)
-    if suffix == "_m" and too_large and value >= LEAST_MM:
-        return f"; if it is in mm, write {value / 1e3:.6g}"
     return ""
+
+
+def is_mm(place: Location, found: Any) -> bool:
+    """Whether a length in m, or a speed in m/s, beyond its bound is evidently one in mm."""
+    key = next((part for part in reversed(place) if isinstance(part, str)), "")
+    value = found["input"]
+    beyond = found["type"].startswith(("less_than", "greater_than"))
+    number = isinstance(value, int | float) and abs(value) >= LEAST_MM
+    return bool(beyond and number and key.endswith(("_m", "_mps")))
+
+
+def _metres(in_mm: Sequence[tuple[Location, float]]) -> list[tuple[Location, str]]:
+    """One line for all of them, at the first: whoever writes one in mm writes them all so."""
+    if not in_mm:
+        return []
+    in_mm = sorted(in_mm, key=lambda one: [str(part) for part in one[0]])
+    place, first = in_mm[0]
+    units = [
+        unit
+        for end, unit in (("_m", "metres"), ("_mps", "m/s"))
+        if any(str(part).endswith(end) for where, _ in in_mm for part in where)
+    ]
+    others = [
+        f"{value:.6g} for {'.'.join(map(str, where))}" for where, value in in_mm[1:MOST_IN_MM]
+    ]
+    if len(in_mm) > MOST_IN_MM:
+        others.append(f"{len(in_mm) - MOST_IN_MM} more likewise")
+    also = f" (and {', '.join(others)})" if others else ""
+    return [(place, f"this is in {' or '.join(units)}, not in mm: write {first:.6g}{also}")]
 
 
 def _worst(errors: Sequence[Any], in_file: Container[Location]) -> Any:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +13,12 @@ import typer
 from command_line.robot.jobs import JsonOption, SocketOption
 
 Place = tuple[float, float, float]
+_AT_POINT = re.compile(
+    r".*?(?P<way>on the way to )?\bpoint \d+ (?:of|at) [^:]*: "
+    r"(?:target \([^)]*\) m is )?(?P<why>.*)"
+)
+"""What a job says of its first bad point, in m; a single move has one, which the user typed."""
+ELSEWHERE = ("move the path or make it smaller", "choose another place")
 WHAT = {"stopped": "stop", "fault": "fault"}
 RobotOption = Annotated[
     str | None, typer.Option(help="Robot file; without it the one that the daemon runs.")
@@ -169,11 +178,29 @@ def _go(
                 f"--robot {robot}: the daemon runs the robot file it was started with; leave it"
                 " out, or add --simulate"
             )
-        _go_through_daemon(name, place_m, speed_mmps, json_out, socket)
+        with _told_as_typed(name, place_m):
+            _go_through_daemon(name, place_m, speed_mmps, json_out, socket)
         return
     if robot is None:
         raise ConfigError("no daemon answers that could say which robot this is; add --robot FILE")
-    _go_simulated(name, place_m, speed_mmps, robot, simulate, json_out, socket)
+    with _told_as_typed(name, place_m):
+        _go_simulated(name, place_m, speed_mmps, robot, simulate, json_out, socket)
+
+
+@contextmanager
+def _told_as_typed(name: str, place_m: Place) -> Iterator[None]:
+    """What breaks a limit, with the place in mm as it was typed, and no point of a job."""
+    from foundation.errors import LimitExceeded, UnreachablePoint
+
+    try:
+        yield
+    except (LimitExceeded, UnreachablePoint) as error:
+        said = _AT_POINT.fullmatch(str(error))
+        if said is None:
+            raise
+        way = "on the way to " if said["way"] else ""
+        where = " ".join(f"{1e3 * value:.6g}" for value in place_m)
+        raise type(error)(f"{name}: {way}{where} mm: {said['why'].replace(*ELSEWHERE)}") from error
 
 
 def _text(name: str, place_m: Place, speed_mmps: float, robot: str) -> str:
@@ -199,13 +226,17 @@ def _go_simulated(
 
     from command_line.output import say
     from command_line.robot.run import run_job
-    from firmware_py.robot_file import find
+    from firmware_py.robot_file import find, load_robot
 
+    # Nobody would be hurt by an arm that is off unseen, and the simulation puts them in place.
+    unseen_deg = 360.0 if load_robot(find(robot)).sensors is None else 0.0
     with TemporaryDirectory() as folder:
         job = Path(folder) / f"{name}.yaml"
         text = _text(name, place_m, speed_mmps, str(find(robot).resolve()))
         job.write_text(text, encoding="utf-8")
-        run_job(job, None, simulate, False, None, None, json_out, socket, one_place=True)
+        run_job(
+            job, None, simulate, False, None, None, json_out, socket, unseen_deg, one_place=True
+        )
     if not json_out:
         say(f"the simulated platform was moved to {_words(place_m)} mm")
 

@@ -28,7 +28,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from diagnosis.observations.column_names import read_name
+from diagnosis.observations.column_names import UNIT_OF, read_name
 from diagnosis.observations.readings import FloatArray
 from diagnosis.observations.unit_doubts import doubt
 from foundation.errors import ConfigError, RecordingError
@@ -67,6 +67,16 @@ _OPTION = re.compile(
 )
 
 
+def no_unit(said: str) -> str:
+    """Why a unit is refused, and which was meant by it: as people write it, or nearly."""
+    meant = UNIT_OF.get(said.lower()) or next(
+        iter(difflib.get_close_matches(said, IN_SI, n=1, cutoff=0.6)), None
+    )
+    if meant in IN_SI:
+        return f"unknown unit '{said}'; did you mean '{meant}'?"
+    return f"unit must be one of {', '.join(IN_SI)}"
+
+
 class Source(StrictModel):
     """One column: from where, in which unit, times what, plus what; or one value for all rows."""
 
@@ -81,7 +91,7 @@ class Source(StrictModel):
         if (self.from_ is None) == (self.value is None):
             raise ValueError("needs either `from` or `value`")
         if self.unit not in IN_SI:
-            raise ValueError(f"unit must be one of {', '.join(IN_SI)}")
+            raise ValueError(no_unit(self.unit))
         return self
 
 
@@ -258,7 +268,7 @@ def _source(option: str) -> Source:
         )
     unit = match["unit"] or "1"
     if unit not in IN_SI:
-        raise ConfigError(f"--set {option}: unit must be one of {', '.join(IN_SI)}")
+        raise ConfigError(f"--set {option}: {no_unit(unit)}")
     if unit in SPEEDS and match["name"] != "velocity":
         raise ConfigError(f"--set {option}: {unit} is a unit of velocity, not of {match['name']}")
     given = {} if match["unit"] is None else {"unit": unit}

@@ -13,6 +13,7 @@ from firmware_py.planner.plan import Plan
 from firmware_py.program.building import make_program
 from firmware_py.program.includes import read_whole
 from firmware_py.program.instructions import Program
+from firmware_py.program.naming import told_with
 from firmware_py.robot_file import RobotFile, find, load_robot
 from foundation.errors import ConfigError
 from models.inverse_kinematics import InverseKinematics
@@ -60,9 +61,10 @@ def prepare_here(job_file: Path, robot: InForce, access: FileAccess | None = Non
             f"{job_file}: is for robot file {job.robot}, but this robot runs {robot.path.name};"
             " change 'robot' in the job, or start the daemon with the other file"
         )
-    program = make_program(
-        job, robot.robot, lambda one: kinematics_for(one, robot.robot, job_file, how)
-    )
+    with told_with(job_file.name):
+        program = make_program(
+            job, robot.robot, lambda one: kinematics_for(one, robot.robot, job_file, how)
+        )
     return Prepared(program, whole.text)
 
 

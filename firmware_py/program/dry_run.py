@@ -11,6 +11,7 @@ from firmware_py.planner.summary import CheckSummary
 from firmware_py.program.building import make_program
 from firmware_py.program.includes import read_whole
 from firmware_py.program.instructions import Program
+from firmware_py.program.naming import told_with
 from firmware_py.program.totals import summarise_program
 from firmware_py.robot_file import RobotFile, find, load_robot
 
@@ -36,4 +37,7 @@ def program_of(
     if robot is None:
         robot = load_robot(find(job.robot, beside=job_path))
     known = robot
-    return make_program(job, known, lambda one: kinematics_of(one, known, job_path), from_counts)
+    with told_with(job_path):
+        return make_program(
+            job, known, lambda one: kinematics_of(one, known, job_path), from_counts
+        )

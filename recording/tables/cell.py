@@ -36,3 +36,12 @@ def is_number(cell: str, decimal: str) -> bool:
 def not_a_number(path: Path, line: int, name: str, cell: str) -> RecordingError:
     """What is said of a cell that should hold a number; `line` counts from 1."""
     return RecordingError(f"{path}:{line}: {name} must be a number (got {cell[:_MOST_SHOWN]!r})")
+
+
+def wrong_count(path: Path, line: int, found: int, wanted: int) -> RecordingError:
+    """What is said of a row that has more or fewer cells than the heading."""
+    cells = {0: "is empty", 1: "has one cell"}.get(found, f"has {found} cells")
+    return RecordingError(
+        f"{path}:{line}: this row {cells}, the heading has {wanted}; complete or delete the row, or"
+        " separate it as the others are"
+    )

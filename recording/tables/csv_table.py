@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from foundation.errors import RecordingError
-from recording.tables.cell import not_a_number, number
+from recording.tables.cell import not_a_number, number, wrong_count
 from recording.tables.flat import MOST_COLUMNS, UNITS, AnyArray, FlatRecording, from_columns
 from recording.tables.text_file import Block, blocks
 
@@ -131,7 +131,7 @@ def _slow(path: Path, names: list[str], block: Block) -> dict[str, AnyArray]:
     cells: list[list[str]] = [[] for _ in names]
     for line, row in _rows(path, block):
         if len(row) != len(names):
-            raise RecordingError(f"{path}:{line}: has {len(row)} cells, the heading {len(names)}")
+            raise wrong_count(path, line, len(row), len(names))
         for column, cell in zip(cells, row, strict=True):
             column.append(cell.strip())
     return {

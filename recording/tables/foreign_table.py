@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from foundation.errors import RecordingError
-from recording.tables.cell import is_number, not_a_number, number
+from recording.tables.cell import is_number, not_a_number, number, wrong_count
 from recording.tables.flat import AnyArray
 from recording.tables.table_format import is_moment, split
 from recording.tables.text_file import read_text
@@ -45,9 +45,7 @@ def read_table(
         raise RecordingError(f"{path}: has a heading but no rows")
     for (line, _), parts in zip(rows, cells, strict=True):
         if len(parts) != len(heading):
-            raise RecordingError(
-                f"{path}:{line}: has {len(parts)} cells, the heading {len(heading)}"
-            )
+            raise wrong_count(path, line, len(parts), len(heading))
         for name, cell in zip(heading, parts, strict=True):
             if name in numbers and not is_number(cell, decimal):
                 raise not_a_number(path, line, name, cell)

@@ -69,3 +69,45 @@ def test_a_mistyped_recording_has_the_nearest_name_beside_it(deltactl, tmp_path:
     assert done.stderr.splitlines() == [
         "deltactl: cirlce.csv: no such file; did you mean 'circle.csv'?"
     ]
+
+
+def test_what_breaks_a_limit_names_the_job_file_and_not_only_the_job(
+    deltactl, tmp_path: Path
+) -> None:
+    (tmp_path / "large.yaml").write_text(CIRCLE.replace("radius_m: 0.1", "radius_m: 0.9"))
+    for command in (("check", "large.yaml"), ("run", "large.yaml", "--simulate")):
+        assert "deltactl: large.yaml: circle" in deltactl(*command, status=2).stderr
+
+
+def test_a_job_in_mm_is_told_in_one_line_what_to_write(deltactl, tmp_path: Path) -> None:
+    in_mm = CIRCLE.split("path:")[0] + (
+        "path: {shape: circle, centre_m: [0, 0, -350], radius_m: 60}\n"
+        "timing: {mode: accelerated, speed_mps: 100}\ninverse_kinematics: {kind: geometry}\n"
+    )
+    (tmp_path / "mm.yaml").write_text(in_mm)
+    (line,) = deltactl("check", "mm.yaml", status=2).stderr.splitlines()
+    assert "path.centre_m.2: this is in metres or m/s, not in mm: write -0.35 (and 0.06 for" in line
+    assert "0.1 for timing.speed_mps)" in line
+
+
+@pytest.mark.parametrize(
+    ("place", "says"),
+    [
+        (("0", "0", "-900"), "goto: 0 0 -900 mm: out of reach"),
+        (("260", "0", "-300"), "goto: 260 0 -300 mm: arm 1 would be at"),
+    ],
+)
+def test_goto_names_the_place_as_it_was_typed(deltactl, place: tuple[str, ...], says: str) -> None:
+    words = ("goto", *place, "--robot", "zhao-2023.yaml", "--simulate")
+    (line,) = deltactl(*words, status=2).stderr.splitlines()
+    assert says in line
+    assert "repeat" not in line
+
+
+def test_a_unit_that_people_write_is_recognised(deltactl, tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text("t,q\n0,1\n1,2\n")
+    (tmp_path / "axis.yaml").write_text("kind: servo_axis\nname: a\nmotion: rotary\n")
+    words = ("diagnose", "log.csv", "--robot", "axis.yaml", "--set")
+    said = deltactl(*words, "position=q[degs]", status=2).stderr
+    assert "unknown unit 'degs'; did you mean 'deg'?" in said
+    assert "unit must be one of" in deltactl(*words, "position=q[furlong]", status=2).stderr

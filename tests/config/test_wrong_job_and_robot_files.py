@@ -23,14 +23,24 @@ WRONG_JOBS = [
     (HEART, "width_m: 0.2", "widht_m: 0.2", "path.widht_m: unknown key; did you mean 'width_m'?"),
     (HEART, "width_m: 0.2", "width_m: 0.2 m", "path.width_m: Input should be a valid number"),
     (HEART, "width_m: 0.2", "width_m: -0.2", "path.width_m: Input should be greater than 0"),
-    (HEART, "width_m: 0.2", "width_m: 200", "path.width_m: Input should be less than or equal"),
+    (
+        HEART,
+        "width_m: 0.2",
+        "width_m: 200",
+        "path.width_m: this is in metres, not in mm",
+    ),
     (HEART, "width_m: 0.2", "width_m: .inf", "path.width_m: must be a finite number"),
     (HEART, "shape: heart", "shape: hart", "path.shape: must be one of circle, heart, spiral"),
     (HEART, "shape: heart", "sharp: heart", "'shape' is missing"),
     (HEART, "turns: 1", "turns: 0", "path.turns: Input should be greater than or equal to 1"),
     (HEART, "turns: 1", "turns: 1000", "path: the path has 1,277,094 targets, and 1,000,000"),
     (HEART, "[0.0, 0.0, -0.45]", "[0.0, -0.45]", "path.centre_m: item 3 is missing"),
-    (HEART, "[0.0, 0.0, -0.45]", "[0, 0, -450]", "path.centre_m.2: Input should be greater"),
+    (
+        HEART,
+        "[0.0, 0.0, -0.45]",
+        "[0, 0, -450]",
+        "path.centre_m.2: this is in metres, not in mm",
+    ),
     (HEART, "t_pwm_s: 0.006", "t_pwm_s: 0.00004", "timing.t_pwm_s: Input should be greater"),
     (HEART, "t_pwm_s: 0.006", "t_pwm: 0.006", "timing.t_pwm: unknown key; did you mean 't_pwm_s'?"),
     (HEART, "mode: together", "mode: slow", "timing.mode: must be one of together, accelerated"),
@@ -54,7 +64,11 @@ WRONG_JOBS = [
 ]
 
 WRONG_ROBOTS = [
-    ("base_radius_m: 0.325", "base_radius_m: 325", "geometry.base_radius_m: Input should be less"),
+    (
+        "base_radius_m: 0.325",
+        "base_radius_m: 325",
+        "geometry.base_radius_m: this is in metres, not in mm",
+    ),
     ("forearm_m: 0.5", "forarm_m: 0.5", "geometry.forarm_m: unknown key; did you mean 'forearm_m'"),
     ("[0, 120, 240]", "[0, 120]", "geometry.azimuth_deg: item 3 is missing"),
     ("kind: delta", "kind: scara", "kind: must be 'delta' (got 'scara')"),

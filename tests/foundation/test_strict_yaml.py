@@ -60,6 +60,16 @@ def check(text: str) -> Plan:
     return Document(PATH, text).check(Plan)
 
 
+def test_lengths_in_mm_are_one_mistake_beside_the_others() -> None:
+    text = GOOD.replace("radius_m: 0.5", "radius_m: 500") + "count: 0\n"
+    with pytest.raises(ConfigError) as caught:
+        check(text)
+    assert set(str(caught.value).splitlines()) == {
+        "plan.yaml:4: outline.radius_m: this is in metres, not in mm: write 0.5",
+        "plan.yaml:5: count: Input should be greater than or equal to 1 (got 0)",
+    }
+
+
 def test_a_good_file() -> None:
     plan = check(
         GOOD + "count: 3\nparts:\n  - {length_m: 1}\n  - length_m: 2.5\n    ends: [1, 2]\n"
