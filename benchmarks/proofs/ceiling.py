@@ -3,11 +3,12 @@
     python benchmarks/proofs/ceiling.py OUT [--minutes M] [--missed]
 
 OUT is the folder of a proof (`deltactl prove --out OUT`). Each of its cases with one to five
-effects is simulated again and shown to an observer that is told what was built in and compares
-the evidence of the true set with that of its neighbours (`ideal_observer`): where it would prefer
-another set, no diagnosis can be expected to name the true one. What the diagnosis named exactly
-counts as told, whatever the observer thinks of it. What it saw is kept beside the
-case's result (`ceiling.json`). Five to ten seconds of one core a case, and the simulation.
+effects that was not named exactly is simulated again and shown to an observer that is told what
+was built in and compares the evidence of the true set with that of its neighbours
+(`ideal_observer`): where it would prefer another set, no diagnosis can be expected to name the
+true one. What the diagnosis named exactly counts as told, so the observer is not asked there. What
+it saw is kept beside the case's result (`ceiling.json`). Five to ten seconds of one core a case,
+and the simulation.
 """
 
 from __future__ import annotations
@@ -80,39 +81,47 @@ def main() -> int:
     parser.add_argument("--missed", action="store_true", help="list what the observer would tell")
     options = parser.parse_args()
     until = time.monotonic() + 60.0 * options.minutes
-    seen: list[tuple[Score, Ceiling]] = []
+    seen: list[tuple[Score, str]] = []
+    """What was answered, and what speaks against the truth: empty where the recording tells it."""
     for result, marks, kept in cases(options.out):
+        if marks.exact:
+            seen.append((marks, ""))
+            continue
         if time.monotonic() > until:
             print(f"stopped after {options.minutes:g} minutes; the same command goes on")
             break
         try:
-            seen.append((marks, observed(result, marks, kept)))
+            seen.append((marks, against(observed(result, marks, kept))))
         except DeltactlError as error:
             print(f"{marks.case}: {error}", file=sys.stderr)
     print("| group | named exactly, of all | the recording tells | named exactly, of these |")
     print("|---|---|---|---|")
     for group in (*GROUPS, ""):
         own = [pair for pair in seen if pair[0].group == group or not group]
-        told = [marks for marks, limit in own if marks.exact or limit.tells]
+        told = [marks for marks, why in own if not why]
         if own:
             all_ = share([marks for marks, _ in own])
             print(f"| {group or 'all'} | {all_} | {len(told)} | {share(told)} |")
-    untold = [limit.against for marks, limit in seen if not (marks.exact or limit.tells)]
-    reasons = Counter(_kind(against) for against in untold)
+    reasons = Counter(_kind(why) for _, why in seen if why)
     print("\n".join(f"{count} x {reason}" for reason, count in reasons.most_common()))
     if options.missed:
-        for marks, limit in seen:
+        for marks, why in seen:
             if not marks.exact:
-                print(f"{marks.case}: {marks.truth} said {marks.said}: {limit.against or 'tells'}")
+                print(f"{marks.case}: {marks.truth} said {marks.said}: {why or 'tells'}")
     return 0
 
 
-def _kind(against: str) -> str:
+def against(limit: Ceiling) -> str:
+    """What the recording prefers to the truth; empty where it tells it."""
+    return "" if limit.tells else limit.against or "another set"
+
+
+def _kind(why: str) -> str:
     """A reason without its names."""
     for kind in ("too faint", "is like", "beside it"):
-        if kind in against:
+        if kind in why:
             return kind
-    return against
+    return why
 
 
 if __name__ == "__main__":
