@@ -18,14 +18,14 @@ from nicegui import ui
 from starlette.responses import FileResponse, PlainTextResponse, Response
 
 from foundation.errors import ConfigError
+from web.access.guard import LOCAL, MAX_BODY, Guard
+from web.access.login import add_login
+from web.access.sessions import Session, Sessions
+from web.access.users import load_users
 from web.belief import Beliefs
-from web.guard import LOCAL, MAX_BODY, Guard
 from web.link import DaemonLink
-from web.login import add_login
 from web.page import RobotPage
-from web.sessions import Session, Sessions
 from web.site import Site
-from web.users import load_users
 
 TITLE = "deltactl"
 RECONNECT_S = 8.0
@@ -66,7 +66,7 @@ def serve(where: Where) -> None:
     sessions = Sessions() if users is not None else None
     secure = where.certificate is not None
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(message)s")
-    logging.getLogger("web.guard").setLevel(logging.WARNING)
+    logging.getLogger("web.access.guard").setLevel(logging.WARNING)
     with _linked(where) as site:
         app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
         if users is not None and sessions is not None:

@@ -52,7 +52,7 @@ def serve_page(
 def add_web_user(name: str, file: Path, viewer: bool, token: bool) -> None:
     """Ask for a password twice, or make one up, and write its hash. Raises ConfigError."""
     with needs("web", "the page"):
-        from web.users import add_user, new_token
+        from web.access.users import add_user, new_token
 
     if token:
         password = new_token()

@@ -23,7 +23,7 @@ from tests.web.conftest import (
     start_page,
     switch_off,
 )
-from web.users import add_user
+from web.access.users import add_user
 
 Open = Callable[..., Browser]
 

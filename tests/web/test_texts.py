@@ -8,7 +8,7 @@ import yaml
 from firmware_py.job_file import JobFile
 from foundation.errors import ConfigError
 from web import motions
-from web.texts import kind_of
+from web.access.texts import kind_of
 
 HEART = {"name": "h", "robot": "zhao-2023.yaml", "path": {"shape": "heart"}}
 

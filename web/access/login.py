@@ -10,8 +10,8 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 
 from firmware_py.daemon.limits import Allowance
-from web.sessions import Sessions, cookie, word_in
-from web.users import User, right
+from web.access.sessions import Sessions, cookie, word_in
+from web.access.users import User, right
 
 TRIES_HZ, TRIES_BURST = 0.1, 8
 """Of everybody together: six a minute. Whoever guesses does not take the robot's processor."""

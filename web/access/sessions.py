@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass
 from http.cookies import CookieError, SimpleCookie
 
-from web.users import Role
+from web.access.users import Role
 
 COOKIE = "deltactl"
 LASTS_S = 8 * 3600.0

@@ -10,7 +10,7 @@ from typing import Any, Final
 from urllib.parse import urlsplit
 
 from firmware_py.daemon.limits import Allowance
-from web.sessions import NOBODY_ASKED, Session, Sessions, word_in
+from web.access.sessions import NOBODY_ASKED, Session, Sessions, word_in
 
 Scope = MutableMapping[str, Any]
 Message = MutableMapping[str, Any]
