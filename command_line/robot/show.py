@@ -25,7 +25,10 @@ def show_tracking(recording: Path, quiet: bool) -> dict[str, Any]:
         if any(min(one.samples) for one in tracking.all()):
             console.print(tracking_table(run.configuration.job_name, tracking))
         else:
-            say(f"{run.configuration.job_name}: no readings along the path, nothing to compare")
+            say(
+                f"{run.configuration.job_name}: no readings between the first target of the path"
+                " and where the run ended, so nothing to compare with; was it stopped before?"
+            )
         for text in run.damage:
             warn(f"the recording is {text}")
     return {one.name: one.as_json() for one in tracking.all()}

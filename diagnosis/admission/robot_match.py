@@ -176,7 +176,7 @@ def _predicted(
 
 
 def _would_fit(model: DeltaModel, size: FloatArray) -> str:
-    """What the nearest machine that fits is like."""
+    """What the nearest machine is like, for a hint of which file belongs to the recording."""
     believed = model.chain.linkage
     lengths = (believed.radius_m, believed.upper_arm_m, believed.forearm_m)
     told = [
@@ -185,7 +185,7 @@ def _would_fit(model: DeltaModel, size: FloatArray) -> str:
     ]
     if abs(size[3]) > ADMISSION.off:
         told.append(f"arms turning {np.exp(size[3]):.2g} times as far")
-    return f"what would fit has about {', '.join(told)}"
+    return f"what comes nearest, and need not be yours, has about {', '.join(told)}"
 
 
 def _about_mm(length_m: float) -> int:

@@ -285,7 +285,9 @@ def _timing(
         )
     if float(np.std(step[step < GAP_PERIODS * usual])) > GUESSES.large_jitter * usual:
         late.append(
-            f"{time.source}: steps of time are uneven; use the clock of the samples if there is one"
+            f"{time.source}: its steps are uneven, as where a computer stamps what arrives; if the"
+            " file has the clock of the device that took the readings, say --set t=THAT_COLUMN; if"
+            " they were taken evenly, --set rate_hz=100 with their true rate"
         )
     return facts, late
 

@@ -133,9 +133,9 @@ class PathLimits:
                 LimitExceeded,
                 f"the inverse kinematics puts arm {arm + 1} {np.rad2deg(apart[row, arm]):.1f} deg"
                 f" from where the geometry has it, more than limits.network_deg {bound_deg:g};"
-                " train the network again, or use inverse_kinematics: geometry; if the robot is"
-                " built that far from its file, name a calibrated robot file in the job (deltactl"
-                " evaluate --save-robot)",
+                " train the network again, or use inverse_kinematics: {kind: geometry}; if the"
+                " robot is built that far from its file, name a calibrated robot file in the job"
+                " (deltactl evaluate --save-robot)",
             )
 
     def _margin_problems(self, reached: Reach, margins: FloatArray) -> Iterator[Problem]:

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from firmware_py.robot_file import CONFIG_FOLDER
 from recording.reading.reader import read_run
@@ -81,3 +86,24 @@ def test_the_sensors_alone_are_recorded(deltactl, tmp_path: Path) -> None:
     table = read_flat(tmp_path / "still.csv")
     assert 190 <= len(table) <= 205
     assert abs(np.nanmean(table.column("range_x")) - 0.6) < 0.001
+
+
+@pytest.mark.parametrize("word", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_decelerates_and_ends(tmp_path: Path, word: int) -> None:
+    """On the virtual clock the robot's loops run within the wait: a signal must not end them."""
+    text = (CONFIG_FOLDER / "heart.yaml").read_text(encoding="utf-8")
+    (tmp_path / "long.yaml").write_text(text.replace("repeats: 1", "repeats: 500"))
+    recording = tmp_path / "long.mcap"
+    run = subprocess.Popen(
+        [sys.executable, "-m", "command_line.main", "run", "long.yaml", "--simulate",
+         "--record", str(recording)],
+        cwd=tmp_path, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    while not recording.exists() or recording.stat().st_size < 200_000:
+        assert run.poll() is None
+        time.sleep(0.02)
+    run.send_signal(word)
+    _, said = run.communicate(timeout=60.0)
+    assert run.returncode == 2
+    assert "ended as cancelled" in said
+    assert read_run(recording).complete

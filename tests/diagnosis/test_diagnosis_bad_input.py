@@ -92,8 +92,8 @@ def test_time_in_milliseconds(delta: DeltaRobot, record: Record) -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"upper_arm_m": 0.2, "forearm_m": 0.7}, "what would fit has"),
-        ({"forearm_m": 0.55}, "what would fit has"),
+        ({"upper_arm_m": 0.2, "forearm_m": 0.7}, "what comes nearest"),
+        ({"forearm_m": 0.55}, "what comes nearest"),
         ({"azimuth_deg": (0.0, 240.0, 120.0)}, "no lengths"),
     ],
 )
