@@ -15,7 +15,7 @@ from command_line.wrapped import print_wrapped
 from firmware_py.robot_file import CONFIG_FOLDER, find
 from foundation.errors import ConfigError
 from foundation.extras import needs
-from models.robot import DeltaRobot, load_robot_model
+from models.robot import DeltaRobot, ServoAxis, load_robot_model
 
 if TYPE_CHECKING:
     from diagnosis.observations.column_mapping import Mapping
@@ -48,6 +48,7 @@ def diagnose_recordings(
     robot_file = find(robot)
     refuse_missing([*recordings, *holdout])
     quiet = json_file is not None and str(json_file) == "-"
+    _refuse_other_motion(columns, robot_file)
     read = read_with(columns)
     with waiting("reading", quiet) as show:
         written = None if quiet else json_file
@@ -75,6 +76,18 @@ def diagnose_recordings(
     if save_robot is not None:
         say(f"robot file: {save_robot}, {what_is_written(answer, save_all)}")
         print_wrapped(escape(line) for line in support(answer, save_all))
+
+
+def _refuse_other_motion(columns: list[str], robot_file: Path) -> None:
+    """Raise ConfigError where a length was said of an axis that turns, or an angle of a slide."""
+    from diagnosis.observations.unit_doubts import other_motion
+
+    robot = load_robot_model(robot_file)
+    if not columns or not isinstance(robot, ServoAxis):
+        return
+    units = {name: one.unit for name, one in mapping_of(columns).columns.items()}
+    if why := other_motion(units, robot.motion):
+        raise ConfigError(f"--set: {why}")
 
 
 def read_with(columns: list[str]) -> Callable[[Path], FlatRecording]:

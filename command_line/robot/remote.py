@@ -9,7 +9,7 @@ from pathlib import Path
 from command_line.output import console, duration, facts, millimetres, print_json, say, warn
 from firmware_py.controller.contract import Status
 from firmware_py.controller.sensing.home_check import WARNING
-from firmware_py.controller.states import State, way_out
+from firmware_py.controller.states import State, said, way_out
 from firmware_py.daemon.client import Client
 
 WATCH_EVERY_S = 0.5
@@ -20,14 +20,16 @@ def do(name: str, socket: Path | None) -> None:
     with Client(socket) as client:
         method = {"on": client.power_on, "off": client.power_off}.get(name)
         (method or getattr(client, name))()
-        say(f"{name}: the robot is {client.status().state}")
+        status = client.status()
+        state = State(status.state)
+        say(f"{name}: the robot is {said(state)}; next: {way_out(state, status.simulated)}")
 
 
 def home_robot(accept_unseen_deg: float, robot: Path | None, socket: Path | None) -> None:
     """Home, and say what the sensors saw."""
     with Client(socket) as client:
         seen, _, warning = client.home(accept_unseen_deg, robot).partition(WARNING)
-        say(f"home: the robot is {client.status().state}; {seen}")
+        say(f"home: the robot is {said(State(client.status().state))}; {seen}")
         if warning:
             warn(f"warning: {warning}")
 

@@ -18,8 +18,14 @@ from foundation.errors import RecordingError
 from foundation.strict_yaml import Document
 from models.belief import merged
 from models.effects import VOCABULARY, Port
-from models.effects.kind import MOTORS
-from models.effects.lone_axis import COMPONENT
+from models.effects.kind import MOTORS, EffectKind
+from models.effects.lone_axis import (
+    COMPONENT,
+    Motion,
+    command_effects,
+    effort_effects,
+    sensor_effects,
+)
 from models.robot import DeltaRobot, EffectEntry, FoundBy, ServoAxis, load_robot_model
 from models.sliding import named_for_file
 
@@ -99,11 +105,21 @@ def save_corrected(
 
 def lasts(finding: Finding) -> bool:
     """Whether a robot file can describe it, and it will last until the next run."""
-    kind = VOCABULARY.get(finding.effect)
-    if kind is None or kind.event:
-        return False
-    # A servo delta's friction is a torque here and a width there: only what the file can say.
-    return set(finding.parameters) <= {parameter.name for parameter in kind.parameters}
+    names = set(finding.parameters)
+    # A friction is a torque of an axis with effort and a width elsewhere: only what the file of
+    # this kind of machine can say.
+    return any(
+        not kind.event and names <= {parameter.name for parameter in kind.parameters}
+        for kind in _kinds(finding)
+    )
+
+
+def _kinds(finding: Finding) -> list[EffectKind]:
+    """What the effect is in the robot files of the finding's kind of machine; none of unknowns."""
+    motion: Motion = "rotary"
+    lone = (command_effects(motion), effort_effects(motion), sensor_effects())
+    known = lone if finding.component == COMPONENT else (VOCABULARY,)
+    return [kinds[finding.effect] for kinds in known if finding.effect in kinds]
 
 
 def sure(finding: Finding, diagnosis: Diagnosis) -> bool:

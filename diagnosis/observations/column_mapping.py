@@ -243,7 +243,7 @@ FEW_LETTERS = 3
 def _missing(path: Path, name: str, wanted: str, there: list[str]) -> RecordingError:
     other = STANDS_IN.get(name)
     near = [one for one in there if len(wanted) >= FEW_LETTERS and wanted.lower() in one.lower()]
-    near += difflib.get_close_matches(wanted, there, n=1, cutoff=0.6)
+    near += difflib.get_close_matches(wanted, [without_unit(one) for one in there], n=1, cutoff=0.6)
     way = f"; {other} could stand for it" if other else ""
     way = f"; did you mean '{near[0]}'?" if near else way
     plain = without_unit(wanted)

@@ -29,7 +29,8 @@ from diagnosis.observations.column_mapping import (
 from diagnosis.observations.column_names import pulls, read_name
 from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
-from diagnosis.observations.unit_guess import LINEAR, ROTARY, steps_of_a_slide, with_units
+from diagnosis.observations.unit_doubts import LINEAR, ROTARY
+from diagnosis.observations.unit_guess import steps_of_a_slide, with_units
 from foundation.errors import RecordingError
 from models.robot import ARMS
 from recording.tables.flat import GAP_PERIODS, UNITS

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from diagnosis.observations.readings import FloatArray
@@ -11,6 +13,7 @@ TURNS_RAD = 4.0 * np.pi
 LONG_STEP_S = 2.0
 """Whole steps of time from here on are more often ms or us."""
 ANGULAR = ("command", "position", "theta")
+ROTARY, LINEAR = ("rad", "mrad", "deg", "turn"), ("m", "mm", "cm", "um", "inch")
 
 
 def doubt(name: str, column: str, values: FloatArray) -> str:
@@ -28,5 +31,21 @@ def doubt(name: str, column: str, values: FloatArray) -> str:
             return (
                 f"{name} was read in rad (or m), up to {farthest:.4g}; if it is in degrees,"
                 f' --set "{name}={column}[deg]"'
+            )
+    return ""
+
+
+def other_motion(units: Mapping[str, str], motion: str) -> str:
+    """Why units cannot be those of an axis that turns (rotary) or slides (linear); empty if right.
+
+    units: of the columns of the contract, as they were said.
+    """
+    wrong, does = (LINEAR, "turns") if motion == "rotary" else (ROTARY, "slides")
+    other = "linear" if motion == "rotary" else "rotary"
+    for name, unit in units.items():
+        if name.split("_")[0] in ANGULAR and unit in wrong:
+            return (
+                f"{name} is in {unit}, and this axis {does} (motion: {motion} in the robot file);"
+                f" give its unit, or say motion: {other}"
             )
     return ""

@@ -13,6 +13,7 @@ from diagnosis.observations.needed_columns import travel
 from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
 from diagnosis.observations.slope import slope_ratio
+from diagnosis.observations.unit_doubts import ANGULAR, LINEAR, ROTARY
 
 RATIOS: tuple[tuple[float, str, str], ...] = (
     (1.0 / IN_SI["deg"], "deg", "rad"), (1.0 / IN_SI["mm"], "mm", "m"),
@@ -20,8 +21,6 @@ RATIOS: tuple[tuple[float, str, str], ...] = (
     (4096.0 / (2.0 * np.pi), "counts of 4096 a turn", "rad"),
 )  # fmt: skip
 """How many of the first unit are one of the second."""
-ANGULAR = ("command", "position", "theta")
-ROTARY, LINEAR = ("rad", "mrad", "deg", "turn"), ("m", "mm", "cm", "um", "inch")
 
 
 def time_unit(t: FloatArray) -> tuple[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 
 from firmware_py.controller.jobs.journal import Journal
-from firmware_py.controller.states import Request, State, require
+from firmware_py.controller.states import Request, State, require, said
 from foundation.clock import Clock
 from foundation.errors import NotReady
 
@@ -32,7 +32,7 @@ class Condition:
         if self.turns != turn:
             why = f" ({self.why})" if self.why else ""
             raise NotReady(
-                f"cannot {what}: the robot is {self.state.value}{why} meanwhile; ask again"
+                f"cannot {what}: the robot is {said(self.state)}{why} meanwhile; ask again"
             )
 
     def enter(self, state: State, why: str = "") -> None:

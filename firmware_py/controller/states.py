@@ -66,6 +66,15 @@ def way_out(state: State, simulated: bool = False) -> str:
     return WAY_OUT[state].format(by_hand=by_hand, clear=clear)
 
 
+SAID: dict[State, str] = {State.FAULT: "in a fault"}
+"""How a state is said in a sentence, where its name is no word for that."""
+
+
+def said(state: State) -> str:
+    """A state after 'the robot is'."""
+    return SAID.get(state, state.value)
+
+
 IN_WORDS: dict[Request, str] = {Request.ON: "switch on", Request.OFF: "switch off"}
 
 
@@ -75,4 +84,4 @@ def require(request: Request, state: State, why: str = "", simulated: bool = Fal
         cause = f" ({why})" if why else ""
         wish = IN_WORDS.get(request, request.value)
         way = way_out(state, simulated)
-        raise NotReady(f"cannot {wish}: the robot is {state.value}{cause}; {way}")
+        raise NotReady(f"cannot {wish}: the robot is {said(state)}{cause}; {way}")

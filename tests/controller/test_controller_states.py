@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firmware_py.controller.controller import Controller
-from firmware_py.controller.states import ALLOWED, Request, State, require, way_out
+from firmware_py.controller.states import ALLOWED, Request, State, require, said, way_out
 from foundation.clock import sleep_s
 from foundation.errors import EmergencyStop, NotReady
 
@@ -48,7 +48,7 @@ def test_the_controller_refuses_what_the_table_refuses(homed: Controller, write_
     for state, (request_, ask) in product(State, asks.items()):
         if state not in ALLOWED[request_]:
             homed.condition.state = state
-            with pytest.raises(NotReady, match=f"cannot .* is {state.value}"):
+            with pytest.raises(NotReady, match=f"cannot .* is {said(state)}"):
                 ask()
             assert homed.condition.state is state
     homed.condition.state = State.READY

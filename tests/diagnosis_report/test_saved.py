@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
+from diagnosis.answer.corrected_robot import lasts
 from diagnosis.answer.records import (
     Alternative,
     Evidence,
@@ -84,3 +87,20 @@ def test_without_a_probability_a_rival_makes_it_uncertain(make: Any) -> None:
     well, left = support(answer, False)
     assert well == "- well supported: a wrong home angle of motor 1"
     assert "not certain: a periodic error of the gearbox of motor 1" in left
+
+
+@pytest.mark.parametrize(
+    ("effect", "component", "name", "stays"),
+    [
+        ("joint_friction", "axis", "torque", True),
+        ("effort_offset", "axis", "offset", True),
+        ("viscous_friction", "axis", "coefficient", True),
+        ("joint_friction", "motor1", "torque", False),
+        ("lost_steps", "axis", "steps", False),
+        ("unknown", "axis", "size_rms", False),
+    ],
+)
+def test_what_the_file_of_an_axis_can_say_is_taken_over(
+    effect: str, component: str, name: str, stays: bool
+) -> None:
+    assert lasts(found(effect, component, name, 0.99)) is stays

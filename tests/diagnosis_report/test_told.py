@@ -8,7 +8,7 @@ import pytest
 
 from diagnosis.answer.records import Finding, PriorSensitivity, Unexplained
 from diagnosis.assessment.prior_sensitivity import as_found
-from diagnosis.report.sentences.telling import NOISE, told
+from diagnosis.report.sentences.telling import NOISE, NOISE_BESIDE, told
 
 
 def bare(finding: Finding) -> Finding:
@@ -39,7 +39,7 @@ def test_what_cannot_be_told_apart_is_said(make: Any, parts: Any) -> None:
 @pytest.mark.parametrize(
     ("rest", "says"),
     [
-        (Unexplained(share_of_mismatch=0.0, p=0.4), NOISE),
+        (Unexplained(share_of_mismatch=0.0, p=0.4), NOISE_BESIDE),
         (
             Unexplained(share_of_mismatch=0.1, depends_on=["time"], component="range_x", p=1e-4),
             "What is left is more than noise (p = 0.0001); it follows the time since the start at "
@@ -53,6 +53,11 @@ def test_what_cannot_be_told_apart_is_said(make: Any, parts: Any) -> None:
 )
 def test_what_is_left_is_said_as_it_is(make: Any, rest: Unexplained, says: str) -> None:
     assert told(make("partly_explained", unexplained=rest)).unexplained.says == says
+
+
+def test_noise_is_what_is_left_of_the_whole_mismatch(make: Any) -> None:
+    rest = Unexplained(share_of_mismatch=0.0, p=0.4)
+    assert told(make("nothing_missing", findings=[], unexplained=rest)).unexplained.says == NOISE
 
 
 def test_sentences_that_are_there_stay(make: Any) -> None:

@@ -13,6 +13,7 @@ import pytest
 from diagnosis.observations.column_mapping import load_mapping, read_mapped
 from diagnosis.observations.inspection import inspect
 from diagnosis.observations.slope import check_velocity, slope_ratio
+from diagnosis.observations.unit_doubts import other_motion
 from foundation.errors import ConfigError, RecordingError
 from recording.tables.flat import from_columns
 
@@ -153,3 +154,12 @@ def test_the_twin_of_a_command_in_counts_is_the_position_in_counts(tmp_path: Pat
 def test_the_advice_never_names_a_load_as_the_position(tmp_path: Path) -> None:
     path = write(tmp_path / "a.csv", "ts,cmd,pull_Nm", T_S, ANGLE, CURRENT)
     assert "--set position=COLUMN" in inspect(path).kind_why
+
+
+@pytest.mark.parametrize(
+    ("unit", "motion", "wrong"),
+    [("mm", "rotary", True), ("deg", "rotary", False), ("deg", "linear", True),
+     ("mm", "linear", False), ("1", "rotary", False)],
+)  # fmt: skip
+def test_a_length_is_no_unit_of_an_axis_that_turns(unit: str, motion: str, wrong: bool) -> None:
+    assert bool(other_motion({"t": "ms", "position": unit}, motion)) is wrong

@@ -96,7 +96,7 @@ def test_after_a_lost_encoder_the_daemon_refuses_until_cleared_and_homed(
         status = json.loads(deltactl("status", "--json", "--socket", socket).stdout)
         assert status["state"] == "fault"
         refused = deltactl("run", job, "--socket", socket, status=2)
-        assert "the robot is fault (the encoder signal of motor2 is lost" in refused.stderr
+        assert "the robot is in a fault (the encoder signal of motor2 is lost" in refused.stderr
         deltactl("acknowledge", "--socket", socket)  # a second has passed: the cable is back
         unhomed = deltactl("run", job, "--socket", socket, status=2)
         assert "the robot is unhomed" in unhomed.stderr

@@ -18,6 +18,10 @@ from models.effects import VOCABULARY
 from models.effects.kind import EffectKind
 
 NOISE = "What is left is consistent with measurement noise."
+NOISE_BESIDE = (
+    "What is left beside all of these, also those without a name, is consistent with"
+    " measurement noise."
+)
 
 
 def told(answer: Diagnosis, kinds: Mapping[str, EffectKind] = VOCABULARY) -> Diagnosis:
@@ -81,7 +85,7 @@ def _like_noise(answer: Diagnosis) -> str:
     """What no test tells from noise; where readings at rest show how little noise they have, so."""
     within, left = answer.fit.scatter_within_m, answer.fit.rms_after_m
     if within is None or left <= VERDICT.beyond_rest * within:
-        return NOISE
+        return NOISE_BESIDE if any(one.effect == "unknown" for one in answer.findings) else NOISE
     at_rest, left_m = (quantity(size, answer.fit.unit, digits=2) for size in (within, left))
     more = "" if answer.verdict == "nothing_missing" else ": it is more than the noise of reading"
     return (

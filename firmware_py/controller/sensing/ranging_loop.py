@@ -11,6 +11,8 @@ from models.robot import AXES
 
 POLLS_PER_SAMPLE = 2
 """A sensor's own clock drifts against ours: polled once a period, samples would be missed."""
+NOT_READ = "not read now"
+"""Of sensors that were well when somebody last looked."""
 
 
 class RangingLoop:
@@ -79,6 +81,8 @@ class RangingLoop:
         """What each sensor says now; one that is 'ok' for its driver may be blind all the same."""
         health = self._sensors.health()
         for axis in AXES:
+            if health.get(axis) == "ok" and not self.alive:
+                health[axis] = NOT_READ
             if health.get(axis) == "ok" and (said := blind(axis)):
                 health[axis] = said
         return tuple(self._status_of(axis, health.get(axis, "off")) for axis in AXES)
