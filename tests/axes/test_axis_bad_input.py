@@ -113,7 +113,9 @@ def test_a_missing_column_is_named_with_what_could_stand_for_it(tmp_path: Path) 
 def test_a_table_that_is_written_otherwise_says_how_to_look_at_it(tmp_path: Path) -> None:
     table = tmp_path / "theirs.csv"
     table.write_text("t;angle\n0,5;1,25\n")
-    with pytest.raises(RecordingError, match=r"heading has 1; .*deltactl diagnose --inspect .*theirs"):
+    with pytest.raises(
+        RecordingError, match=r"heading has 1; .*deltactl diagnose --inspect .*theirs"
+    ):
         read_mapped(table, load_mapping(None, ["position=angle"]))
 
 

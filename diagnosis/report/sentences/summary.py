@@ -180,13 +180,19 @@ def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.
     return lines
 
 
+MINOR = 20.0
+"""Per cent: what comes back of less sounds like a minor cause, which it need not be."""
+
+
 def share_line(finding: Finding) -> str:
     """What the other findings cannot take over: each is left out and the others fitted again."""
     share = 100.0 * finding.share_of_mismatch
     shown = f"{share:.0f} %" if share >= 1.0 else "less than 1 %"
     says = f"without it {shown} of the mismatch comes back, even with the others fitted again"
-    if share >= 1.0:
+    if share >= MINOR:
         return words.sentence(says)
+    if share >= 1.0:
+        return words.sentence(f"{says}: the rest of its part they would take up, at wrong sizes")
     yet = "; yet that is more than noise" if finding.evidence.p < sureness.SURE_P else ""
     return words.sentence(f"its part is small: {says}{yet}")
 
