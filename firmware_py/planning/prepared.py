@@ -59,7 +59,7 @@ def prepare_here(job_file: Path, robot: InForce, access: FileAccess | None = Non
     if not same and not _is_machine(robot.robot, wanted, how.named):
         raise ConfigError(
             f"{job_file}: is for robot file {job.robot}, but this robot runs {robot.path.name};"
-            " change 'robot' in the job, or start the daemon with the other file"
+            " change 'robot' in the job, leave --robot out, or start the daemon with the other file"
         )
     with told_with(job_file.name):
         program = make_program(
