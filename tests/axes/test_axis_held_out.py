@@ -115,6 +115,9 @@ class Follows(Slope):
     def followed(self, key: str) -> np.ndarray:
         return self.place
 
+    def detail(self, key: str) -> int:
+        return 0
+
 
 def test_an_unknown_that_follows_the_place_is_carried_to_another_run() -> None:
     """Where the place was seen; beyond that nothing is said of it."""
