@@ -263,7 +263,9 @@ def test_a_reading_has_its_age_and_is_good_only_since_it_was_taken() -> None:
     assert loop.good_readings(0) == []
     x, y, _ = loop.status()
     assert (x.age_s, y.age_s) == (None, pytest.approx(0.25))
-    assert y.health == "not read now", "nobody polls: an old reading is no sign of health"
+    assert y.health == "ok"
+    sleep_s(clock, 3.0)
+    assert loop.status()[1].health == "not read for 3 s"
 
 
 class Silent:

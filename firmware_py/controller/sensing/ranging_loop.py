@@ -11,8 +11,8 @@ from models.robot import AXES
 
 POLLS_PER_SAMPLE = 2
 """A sensor's own clock drifts against ours: polled once a period, samples would be missed."""
-NOT_READ = "not read now"
-"""Of sensors that were well when somebody last looked."""
+OLD_S = 1.0
+"""A reading so old was taken before somebody stopped reading: it is no sign of health."""
 
 
 class RangingLoop:
@@ -81,8 +81,6 @@ class RangingLoop:
         """What each sensor says now; one that is 'ok' for its driver may be blind all the same."""
         health = self._sensors.health()
         for axis in AXES:
-            if health.get(axis) == "ok" and not self.alive:
-                health[axis] = NOT_READ
             if health.get(axis) == "ok" and (said := blind(axis)):
                 health[axis] = said
         return tuple(self._status_of(axis, health.get(axis, "off")) for axis in AXES)
@@ -92,6 +90,8 @@ class RangingLoop:
         if reading is None:
             return SensorStatus(axis, None, None, "none", None, health)
         age_s = (self._clock.now_ns() - reading.t_ns) / NS_PER_S
+        if health == "ok" and age_s > OLD_S:
+            health = f"not read for {age_s:.0f} s"
         return SensorStatus(
             axis, reading.distance_m, age_s, reading.gate.value, reading.signal_mcps, health
         )

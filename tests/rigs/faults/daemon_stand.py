@@ -16,6 +16,7 @@ from random import Random
 import numpy as np
 
 from drivers.fakes.lines import BENCH_BYTES, BenchMemory
+from firmware_py.controller.states import State, said
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.robot_file import TRAINED_FOLDER
 from foundation.errors import DeltactlError
@@ -246,7 +247,7 @@ def _must_refuse(client: Client, stand: DaemonStand, verdict: Verdict, state: st
         client.submit(stand.job)
         verdict.demand(False, f"took a job while {state}")
     except DeltactlError as error:
-        named = f"the robot is {state}" in str(error)
+        named = f"the robot is {said(State(state))}" in str(error)
         verdict.demand(named, f"refused for another reason: {error}")
 
 

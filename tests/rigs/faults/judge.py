@@ -8,6 +8,7 @@ from random import Random
 
 import numpy as np
 
+from firmware_py.controller.states import State, said
 from foundation.errors import DeltactlError, NotReady
 from models.robot import AXES
 from recording.reading.reader import read_run
@@ -130,7 +131,7 @@ def _must_refuse(stand: Stand, verdict: Verdict, state: str) -> None:
         stand.controller.submit(stand.job)
         verdict.demand(False, f"took a job while {state}")
     except DeltactlError as error:
-        named = f"the robot is {state}" in str(error)
+        named = f"the robot is {said(State(state))}" in str(error)
         verdict.demand(named, f"refused for another reason: {error}")
 
 

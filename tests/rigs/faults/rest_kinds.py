@@ -13,6 +13,7 @@ from random import Random
 
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.controller import Controller
+from firmware_py.controller.states import State, said
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import DeltactlError
 from tests.rigs.faults.edges import after, edge_times_ns
@@ -208,4 +209,6 @@ def _ends_as(stand: Stand, verdict: Verdict, state: str, culprit: str) -> None:
         stand.controller.submit(stand.job)
         verdict.demand(False, f"took a job while {state}")
     except DeltactlError as error:
-        verdict.demand(f"the robot is {state}" in str(error), f"refused otherwise: {error}")
+        verdict.demand(
+            f"the robot is {said(State(state))}" in str(error), f"refused otherwise: {error}"
+        )
