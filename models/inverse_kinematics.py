@@ -15,6 +15,8 @@ from foundation.errors import LimitExceeded
 from models.linkage import Linkage, inverse_one
 from models.robot import ARMS, AnyDrive, FloatArray, Geometry
 
+USE_GEOMETRY = "use inverse_kinematics: {kind: geometry}"
+"""In a job whose network cannot be taken."""
 CountArray = np.ndarray[Any, np.dtype[np.int64]]
 
 

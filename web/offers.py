@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from firmware_py.controller.states import State
+from firmware_py.controller.states import State, said
 
 GREY = "color=grey-4 text-color=grey-8"
 """Of a button that cannot be pressed: Quasar only makes it a little paler."""
@@ -15,10 +15,11 @@ def why_not(what: str, fitting: Collection[State], state: str) -> str:
     """Why something cannot be done now; empty when it can. No `state`: no daemon answers."""
     if not state:
         return f"{what}: not now, no daemon answers"
-    names = [known.value for known in State if known in fitting]
-    if state in names:
+    now = State(state)
+    if now in fitting:
         return ""
-    return f"{what}: not now, the robot is {state}; possible when it is {' or '.join(names)}"
+    names = " or ".join(said(known) for known in State if known in fitting)
+    return f"{what}: not now, the robot is {said(now)}; possible when it is {names}"
 
 
 def offer(button: Any, why: str) -> None:

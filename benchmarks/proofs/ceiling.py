@@ -91,7 +91,7 @@ def main() -> int:
             print(f"stopped after {options.minutes:g} minutes; the same command goes on")
             break
         try:
-            seen.append((marks, against(observed(result, marks, kept))))
+            seen.append((marks, observed(result, marks, kept).against))
         except DeltactlError as error:
             print(f"{marks.case}: {error}", file=sys.stderr)
     print("| group | named exactly, of all | the recording tells | named exactly, of these |")
@@ -109,11 +109,6 @@ def main() -> int:
             if not marks.exact:
                 print(f"{marks.case}: {marks.truth} said {marks.said}: {why or 'tells'}")
     return 0
-
-
-def against(limit: Ceiling) -> str:
-    """What the recording prefers to the truth; empty where it tells it."""
-    return "" if limit.tells else limit.against or "another set"
 
 
 def _kind(why: str) -> str:

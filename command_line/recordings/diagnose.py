@@ -48,7 +48,9 @@ def diagnose_recordings(
     robot_file = find(robot)
     refuse_missing([*recordings, *holdout])
     quiet = json_file is not None and str(json_file) == "-"
-    _refuse_other_motion(columns, robot_file)
+    described = load_robot_model(robot_file)
+    if columns and isinstance(described, ServoAxis):
+        _refuse_other_motion(columns, described)
     read = read_with(columns)
     with waiting("reading", quiet) as show:
         written = None if quiet else json_file
@@ -58,11 +60,10 @@ def diagnose_recordings(
     if save_robot is not None:
         save_corrected(robot_file, answer, save_robot, save_all, replace=force)
     if report is not None:
-        write_report(answer, load_robot_model(robot_file), report)
+        write_report(answer, described, report)
     if quiet:
         print_json(answer.to_json())
         return
-    described = load_robot_model(robot_file)
     print_wrapped(summary_lines(answer, described))
     if next_job is not None:
         why = "no run would tell more"
@@ -78,13 +79,10 @@ def diagnose_recordings(
         print_wrapped(escape(line) for line in support(answer, save_all))
 
 
-def _refuse_other_motion(columns: list[str], robot_file: Path) -> None:
+def _refuse_other_motion(columns: list[str], robot: ServoAxis) -> None:
     """Raise ConfigError where a length was said of an axis that turns, or an angle of a slide."""
     from diagnosis.observations.unit_doubts import other_motion
 
-    robot = load_robot_model(robot_file)
-    if not columns or not isinstance(robot, ServoAxis):
-        return
     units = {name: one.unit for name, one in mapping_of(columns).columns.items()}
     if why := other_motion(units, robot.motion):
         raise ConfigError(f"--set: {why}")

@@ -18,14 +18,8 @@ from foundation.errors import RecordingError
 from foundation.strict_yaml import Document
 from models.belief import merged
 from models.effects import VOCABULARY, Port
-from models.effects.kind import MOTORS, EffectKind
-from models.effects.lone_axis import (
-    COMPONENT,
-    Motion,
-    command_effects,
-    effort_effects,
-    sensor_effects,
-)
+from models.effects.kind import MOTORS
+from models.effects.lone_axis import COMPONENT, forms_of
 from models.robot import DeltaRobot, EffectEntry, FoundBy, ServoAxis, load_robot_model
 from models.sliding import named_for_file
 
@@ -105,21 +99,12 @@ def save_corrected(
 
 def lasts(finding: Finding) -> bool:
     """Whether a robot file can describe it, and it will last until the next run."""
-    names = set(finding.parameters)
-    # A friction is a torque of an axis with effort and a width elsewhere: only what the file of
-    # this kind of machine can say.
-    return any(
-        not kind.event and names <= {parameter.name for parameter in kind.parameters}
-        for kind in _kinds(finding)
-    )
-
-
-def _kinds(finding: Finding) -> list[EffectKind]:
-    """What the effect is in the robot files of the finding's kind of machine; none of unknowns."""
-    motion: Motion = "rotary"
-    lone = (command_effects(motion), effort_effects(motion), sensor_effects())
-    known = lone if finding.component == COMPONENT else (VOCABULARY,)
-    return [kinds[finding.effect] for kinds in known if finding.effect in kinds]
+    names, known = set(finding.parameters), VOCABULARY.get(finding.effect)
+    forms = [known] if known is not None else []
+    if finding.component == COMPONENT:
+        forms = forms_of(finding.effect)
+    # A servo delta's friction is a torque here and a width there: only what the file can say.
+    return any(not kind.event and names <= {one.name for one in kind.parameters} for kind in forms)
 
 
 def sure(finding: Finding, diagnosis: Diagnosis) -> bool:

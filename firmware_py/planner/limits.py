@@ -14,6 +14,7 @@ from firmware_py.paths.reach import Reach
 from firmware_py.planner.targets import Lap, MappingFailed
 from firmware_py.robot_file import Limits, RobotFile
 from foundation.errors import LimitExceeded, MotionError, UnreachablePoint
+from models.inverse_kinematics import USE_GEOMETRY
 from models.linkage import Linkage, Status, inverse
 from models.robot import AXES, FloatArray
 
@@ -133,7 +134,7 @@ class PathLimits:
                 LimitExceeded,
                 f"the inverse kinematics puts arm {arm + 1} {np.rad2deg(apart[row, arm]):.1f} deg"
                 f" from where the geometry has it, more than limits.network_deg {bound_deg:g};"
-                " train the network again, or use inverse_kinematics: {kind: geometry}; if the"
+                f" train the network again, or {USE_GEOMETRY}; if the"
                 " robot is built that far from its file, name a calibrated robot file in the job"
                 " (deltactl evaluate --save-robot)",
             )

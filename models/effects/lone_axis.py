@@ -84,6 +84,11 @@ def sensor_effects() -> dict[str, EffectKind]:
     return {kind.name: of_axis(kind, "linear") for kind in _SENSOR}
 
 
+def forms_of(effect: str) -> list[EffectKind]:
+    """What an effect can be on a lone machine: friction is a torque beside effort, else a width."""
+    return [kind for kind in (*_COMMAND, *_EFFORT, *_SENSOR) if kind.name == effect]
+
+
 _WORDS = {
     "following_lag": "the axis follows late, with a time constant of {time}",
     "lost_steps": "the motor lost {steps} at {time} and stayed behind",

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from foundation.errors import LimitExceeded, NetworkError
+from models.inverse_kinematics import USE_GEOMETRY
 from models.network.file import NetworkFile
 from models.network.metadata import NetworkMetadata
 from models.network.runtime import open_interpreter
@@ -86,7 +87,7 @@ class InverseNetwork:
         return LimitExceeded(
             f"target ({x_m:.4f}, {y_m:.4f}, {z_m:.4f}) m is outside what {self.file.path.name} "
             f"was trained for ({self.metadata.domain.describe()}); "
-            "move the path inside or use inverse_kinematics: geometry"
+            f"move the path inside or {USE_GEOMETRY}"
         )
 
     def _beyond(
@@ -98,7 +99,7 @@ class InverseNetwork:
         return LimitExceeded(
             f"target ({x_m:.4f}, {y_m:.4f}, {z_m:.4f}) m needs arm angles ({answer}) deg, outside "
             f"the {low_deg:g} to {high_deg:g} deg {self.file.path.name} was trained with; "
-            "move the path inside or use inverse_kinematics: geometry"
+            f"move the path inside or {USE_GEOMETRY}"
         )
 
 

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from foundation.errors import NetworkError
+from models.inverse_kinematics import USE_GEOMETRY
 
 RUNTIMES = ("tflite_runtime", "ai_edge_litert")
 """tflite-runtime: Python 3.9 to 3.11, numpy below 2. ai-edge-litert: 3.10 to 3.14."""
@@ -71,5 +72,5 @@ def _runtime() -> Any:
     wanted = RUNTIMES[0 if sys.version_info < (3, 12) else 1].replace("_", "-")
     raise NetworkError(
         f"no TFLite runtime for Python {sys.version_info.major}.{sys.version_info.minor} and "
-        f"numpy {np.__version__}: install {wanted}, or use inverse_kinematics: geometry"
+        f"numpy {np.__version__}: install {wanted}, or {USE_GEOMETRY}"
     )
