@@ -12,6 +12,7 @@ from diagnosis.admission.robot_match import check_belongs
 from diagnosis.admission.step_counts import check_steps
 from diagnosis.answer.records import Diagnosis
 from diagnosis.estimation.side_by_side import only_here
+from diagnosis.observations.machine_kind import of_another_kind
 from diagnosis.pipelines.lone_machine import diagnose_axis
 from diagnosis.pipelines.nonlinear import diagnose_model
 from diagnosis.pipelines.servo_robot import diagnose_servo_robot, is_servo_run
@@ -19,7 +20,7 @@ from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.plants.delta.next_runs import next_runs
 from diagnosis.plants.delta.safe_poses import MotionLimits
 from diagnosis.report.sentences.telling import told
-from foundation.errors import RecordingError
+from foundation.errors import MissingColumns, RecordingError
 from foundation.one_thread import one_thread
 from foundation.rarely_collected import rarely_collected
 from foundation.strict_yaml import Document
@@ -88,7 +89,12 @@ def diagnose_recordings(
     holdout = excerpts(holdout, most_rows(belief))
     for recording in (*recordings, *holdout):
         check_steps(belief, recording, motion_limits)
-    answer = _diagnosed(belief, recordings, holdout, only_here(progress), motion_limits, thorough)
+    try:
+        answer = _diagnosed(
+            belief, recordings, holdout, only_here(progress), motion_limits, thorough
+        )
+    except MissingColumns as error:
+        raise _of_another_kind(error, belief, [*recordings, *holdout]) from None
     return told(answer.model_copy(update={"thinned": thinned(recordings)}))
 
 
@@ -116,6 +122,16 @@ def _diagnosed(
         return diagnose_model(model, rad_per_step, held_out, progress, runs, thorough)
     except RecordingError as error:
         raise _with_source(error, [*recordings, *holdout]) from None
+
+
+def _of_another_kind(
+    error: MissingColumns, belief: RobotModel, recordings: Sequence[FlatRecording]
+) -> MissingColumns:
+    """The same, saying which kind of machine the recording that it is about looks like."""
+    for recording in recordings:
+        if recording.source in str(error):
+            return of_another_kind(error, belief, recording)
+    return error
 
 
 def _with_source(error: RecordingError, recordings: Sequence[FlatRecording]) -> RecordingError:

@@ -16,6 +16,7 @@ DeltactlError
 │   └── PulseFault                      the pulse player stopped by itself
 ├── NetworkError (ValueError)           a network file is broken or for another robot
 ├── RecordingError (ValueError)         a recording cannot be read or written
+│   └── MissingColumns                  it has not the columns of such a machine
 └── ServiceError (ConnectionError)      the daemon is absent or refuses
 
 A message says what was wrong, where, and what to do. The command line prints it as
@@ -93,6 +94,10 @@ class NetworkError(DeltactlError, ValueError):
 
 class RecordingError(DeltactlError, ValueError):
     """A recording cannot be written or read."""
+
+
+class MissingColumns(RecordingError):
+    """A table has not the columns that a machine of this kind needs."""
 
 
 class ServiceError(DeltactlError, ConnectionError):

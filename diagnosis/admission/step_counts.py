@@ -31,8 +31,8 @@ def check_steps(
             raise _refused(recording, name, broken, "a count of microsteps is a whole number")
         if not isinstance(robot, DeltaRobot) or robot.drive is None:
             continue
-        if isinstance(robot.drive, ServoDrive):
-            continue
+        if isinstance(robot.drive, ServoDrive) or recording.motors("steps") is None:
+            continue  # counts of fewer motors are of another machine, and refused as that
         angle_deg = np.rad2deg(known * robot.drive.rad_per_step)
         low, high = arm_deg[0] - ADMISSION.beyond_deg, arm_deg[1] + ADMISSION.beyond_deg
         seen = ~np.isnan(counts)

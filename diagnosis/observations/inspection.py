@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Mapping as AnyMapping
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -27,9 +26,9 @@ from diagnosis.observations.column_mapping import (
     without_unit,
 )
 from diagnosis.observations.column_names import pulls, read_name
+from diagnosis.observations.machine_kind import kind_of
 from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
-from diagnosis.observations.unit_doubts import LINEAR, ROTARY
 from diagnosis.observations.unit_guess import steps_of_a_slide, with_units
 from foundation.errors import RecordingError
 from models.robot import ARMS
@@ -40,7 +39,6 @@ from recording.tables.table_format import SEPARATORS, TableFormat, guess_format
 
 _LAST = re.compile(r"(\w+)_([123xyz])")
 _NUMBERED = re.compile(r"(.*?)[._]?\d+")
-COMMANDED = ("command", "position")
 OTHER_SEPARATOR = {"\t": "tab", " ": "space"}
 
 
@@ -175,7 +173,7 @@ def inspect_table(
             f"there are more joints than one: {', '.join(others[:6])}"
             f"{', ...' if len(others) > 6 else ''}; name the columns of another with --set"
         )
-    kind, motion, why = _kind(guesses, [name for name in known if name not in guesses])
+    kind, motion, why = kind_of(guesses, [name for name in known if name not in guesses])
     columns = {
         guess.name: Source.model_validate(
             {"from": name, "unit": guess.unit or "1", "scale": guess.scale}
@@ -307,45 +305,3 @@ def _zero(guesses: AnyMapping[str, Guess], table: AnyMapping[str, FloatArray]) -
         width = float(np.nanmax(values) - np.nanmin(values))
         return "arbitrary" if apart > GUESSES.zeros_apart * width else "absolute"
     return None
-
-
-def _kind(
-    guesses: AnyMapping[str, Guess], left: Sequence[str]
-) -> tuple[str | None, str | None, str]:
-    """Kind of machine, linear or rotary, and why; `left`: columns that nothing is known of."""
-    there = {guess.name for guess in guesses.values()}
-    units = {
-        guess.unit for guess in guesses.values() if guess.role in ("command", "position", "theta")
-    }
-    motion = "rotary" if units & set(ROTARY) else "linear" if units & set(LINEAR) else None
-    if {"steps_2", "steps_3"} & there or {"command_2", "command_3"} & there:
-        return "delta", None, "commands of three motors"
-    if "steps_1" in there and {"theta_1", "position"} & there:
-        return "stepper_axis", None, "a count of steps, and the angle that came of it"
-    if "range" in there and not {"command", "effort"} & there:
-        return "range_sensor", None, "distances, true and reported"
-    if {"position", "theta_1"} & there and {"command", "effort"} & there:
-        asked = " and ".join(sorted({"command", "effort"} & there))
-        return "servo_axis", motion, f"{asked} in, position out"
-    return None, motion, f"not enough is known: {_lacking(guesses, left)}"
-
-
-def _lacking(guesses: AnyMapping[str, Guess], left: Sequence[str]) -> str:
-    """What is needed besides, and how it is said; `left`: columns that nothing is known of."""
-    here = "here too: --inspect"
-    position = next((one.source for one in guesses.values() if one.name == "position"), None)
-    if position is None:
-        likely = next((one for one in left if not pulls(one)), None)
-        example = shlex.join(["--set", f"position={without_unit(likely or 'COLUMN')}"])
-        return f"a position or a reading was not found; say which column it is, {here} {example}"
-    twin = next((one for one in left if read_name(one).unit in (*LINEAR, *ROTARY)), None)
-    if twin is not None:
-        names = [without_unit(one) for one in (position, twin)]
-        asked, read = (f"{role}={one}" for role, one in zip(COMMANDED, names, strict=True))
-        return (
-            f"{' and '.join(names)} both look like positions; say which was commanded and which was"
-            f" read, {here} {shlex.join(['--set', asked, '--set', read])}"
-        )
-    likely = next((one for one in left if pulls(one)), left[0] if left else "COLUMN")
-    example = shlex.join(["--set", f"effort={without_unit(likely)}"])
-    return f"a command or an effort was not found; say which column it is, {here} {example}"

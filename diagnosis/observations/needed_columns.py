@@ -8,7 +8,7 @@ import numpy as np
 
 from diagnosis.observations.options import OBSERVATIONS
 from diagnosis.observations.readings import FloatArray
-from foundation.errors import RecordingError
+from foundation.errors import MissingColumns, RecordingError
 from recording.tables.flat import FlatRecording
 
 STANDS_IN = {
@@ -32,10 +32,10 @@ def first_of(recording: FlatRecording, names: Sequence[str]) -> str | None:
 
 
 def needed(recording: FlatRecording, names: Sequence[str], wanted: str) -> str:
-    """The same; raises RecordingError naming what is missing and what could stand for it."""
+    """The same; raises MissingColumns naming what is missing and what could stand for it."""
     name = first_of(recording, names)
     if name is None:
-        raise RecordingError(
+        raise MissingColumns(
             f"{recording.source}: column {wanted} missing or empty; it needs {STANDS_IN[wanted]}; "
             f"it has t, {', '.join([*recording.columns, *recording.extra])}; {MAPPING}"
         )

@@ -19,7 +19,7 @@ from diagnosis.observations.readings import (
     IntArray,
     starts_of,
 )
-from foundation.errors import RecordingError
+from foundation.errors import MissingColumns, RecordingError
 from foundation.scatter import MAD_TO_SIGMA
 from models.chain.servo_delta import Motion, ServoChain
 from recording.tables.flat import FlatRecording
@@ -130,7 +130,7 @@ def _three(recording: FlatRecording, stem: str) -> FloatArray:
     names = [f"{stem}_{joint}" for joint in JOINTS]
     missing = [name for name in names if name not in recording.columns]
     if missing:
-        raise RecordingError(
+        raise MissingColumns(
             f"{recording.source}: column {missing[0]} is missing; a servo delta needs theta_1..3 "
             f"[rad] and disturbance_1..3 or current_1..3 [A]; {MAPPING}"
         )

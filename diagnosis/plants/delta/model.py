@@ -15,7 +15,7 @@ from diagnosis.plants.delta.near_singular import fragile
 from diagnosis.plants.delta.traits import delta_traits
 from diagnosis.plants.nuisance import Nuisance
 from diagnosis.plants.shared_parameters import groups_of
-from foundation.errors import RecordingError
+from foundation.errors import MissingColumns, RecordingError
 from models.chain import Chain, Commands
 from models.chain.delta import Course, standing
 from models.effects import VOCABULARY
@@ -41,7 +41,7 @@ class DeltaModel:
         if robot.sensors is None:
             seen = [name for name in seen if name not in RANGES]
         if not seen:
-            raise RecordingError(
+            raise MissingColumns(
                 f"{recordings[0].source}: nothing observed; it needs range_x..z (with `sensors` in "
                 "the robot file), theta_1..3 or pos_x..z"
             )
@@ -90,7 +90,7 @@ class DeltaModel:
                     f"{recording.source}: steps_1..3 need a `drive` section in the robot file"
                 )
             return given * self.robot.drive.rad_per_step
-        raise RecordingError(
+        raise MissingColumns(
             f"{recording.source}: what was commanded is missing; it needs steps_1..3 [microsteps] "
             f"or command_1..3 [rad], and has {', '.join(columns)}"
         )

@@ -1,0 +1,82 @@
+"""Which kind of machine a table is of, by the columns that were recognised."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+
+from diagnosis.observations.column_guess import Guess, guess_columns
+from diagnosis.observations.column_mapping import without_unit
+from diagnosis.observations.column_names import pulls, read_name
+from diagnosis.observations.unit_doubts import LINEAR, ROTARY
+from foundation.errors import MissingColumns
+from models.robot import RobotModel
+from recording.tables.flat import UNITS, FlatRecording
+
+COMMANDED = ("command", "position")
+
+
+def of_another_kind(
+    error: MissingColumns, robot: RobotModel, recording: FlatRecording
+) -> MissingColumns:
+    """The same error; where the table looks like another kind of machine than the robot file
+    describes, it also says which, and what to type.
+    """
+    table = {**recording.columns, **recording.extra}
+    numbers = {name: one for name, one in table.items() if one.dtype.kind == "f"}
+    guesses = {
+        name: guess
+        for name, guess in guess_columns({"t": recording.t_s, **numbers}, {}, named=True).items()
+        if guess.name in UNITS
+    }
+    kind, _, why = kind_of(guesses, [])
+    if kind is None or kind == robot.kind:
+        return error
+    return MissingColumns(
+        f"{error}. It looks like a table of a {kind} ({why}), and the robot file describes a"
+        f" {robot.kind}. To look at it, type: deltactl diagnose {shlex.quote(recording.source)}"
+        f" --inspect; to describe such a machine: deltactl init my-{kind.replace('_', '-')}.yaml"
+        f" --kind {kind}"
+    )
+
+
+def kind_of(
+    guesses: Mapping[str, Guess], left: Sequence[str]
+) -> tuple[str | None, str | None, str]:
+    """Kind of machine, linear or rotary, and why; `left`: columns that nothing is known of."""
+    there = {guess.name for guess in guesses.values()}
+    units = {
+        guess.unit for guess in guesses.values() if guess.role in ("command", "position", "theta")
+    }
+    motion = "rotary" if units & set(ROTARY) else "linear" if units & set(LINEAR) else None
+    if {"steps_2", "steps_3"} & there or {"command_2", "command_3"} & there:
+        return "delta", None, "commands of three motors"
+    if "steps_1" in there and {"theta_1", "position"} & there:
+        return "stepper_axis", None, "a count of steps, and the angle that came of it"
+    if "range" in there and not {"command", "effort"} & there:
+        return "range_sensor", None, "distances, true and reported"
+    if {"position", "theta_1"} & there and {"command", "effort"} & there:
+        asked = " and ".join(sorted({"command", "effort"} & there))
+        return "servo_axis", motion, f"{asked} in, position out"
+    return None, motion, f"not enough is known: {_lacking(guesses, left)}"
+
+
+def _lacking(guesses: Mapping[str, Guess], left: Sequence[str]) -> str:
+    """What is needed besides, and how it is said; `left`: columns that nothing is known of."""
+    here = "here too: --inspect"
+    position = next((one.source for one in guesses.values() if one.name == "position"), None)
+    if position is None:
+        likely = next((one for one in left if not pulls(one)), None)
+        example = shlex.join(["--set", f"position={without_unit(likely or 'COLUMN')}"])
+        return f"a position or a reading was not found; say which column it is, {here} {example}"
+    twin = next((one for one in left if read_name(one).unit in (*LINEAR, *ROTARY)), None)
+    if twin is not None:
+        names = [without_unit(one) for one in (position, twin)]
+        asked, read = (f"{role}={one}" for role, one in zip(COMMANDED, names, strict=True))
+        return (
+            f"{' and '.join(names)} both look like positions; say which was commanded and which was"
+            f" read, {here} {shlex.join(['--set', asked, '--set', read])}"
+        )
+    likely = next((one for one in left if pulls(one)), left[0] if left else "COLUMN")
+    example = shlex.join(["--set", f"effort={without_unit(likely)}"])
+    return f"a command or an effort was not found; say which column it is, {here} {example}"
