@@ -53,7 +53,7 @@ def correct(
     deltactl run heart.yaml --robot mine.yaml
     ```
     """
-    with needs("training", "correct"), needs("diagnosis", "correct"):
+    with waiting("loading", json_out), needs("diagnosis,training", "correct"):
         from diagnosis.answer.tables import Tables
         from repair.correct import correct as run
     from firmware_py.robot_file import find

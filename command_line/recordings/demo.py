@@ -58,7 +58,7 @@ def demo(
     deltactl demo --conceal "" --unknown
     ```
     """
-    with needs("proof", "demo"):
+    with waiting("loading", json_out), needs("proof", "demo"):
         from repair.demonstration import CORRECTED, RECORDING, demonstrate
         from repair.page import write_page
     from firmware_py.job_file import load_job

@@ -36,18 +36,18 @@ def diagnose_recordings(
     force: bool = False,
 ) -> None:
     """Diagnose, print the findings in plain sentences, and write the files asked for."""
-    with needs("diagnosis", "diagnose"):
-        from diagnosis.api import diagnose
-    from diagnosis.answer.corrected_robot import save_corrected
-    from diagnosis.experiment import write_job
-    from diagnosis.report.page.html import write_report
-    from diagnosis.report.sentences.saved import support
-    from diagnosis.report.sentences.saved import written as what_is_written
-    from diagnosis.report.sentences.summary import summary_lines
-
     robot_file = find(robot)
     refuse_missing([*recordings, *holdout])
     quiet = json_file is not None and str(json_file) == "-"
+    with waiting("loading", quiet), needs("diagnosis", "diagnose"):
+        from diagnosis.answer.corrected_robot import save_corrected
+        from diagnosis.api import diagnose
+        from diagnosis.experiment import write_job
+        from diagnosis.report.page.html import write_report
+        from diagnosis.report.sentences.saved import support
+        from diagnosis.report.sentences.saved import written as what_is_written
+        from diagnosis.report.sentences.summary import summary_lines
+
     described = load_robot_model(robot_file)
     if columns and isinstance(described, ServoAxis):
         _refuse_other_motion(columns, described)

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from command_line.output import waiting
 from command_line.overwriting import ForceOption, refuse_existing, refuse_other_page
 from command_line.robot.jobs import JsonOption
 
@@ -125,7 +126,8 @@ def diagnose(
         )
     if save_all and save_robot is None:
         raise typer.BadParameter("add --save-robot FILE, which it is for", param_hint="--all")
-    from command_line.recordings.diagnose import diagnose_recordings
+    with waiting("loading", str(json_file) == "-"):
+        from command_line.recordings.diagnose import diagnose_recordings
 
     refuse_existing(force, json_file, report, save_robot, next_job)
     refuse_other_page(report)

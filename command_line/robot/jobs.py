@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from command_line.output import waiting
 from command_line.overwriting import (
     ForceOption,
     refuse_existing,
@@ -78,7 +79,8 @@ def run(
     deltactl run mine.yaml --simulate --accept-unseen 80 --seed 2
     ```
     """
-    from command_line.robot.run import run_job
+    with waiting("loading", json_out):
+        from command_line.robot.run import run_job
 
     refuse_existing(force, report)
     refuse_other_page(report)

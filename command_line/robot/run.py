@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
-from command_line.output import print_json, say, warn
+from command_line.output import print_json, say, waiting, warn
 from command_line.robot.check import say_covered
 from command_line.robot.follow import Sleep, follow
 from command_line.robot.show import show_tracking, write_report
@@ -138,15 +138,17 @@ def _in_this_process(
     accept_unseen_deg: float,
     seed: int | None,
 ) -> JobResult:
-    from firmware_py.controller.build import build_controller
-
     robot = robot_file or find(load_job(path).robot, beside=path)
-    controller = build_controller(
-        robot, simulated=True, realtime=realtime, recordings=Path("recordings"), seed=seed
-    )
+    with waiting("building the simulated robot", quiet):
+        from firmware_py.controller.build import build_controller
+
+        controller = build_controller(
+            robot, simulated=True, realtime=realtime, recordings=Path("recordings"), seed=seed
+        )
     try:
-        controller.power_on()
-        controller.home(accept_unseen_deg)
+        with waiting("homing", quiet):
+            controller.power_on()
+            controller.home(accept_unseen_deg)
         number = controller.submit(path, record)
         every_s = POLL_S if realtime else VIRTUAL_POLL_S
         with _interrupted_between_sleeps(controller.clock) as sleep:
