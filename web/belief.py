@@ -105,6 +105,11 @@ class Beliefs:
         self._given = given
         self._known: dict[str, Belief | None] = {}
 
+    @property
+    def given(self) -> Path | None:
+        """The robot file that the page was started with."""
+        return self._given
+
     def of(self, name: str) -> Belief | None:
         """The robot file whose `name` this is; None when the page has none."""
         if name not in self._known:

@@ -15,7 +15,6 @@ from web.state_card import NEXT
 if TYPE_CHECKING:
     from web.page import RobotPage
 
-FIRST = "heart.yaml"
 FACTS: tuple[tuple[str, str, str, float], ...] = (
     ("duration_s", "duration", "s", 1.0),
     ("targets", "targets", "", 1.0),
@@ -24,6 +23,8 @@ FACTS: tuple[tuple[str, str, str, float], ...] = (
     ("smallest_margin", "singularity margin", "", 1.0),
 )
 """Of a dry run: key, name, unit, factor."""
+SIMULATE = ". To see that robot here, start this page with: deltactl web --simulate --robot {name}"
+LONGEST_NAME = 60
 
 
 class FilesTab:
@@ -31,12 +32,15 @@ class FilesTab:
 
     def __init__(self, page: RobotPage):
         self._page = page
-        self._name = FIRST
+        self._texts: dict[str, str] = {}
+        """What was opened here, by name: of no file of the project."""
         files = page.site.files()
+        self._name = page.site.first_file
         with ui.row().classes("w-full gap-3"):
             with ui.card().classes("grow basis-96 p-3 gap-2"):
                 self._choice = ui.select(
-                    sorted(files), label="Job or robot file", value=FIRST, on_change=self._chosen
+                    list(files), label="Job or robot file", value=self._name,
+                    on_change=self._chosen,
                 ).classes("w-full").props('data-testid=file')  # fmt: skip
                 with ui.row().classes("w-full gap-2 items-center"):
                     if page.operates:
@@ -53,9 +57,9 @@ class FilesTab:
                 self._facts = ui.column().classes("gap-0 figures text-sm")
             with ui.card().classes("grow basis-96 min-w-0 p-3"):
                 self._text = ui.codemirror(
-                    files[FIRST].read_text(encoding="utf-8"), language="YAML",
-                    on_change=lambda: self._say(""),
-                ).classes("w-full h-96").props('data-testid=text')  # fmt: skip
+                    files[self._name].read_text(encoding="utf-8"), language="YAML",
+                    line_wrapping=True, on_change=lambda: self._say(""),
+                ).classes("w-full editor").props('data-testid=text')  # fmt: skip
 
     def _upload(self) -> None:
         """A small button before the uploader, which is as large as a card and stays hidden."""
@@ -87,8 +91,8 @@ class FilesTab:
             return False
         finally:
             self._spinner.set_visibility(False)
-        self._say(f"{self._name} is a {kind} file without mistakes"
-                  + (", and may run." if kind == "job" else "."), "text-green-800")  # fmt: skip
+        after = ", and may run." if kind == "job" else SIMULATE.format(name=self._name)
+        self._say(f"{self._name} is a {kind} file without mistakes{after}", "text-green-800")
         self._list(facts)
         return kind == "job"
 
@@ -115,15 +119,26 @@ class FilesTab:
             self._page.show_tab("Robot")
 
     def load(self, name: str, text: str) -> None:
-        """Put a text into the editor."""
+        """Put a text into the editor, and its name where one is chosen."""
         self._name = name
+        self._texts[name] = text
+        if name not in self._choice.options:
+            self._choice.set_options([name, *self._choice.options])
+        self._choice.set_value(name)
         self._text.set_value(text)
         self._say("")
 
     def _chosen(self, event: events.ValueChangeEventArguments[Any]) -> None:
-        path = self._page.site.files().get(str(event.value))
-        if path is not None:
-            self.load(path.name, path.read_text(encoding="utf-8"))
+        name = str(event.value)
+        if name == self._name:
+            return
+        path = self._page.site.files().get(name)
+        if name in self._texts:
+            self.load(name, self._texts[name])
+        elif path is not None:
+            self._name = name
+            self._text.set_value(path.read_text(encoding="utf-8"))
+            self._say("")
 
     async def _uploaded(self, event: events.UploadEventArguments) -> None:
         raw = await event.file.read()
@@ -133,7 +148,7 @@ class FilesTab:
         except UnicodeDecodeError:
             self._say("that is not a text file in UTF-8", "text-red-800")
             return
-        self.load("uploaded.yaml", text)
+        self.load(plain_name(event.file.name), text)
 
     def _say(self, text: str, colour: str = "") -> None:
         self._verdict.set_text(text)
@@ -150,3 +165,9 @@ class FilesTab:
                     f"{low:.1f} to {high:.1f}" for low, high in facts["arm_range_deg"]
                 )
                 ui.label(f"arm angles: {ranges} degrees")
+
+
+def plain_name(name: str) -> str:
+    """A file's name as a browser tells it, without folders and without what is not printed."""
+    last = name.replace("\\", "/").rsplit("/", 1)[-1]
+    return "".join(one for one in last if one.isprintable())[:LONGEST_NAME] or "unnamed.yaml"

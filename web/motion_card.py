@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from typing import TYPE_CHECKING, Any
 
 from nicegui import events, ui
 
+from firmware_py.controller.contract import Status
 from firmware_py.controller.states import State
 from models.linkage.vectors import Vector
 from web import motions
@@ -21,6 +23,7 @@ STEPS_DEG = {0.1: "0.1°", 1: "1°", 5: "5°", 20: "20°"}
 BY_HAND = (State.READY, State.RUNNING)
 MOST_WAITING = 3
 """Presses that may be ahead of the robot; more would run on after the hand is off."""
+BY_HAND_JOBS = ("jog", "go-to")
 KEYS: dict[str, tuple[int, int]] = {
     "ArrowRight": (0, 1), "ArrowLeft": (0, -1), "ArrowUp": (1, 1), "ArrowDown": (1, -1),
     "PageUp": (2, 1), "PageDown": (2, -1),
@@ -35,6 +38,10 @@ class MotionCard:
     def __init__(self, page: RobotPage):
         self._page = page
         self._goal: Vector | None = None
+        self._in_order = asyncio.Lock()
+        self._sending = 0
+        self._told_serial = 0
+        """From this status on, the newest move that was sent is in what the daemon tells."""
         self._parts: list[Any] = []
         self._suggested = False
         with (
@@ -108,6 +115,9 @@ class MotionCard:
 
     async def jog(self, axis: int, sign: int) -> None:
         """Move the platform one step along an axis."""
+        if self._full():
+            ui.notify(f"{MOST_WAITING} steps wait already: this press was left out", type="warning")
+            return
         here = self._here()
         belief = self._belief()
         if here is None or belief is None:
@@ -125,7 +135,7 @@ class MotionCard:
         status, belief = self._page.site.link.seen.status, self._belief()
         if status is None or belief is None or status.angles_rad is None:
             return
-        if status.state != "ready":
+        if status.state != "ready" or self._under_way(status):
             ui.notify("wait until the arm is there", type="warning")
             return
         angles = [math.degrees(angle) for angle in status.angles_rad]
@@ -159,14 +169,23 @@ class MotionCard:
         status = self._page.site.link.seen.status
         if status is None or status.position_m is None:
             return None
-        if status.state == "running":
-            if self._goal is None or status.job not in ("jog", "go-to"):
-                ui.notify("a job runs; wait, or cancel it", type="warning")
-                return None
-            if len(status.queued) >= MOST_WAITING:
-                return None
-            return self._goal
-        return status.position_m
+        if status.state == "running" and status.job not in BY_HAND_JOBS:
+            ui.notify("a job runs; wait, or cancel it", type="warning")
+            return None
+        if not self._under_way(status):
+            return status.position_m
+        if self._goal is None:
+            ui.notify("wait until the arm is there", type="warning")
+        return self._goal
+
+    def _under_way(self, status: Status) -> bool:
+        """Whether a move is being made or waits, or was sent and no status tells of it yet."""
+        unheard = self._sending > 0 or self._page.site.link.seen.serial < self._told_serial
+        return unheard or status.state == "running" or bool(status.queued)
+
+    def _full(self) -> bool:
+        status = self._page.site.link.seen.status
+        return status is not None and len(status.queued) + self._sending >= MOST_WAITING
 
     async def _to(self, goal: Vector, belief: Belief) -> None:
         before, self._goal = self._goal, goal
@@ -178,4 +197,11 @@ class MotionCard:
             with self._page.site.link.client() as client:
                 return client.submit_text(text, f"{name}.yaml")
 
-        return await self._page.act(name, call)
+        self._sending += 1
+        try:
+            async with self._in_order:
+                return await self._page.act(name, call)
+        finally:
+            self._sending -= 1
+            # One status may have been on its way while the daemon took the move.
+            self._told_serial = self._page.site.link.seen.serial + 2

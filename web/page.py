@@ -48,6 +48,7 @@ class RobotPage:
         self._small_name = ui.label("deltactl").classes("w-full lt-sm text-base font-bold px-1")
         self._small_name.props("data-testid=small-name")
         self._latch()
+        self._tabs.on_value_change(lambda: ui.run_javascript("window.scrollTo(0, 0)"))
         with ui.tab_panels(self._tabs, value="Robot", animated=False, keep_alive=True).classes(
             "w-full"
         ):
@@ -183,7 +184,7 @@ class RobotPage:
             old = f", {seen.age_s:.0f} s old" if seen.age_s > STALE_S else ""
             name = f"{status.robot} (simulated)" if status.simulated else status.robot
             colour = COLOURS.get(status.state, "grey-7")
-            why = f"{status.state.upper()}, latched: {status.why or 'no reason given'}"
+            why = f"{status.state.upper()}: {status.why or 'no reason given'}"
             latched = why if status.state in LATCHED else ""
             shown = (status.state + old, colour, latched, name)
         if shown == self._shown:
@@ -212,9 +213,11 @@ STYLE = """
 .stop-button { position: fixed; top: 4px; right: 8px; z-index: 7000; min-width: 7rem;
   font-size: 1.15rem; font-weight: 800; height: 42px; box-shadow: 0 0 0 2px white; }
 .stop-room { min-width: 7.5rem; }
-.latch { background: #b91c1c; color: white; padding: 8px 12px; border-radius: 6px; }
+.latch { background: #b91c1c; color: white; padding: 8px 12px; border-radius: 6px;
+  position: sticky; top: 52px; z-index: 1500; }
 .news { background: #fef3c7; color: #78350f; padding: 8px 12px; border-radius: 6px; }
 .scene-box { height: min(56vh, 520px); min-height: 260px; }
+.editor { height: max(24rem, 100vh - 130px); }
 .no-webgl { display: none; color: #78350f; } .without-webgl .no-webgl { display: block; }
 .without-webgl .scene-box, .without-webgl .scene-caption { display: none; }
 .figures { font-variant-numeric: tabular-nums; }
@@ -223,6 +226,7 @@ STYLE = """
 .q-btn.disabled .block { text-decoration: line-through; }
 .jog .q-btn { min-width: 46px; min-height: 42px; }
 @media (max-width: 599px) { .scene-box { height: 36vh; min-height: 220px; }
+  .editor { height: 24rem; }
   .stop-button { top: auto; bottom: 12px; right: 12px; height: 60px; min-width: 9rem; }
   .stop-room { min-width: 0; } .q-page-container { padding-bottom: 84px; }
   .nicegui-content { padding: 4px; padding-bottom: 90px; } }

@@ -11,12 +11,18 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from foundation.errors import DeltactlError
+from web.offers import offer
 from web.site import Listed
 
 if TYPE_CHECKING:
     from web.page import RobotPage
 
 LOOK_S = 3.0
+INTRODUCTION = (
+    "Runs of this robot, newest first. A diagnosis compares a run with its robot file. "
+    "For a recording of your own: deltactl diagnose data.csv --inspect"
+)
+RECORDED = "still being recorded; possible when the run has ended"
 VERDICTS = {
     "nothing_missing": ("nothing is missing", "green-8"),
     "explained": ("explained", "orange-8"),
@@ -31,9 +37,7 @@ class RecordingsTab:
     def __init__(self, page: RobotPage):
         self._page = page
         self._rows: dict[str, RecordingRow] = {}
-        ui.label("Newest first. A diagnosis compares a run with its robot file.").classes(
-            "text-sm text-gray-600"
-        )
+        ui.label(INTRODUCTION).classes("text-sm text-gray-600")
         self._empty = ui.label("No recording yet: run a job.").classes("text-base")
         self._list = ui.column().classes("w-full gap-2")
         self._look()
@@ -62,17 +66,20 @@ class RecordingRow:
     def __init__(self, page: RobotPage, listed: Listed):
         self._page, self._listed = page, listed
         self._seen_s = 0.0
+        self._open = False
         with ui.card().classes("w-full p-2 gap-1") as self.card:
             with ui.row().classes("w-full items-center gap-2"):
                 ui.label(listed.path.stem).classes("font-bold grow ellipsis").props(
                     "data-testid=recording"
                 )
                 self._when = ui.label().classes("text-sm")
-                ui.button("Report", icon="show_chart", on_click=self.report).props(
-                    "no-caps dense outline").classes("px-2")  # fmt: skip
+                self._read = ui.button("Report", icon="show_chart", on_click=self.report)
+                self._read.props("no-caps dense outline").classes("px-2")
+                self._read.props("data-testid=report")
                 self._button = ui.button("Diagnose", icon="troubleshoot", on_click=self.diagnose)
                 self._button.props("no-caps dense").classes("px-2").props("data-testid=diagnose")
             self._progress = ui.row().classes("items-center gap-2")
+            self._written = ui.row()
             self._answer = ui.column().classes("gap-1 w-full")
 
     def look(self, listed: Listed) -> None:
@@ -80,6 +87,7 @@ class RecordingRow:
         self._listed = listed
         when = datetime.fromtimestamp(listed.written_s)
         text = f"{when:%d %b %H:%M}, {listed.size_bytes / 1e6:.1f} MB"
+        self._lock(self._page.site.grows(listed.path))
         if self._when.text != text:
             self._when.set_text(text)
         answered_s = listed.answered_s
@@ -88,14 +96,31 @@ class RecordingRow:
             self._answer.clear()
             self._show(answer)
 
+    def _lock(self, grows: bool) -> None:
+        """What is not whole yet can be neither shown nor diagnosed."""
+        if grows == self._open:
+            return
+        self._open = grows
+        for what, button in (("Report", self._read), ("Diagnose", self._button)):
+            offer(button, f"{what}: {RECORDED}" if grows else "")
+
     async def report(self) -> None:
-        """Write the report of the run, if there is none, and open it."""
+        """Write the report of the run, if there is none, and open it.
+
+        A browser keeps a page from opening another one seconds after a press: where writing takes
+        longer than that, a link that can be pressed is all there is.
+        """
         out = self._listed.made / "run.html"
         self._listed.made.mkdir(parents=True, exist_ok=True)
         if not out.is_file():
             await self._work("writing the report", "run_report", self._listed.path, out)
         if out.is_file():
-            ui.navigate.to(self._url("run.html"), new_tab=True)
+            url = self._url("run.html")
+            self._written.clear()
+            with self._written:
+                link = ui.link("Open the report of the run", url, new_tab=True)
+                link.classes("text-sm").props("data-testid=run-report")
+            ui.navigate.to(url, new_tab=True)
 
     async def diagnose(self) -> None:
         """Diagnose it, and keep the answer."""

@@ -40,7 +40,7 @@ class RobotScene:
             background_color="#f1f5f9",
         ).classes("w-full h-full")
         self.view.move_camera(
-            x=1.9 * reach, y=-1.9 * reach, z=0.5 * reach, look_at_z=-0.6 * reach, duration=0
+            x=1.6 * reach, y=-1.6 * reach, z=1.3 * reach, look_at_z=-0.7 * reach, duration=0
         )
         with self.view:
             self._build()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import re
@@ -18,6 +19,7 @@ from web.belief import Belief, Beliefs
 from web.link import DaemonLink, Seen
 from web.tasks import Tasks
 
+FIRST = "heart.yaml"
 SHOWN = 40
 """Newest recordings that the page lists."""
 BY_HAND = re.compile(r"(jog|go-?to)-\d{4}-\d\d-\d\dT")
@@ -83,9 +85,26 @@ class Site:
             found.append(Listed(path, its.st_size, its.st_mtime, made))
         return sorted(found, key=lambda one: one.written_s, reverse=True)[:SHOWN]
 
+    def grows(self, recording: Path) -> bool:
+        """Whether this is the recording of the run that is being made."""
+        status = self.link.seen.status
+        now = status.recording if status is not None else None
+        return now is not None and Path(now).name == recording.name
+
     def files(self) -> dict[str, Path]:
-        """Job and robot files of the project, by name."""
-        return {path.name: path for path in sorted(CONFIG_FOLDER.glob("*.yaml"))}
+        """Files by name: the robot that the page was given, its jobs beside it, the project's."""
+        project = {path.name: path for path in sorted(CONFIG_FOLDER.glob("*.yaml"))}
+        given = self.beliefs.given
+        own = {} if given is None else {path.name: path for path in [*jobs_of(given), given]}
+        return own | {name: path for name, path in project.items() if name not in own}
+
+    @property
+    def first_file(self) -> str:
+        """The file that a new page shows: the heart, or the first job of a robot of one's own."""
+        files = self.files()
+        given = self.beliefs.given
+        whose = jobs_of(given) if given is not None else []
+        return FIRST if files[FIRST] in whose or not whose else whose[0].name
 
     def key_of(self, path: Path) -> str:
         """A word by which a browser asks for a file that the page made; it never names one."""
@@ -104,10 +123,24 @@ class Site:
         """A text from a browser as a file, under a name of ours."""
         folder = self.work / "drafts" / str(next(self.numbers))
         folder.mkdir(parents=True, exist_ok=True)
-        path = folder / "text.yaml"
+        given = self.beliefs.given
+        if given is not None and given.parent != CONFIG_FOLDER:  # a job finds its robot beside it
+            shutil.copyfile(given, folder / given.name)
+        path = folder / f"draft-for-{given.name if given else 'page.yaml'}"
         path.write_text(text, encoding="utf-8", errors="replace")
         return path
 
     def forget(self, draft: Path) -> None:
         """Remove a draft."""
         shutil.rmtree(draft.parent, ignore_errors=True)
+
+
+def jobs_of(robot: Path) -> list[Path]:
+    """The jobs beside a robot file that name it."""
+    naming = re.compile(rf"""^robot:\s*["']?{re.escape(robot.name)}["']?\s*(#.*)?$""", re.MULTILINE)
+    found = []
+    for path in sorted(robot.parent.glob("*.yaml")):
+        with contextlib.suppress(OSError, UnicodeDecodeError):
+            if naming.search(path.read_text(encoding="utf-8")):
+                found.append(path)
+    return found

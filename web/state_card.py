@@ -31,12 +31,14 @@ NEXT = {
 SIMULATED = "Press Home: it puts the simulated arms against their stops."
 """Nobody has hands at the simulated robot."""
 
-DRAWN = "Blue: where the step counts put it, green its way. Amber ball: where the sensors see it."
+AMBER = "Amber: the ranging sensors (boxes), and where they see the platform (ball)."
+TURN = "Drag to turn, wheel or two fingers to zoom."
+DRAWN = f"Blue: where the step counts put it, green its way. {AMBER} {TURN}"
 NO_WEBGL = (
     "No drawing: this browser offers no WebGL (switch on hardware acceleration, or use another "
     "browser). Everything else on this page works without it."
 )
-NOT_HOMED = "Not homed: the arms are drawn as if the counts were right. Amber ball: the sensors."
+NOT_HOMED = f"Not homed: the arms are drawn as if the counts were right. {AMBER} {TURN}"
 
 BUTTONS: tuple[tuple[str, str, Request, str], ...] = (
     ("On", "power_on", Request.ON, "power"),

@@ -1,0 +1,158 @@
+"""Where somebody who meets the page for the first time was lost: each step in a real browser."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from selenium.webdriver.common.by import By
+
+from tests.web.conftest import (
+    PHONE,
+    Browser,
+    WebPage,
+    at_home,
+    end_page,
+    patient_robot,
+    start_page,
+    switch_off,
+)
+
+Open = Callable[..., Browser]
+CIRCLE = """name: little
+robot: {robot}
+path: {{shape: circle, centre_m: [0, 0, -0.45], radius_m: 0.05, turns: {turns}}}
+timing: {{mode: accelerated, speed_mps: 0.1}}
+inverse_kinematics: {{kind: geometry}}
+on_blind: warn
+"""
+
+
+@pytest.fixture(scope="module")
+def browser(simulated: WebPage, chromium: Open) -> Browser:
+    return chromium(simulated.url)
+
+
+def open_file(browser: Browser, path: Path) -> None:
+    """Give the browser a file of one's own, as its dialog would."""
+    place = "input[type=file]"
+    browser.wait(lambda: browser.driver.find_elements(By.CSS_SELECTOR, place), "no upload")
+    browser.driver.find_element(By.CSS_SELECTOR, place).send_keys(str(path))
+
+
+def platform_z_mm(browser: Browser) -> float:
+    return float(browser.text("position").split()[2])
+
+
+def press_three_times(browser: Browser, name: str) -> None:
+    """Faster than any status comes."""
+    browser.driver.execute_script("for (const _ of [1, 2, 3]) arguments[0].click()",
+                                  browser.find(name))  # fmt: skip
+
+
+def test_three_quick_presses_are_three_steps(browser: Browser, simulated: WebPage) -> None:
+    at_home(simulated)
+    browser.says("state", "ready")
+    start = platform_z_mm(browser)
+    press_three_times(browser, "jog-z-1")
+    browser.wait(lambda: platform_z_mm(browser) < start - 2.9,
+                 lambda: f"it moved {platform_z_mm(browser) - start:.2f} mm")  # fmt: skip
+    browser.says("state", "ready")
+    assert platform_z_mm(browser) == pytest.approx(start - 3.0, abs=0.1)
+
+
+def test_a_file_of_ones_own_keeps_its_name(browser: Browser, tmp_path: Path) -> None:
+    """In the list of files, and in what is said about it; the list leads back to it."""
+    mine = tmp_path / "little circle.yaml"
+    mine.write_text(CIRCLE.format(robot="zhao-2023.yaml", turns="two"))
+    browser.tab("Jobs")
+    open_file(browser, mine)
+    browser.wait(lambda: browser.find("file").get_attribute("value") == mine.name
+                 or mine.name in browser.find("file").find_element(By.XPATH, "..").text,
+                 "the list still shows another file")  # fmt: skip
+    browser.press("check")
+    browser.says("verdict", "little circle.yaml:3: path.turns")
+
+
+def test_a_robot_of_ones_own_runs_its_job(chromium: Open, tmp_path: Path) -> None:
+    """What `init` writes: a robot file and a job beside it, which the page shows first."""
+    robot = patient_robot(tmp_path).rename(tmp_path / "my-delta.yaml")
+    (tmp_path / "my-circle.yaml").write_text(CIRCLE.format(robot=robot.name, turns=20))
+    (tmp_path / "another.yaml").write_text("robot: their-delta.yaml\n")
+    page = start_page(tmp_path, "--simulate", "--robot", str(robot),
+                      "--socket", str(tmp_path / "d.sock"))  # fmt: skip
+    page.socket = tmp_path / "d.sock"
+    try:
+        browser = chromium(page.url)
+        browser.says("state", "off")
+        at_home(page)
+        browser.says("state", "ready")
+        browser.tab("Jobs")
+        browser.says("text", "name: little")
+        browser.press("run")
+        browser.says("job", "little")
+        browser.says("state", "running")
+        browser.tab("Recordings")
+        browser.wait(lambda: not browser.find("diagnose").is_enabled(),
+                     "a run that is still being recorded can be diagnosed")  # fmt: skip
+        assert "still being recorded" in (browser.find("report").get_attribute("title") or "")
+        browser.tab("Robot")
+        browser.press("cancel")
+        browser.tab("Recordings")
+        browser.wait(lambda: browser.find("diagnose").is_enabled(), "it cannot be diagnosed")
+    finally:
+        switch_off(page)
+        end_page(page)
+
+
+def test_a_report_that_the_browser_does_not_open_is_a_link(
+    browser: Browser, simulated: WebPage
+) -> None:
+    """A browser opens no page by itself seconds after a press."""
+    its = simulated.recordings / "web" / "made" / "driven"
+    its.mkdir(parents=True)
+    (its / "run.html").write_text("<title>A run</title>")
+    recording = simulated.recordings / "driven.mcap"
+    recording.write_bytes(b"")
+    try:
+        browser.tab("Recordings")
+        row = '//*[@data-testid="recording"][.="driven"]/ancestor::*[contains(@class,"q-card")]'
+        browser.wait(lambda: browser.driver.find_elements(By.XPATH, row), "it is not listed")
+        browser.driver.execute_script("window.open = () => null")
+        row_card = browser.driver.find_element(By.XPATH, row)
+        row_card.find_element(By.CSS_SELECTOR, '[data-testid="report"]').click()
+        browser.find("run-report").click()
+        browser.wait(lambda: len(browser.driver.window_handles) == 2, "no report was opened")
+        here, report = browser.driver.window_handles
+        browser.driver.switch_to.window(report)
+        browser.wait(lambda: browser.driver.title == "A run", lambda: browser.driver.title)
+        browser.driver.close()
+        browser.driver.switch_to.window(here)
+    finally:
+        recording.unlink()
+
+
+def test_a_tab_begins_at_its_top_and_a_stop_stays_in_sight(
+    simulated: WebPage, chromium: Open
+) -> None:
+    at_home(simulated)
+    phone = chromium(simulated.url, PHONE)
+    phone.says("state", "ready")
+    script = "window.scrollTo(0, 9999); return scrollY"
+    assert phone.driver.execute_script(script) > 300
+    phone.press("stop")
+    phone.says("latched", "stopped on the page")
+    phone.driver.execute_script(script)
+    button = phone.find("acknowledge")
+    over = (
+        "const b = arguments[0].getBoundingClientRect();"
+        "const top = document.elementFromPoint(b.x + 9, b.y + b.height / 2);"
+        "return arguments[0].contains(top)"
+    )
+    assert phone.driver.execute_script(over, button), "what to press lies out of sight"
+    button.click()
+    phone.says("state", "unhomed")
+    phone.tab("Jobs")
+    phone.wait(lambda: phone.driver.execute_script("return scrollY") == 0,
+               "the tab Jobs begins in its middle")  # fmt: skip
