@@ -26,6 +26,9 @@ class VerdictOptions:
     beyond_rest: float = 3.0
     """Times the scatter of readings at one place from which on what is left is not called their
     noise: a noise with a memory hardly changes within a stay, and shows less than its size."""
+    goes_on: float = 0.7
+    """Correlation of what is left from one reading to the next from which on it is not called the
+    noise of a sensor: half of its power can then be told from the reading before."""
     even: float = 0.5
     """Posterior of the empty set below which nobody may say that nothing is missing."""
     sure_enough: float = 0.8

@@ -154,6 +154,12 @@ class Fit(_Record):
     unit: str = "m"
     scatter_within_m: float | None = None
     """Of a lone machine: what readings scatter around their mean while it stays at one place."""
+    left_correlation: float | None = None
+    """Of what is left, from one reading that was used to the next; None where these are few."""
+    left_apart_s: float | None = None
+    """How far apart such readings are."""
+    left_lasts_s: float | None = None
+    """Time after which that correlation is below 1/e."""
     holdout: str = "blocks"
     """'run': another recording, of which nothing was known before. 'blocks': blocks of time of the
     recording itself, left out of the last fit only: they took part in choosing what is fitted.

@@ -38,6 +38,14 @@ def at_floor(fit: Fit) -> bool:
     return fit.rms_after_m <= VERDICT.at_floor * fit.noise_floor_m
 
 
+def goes_on(fit: Fit) -> bool:
+    """Whether what is left is much the same from one reading to the next, as no sensor's noise is.
+
+    For the words only: tests and floor allow for noise with a memory.
+    """
+    return (fit.left_correlation or 0.0) >= VERDICT.goes_on
+
+
 def is_noise(fit: Fit, rest: Rest) -> bool:
     """Whether the residual is consistent with measurement noise: by the tests and by its size."""
     return not seen(rest.p) and at_floor(fit)

@@ -46,6 +46,10 @@ class AssessmentOptions:
     """Standard deviations of the straight interval beyond which no end is looked for."""
     profile_steps: int = 3
     """Of each refit along the profile, which begins next to its solution."""
+    fewest_readings: int = 50
+    """Of a channel, below which the correlation of neighbours is not told: 50 know it to 0.14."""
+    apart_periods: float = 5.0
+    """Readings further apart than so many periods are no neighbours."""
 
 
 ASSESSMENT = AssessmentOptions()

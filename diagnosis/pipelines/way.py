@@ -20,6 +20,7 @@ from diagnosis.answer.records import (
     SmallestDetectable,
 )
 from diagnosis.answer.verdict import Rest
+from diagnosis.assessment.persistence import persistence
 from diagnosis.evidence.detection import Progress
 from diagnosis.experiment.propose import Proposal
 
@@ -73,9 +74,10 @@ def answered(settled: Settled, progress: Progress) -> Diagnosis:
     untested, smallest = settled.limits()
     progress("what run would tell more")
     proposal = settled.next_run()
+    picture = settled.picture()
     return assembled(
         found,
-        fit,
+        _with_persistence(fit, picture),
         settled.chance(found),
         rest,
         probability_nothing_missing=settled.nothing_missing(found),
@@ -84,6 +86,14 @@ def answered(settled: Settled, progress: Progress) -> Diagnosis:
         open_ties=proposal.open,
         not_testable=untested,
         smallest_detectable=smallest,
-        picture=settled.picture(),
+        picture=picture,
         **settled.remarks(),
     )
+
+
+def _with_persistence(fit: Fit, picture: Picture) -> Fit:
+    """The figures with how long what is left goes on."""
+    found = persistence(picture)
+    if found is None:
+        return fit
+    return fit.model_copy(update={f"left_{name}": value for name, value in found._asdict().items()})

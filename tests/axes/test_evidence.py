@@ -297,3 +297,17 @@ def test_an_axis_that_turns_at_one_speed_has_no_lag_and_no_play() -> None:
     of_turns = {"following_lag", "gear_backlash", "joint_friction"}
     assert of_turns <= {one.effect for one in answer.not_testable}
     assert not of_turns & {one.effect for one in answer.findings}
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.9, 0.97])
+def test_how_long_the_rest_goes_on_is_told(rigs: ModuleType, rho: float) -> None:
+    """An autoregression of first order at 50 Hz forgets within 20 ms / -ln(rho)."""
+    answer = told(diagnose_axis(FOLLOWS, [rigs.FollowingRig(lag_s=0.1, rho=rho).record(4)]))
+    fit = answer.fit
+    apart_s = fit.left_apart_s
+    assert apart_s is not None
+    assert fit.left_correlation == pytest.approx(rho ** (apart_s / 0.02), abs=0.05)
+    forgotten_s = 0.02 / -np.log(rho) if rho else 0.0
+    assert fit.left_lasts_s == pytest.approx(max(forgotten_s, apart_s), rel=0.25)
+    assert ("at a time" in answer.unexplained.says) == (rho > 0.0)
+    assert not contradictions(answer)

@@ -8,7 +8,8 @@ import pytest
 
 from diagnosis.answer.records import Finding, PriorSensitivity, Unexplained
 from diagnosis.assessment.prior_sensitivity import as_found
-from diagnosis.report.sentences.telling import NOISE, NOISE_BESIDE, told
+from diagnosis.report.sentences.fit_words import fit_lines
+from diagnosis.report.sentences.telling import BESIDE, IS_NOISE, NOISE, told
 
 
 def bare(finding: Finding) -> Finding:
@@ -39,7 +40,7 @@ def test_what_cannot_be_told_apart_is_said(make: Any, parts: Any) -> None:
 @pytest.mark.parametrize(
     ("rest", "says"),
     [
-        (Unexplained(share_of_mismatch=0.0, p=0.4), NOISE_BESIDE),
+        (Unexplained(share_of_mismatch=0.0, p=0.4), f"{BESIDE} {IS_NOISE}"),
         (
             Unexplained(share_of_mismatch=0.1, depends_on=["time"], component="range_x", p=1e-4),
             "What is left is more than noise (p = 0.0001); it follows the time since the start at "
@@ -57,7 +58,27 @@ def test_what_is_left_is_said_as_it_is(make: Any, rest: Unexplained, says: str) 
 
 def test_noise_is_what_is_left_of_the_whole_mismatch(make: Any) -> None:
     rest = Unexplained(share_of_mismatch=0.0, p=0.4)
-    assert told(make("nothing_missing", findings=[], unexplained=rest)).unexplained.says == NOISE
+    says = told(make("nothing_missing", findings=[], unexplained=rest)).unexplained.says
+    assert says == NOISE
+
+
+@pytest.mark.parametrize("verdict", ["explained", "partly_explained", "nothing_missing"])
+def test_what_goes_on_is_called_no_noise_of_a_sensor(make: Any, verdict: str) -> None:
+    rest = Unexplained(share_of_mismatch=0.0, p=0.4)
+
+    def says(correlation: float) -> str:
+        figures = {"left_correlation": correlation, "left_apart_s": 0.01, "left_lasts_s": 0.11}
+        fit = make("explained").fit.model_copy(update=figures)
+        answer = told(make(verdict, fit=fit, unexplained=rest))
+        return " ".join([answer.unexplained.says, *fit_lines(answer)])
+
+    slow, quick = says(0.92), says(0.5)
+    assert "it goes on for about 110 ms at a time (readings 10 ms apart have a correlation" in slow
+    assert "the noise alone" not in slow
+    assert "correlation" not in quick
+    assert "the noise alone is 2.10 mm" in quick
+    assert IS_NOISE in quick
+    assert (IS_NOISE in slow) == (verdict == "nothing_missing")
 
 
 def test_sentences_that_are_there_stay(make: Any) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from diagnosis.answer.records import Diagnosis, Fit
+from diagnosis.answer.verdict import goes_on
 from diagnosis.report.sentences.sizes import quantity
 from models.effects import VOCABULARY
 
@@ -28,8 +29,8 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
         for value in (fit.rms_before_m, fit.rms_after_m, fit.noise_floor_m)
     )
     if not diagnosis.findings:
-        return [f"Mismatch {before}; the noise alone is {floor}.", *_by_place(fit)]
-    lines = [f"Mismatch before {before}, after {after}; the noise alone is {floor}."]
+        return [f"Mismatch {before}; {_floor(fit)} is {floor}.", *_by_place(fit)]
+    lines = [f"Mismatch before {before}, after {after}; {_floor(fit)} is {floor}."]
     lines += _by_place(fit)
     held = (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
     if all(math.isfinite(value) for value in held):
@@ -39,6 +40,23 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
     else:
         lines.append("Nothing could be held out, so that the gain is not proved on other data.")
     return lines
+
+
+def _floor(fit: Fit) -> str:
+    """What the noise floor is: noise that goes on may be no noise."""
+    return "what no test tells from noise" if goes_on(fit) else "the noise alone"
+
+
+def persists(fit: Fit) -> str:
+    """That what is left is much the same from one reading to the next, as a clause."""
+    lasts, apart = (
+        quantity(time_s or math.nan, "s", digits=2)
+        for time_s in (fit.left_lasts_s, fit.left_apart_s)
+    )
+    return (
+        f"it goes on for about {lasts} at a time (readings {apart} apart have a correlation of"
+        f" {fit.left_correlation:.2f}, where 1 would be the same again)"
+    )
 
 
 def _by_place(fit: Fit) -> list[str]:
@@ -68,4 +86,5 @@ def _held_out_gain(diagnosis: Diagnosis) -> str:
     if gain <= 0.0:
         return " (no gain there)"
     share = "over 99" if gain > 99.0 else f"{gain:.0f}"
-    return f" ({share} % of what is above the noise is gone)"
+    floor = quantity(fit.noise_floor_m, fit.unit, digits=3) if goes_on(fit) else "the noise"
+    return f" ({share} % of what is above {floor} is gone)"

@@ -8,8 +8,9 @@ from typing import Any
 
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding
-from diagnosis.answer.verdict import seen
+from diagnosis.answer.verdict import goes_on, seen
 from diagnosis.report.sentences import words
+from diagnosis.report.sentences.fit_words import persists
 from diagnosis.report.sentences.regime_words import regime
 from diagnosis.report.sentences.sizes import quantity
 from diagnosis.report.sentences.summary import plain_lines
@@ -17,11 +18,10 @@ from diagnosis.report.sentences.sureness import late_in_all_s
 from models.effects import VOCABULARY
 from models.effects.kind import EffectKind
 
-NOISE = "What is left is consistent with measurement noise."
-NOISE_BESIDE = (
-    "What is left beside all of these, also those without a name, is consistent with"
-    " measurement noise."
-)
+LEFT = "What is left"
+BESIDE = "What is left beside all of these, also those without a name,"
+IS_NOISE = "is consistent with measurement noise."
+NOISE = f"{LEFT} {IS_NOISE}"
 
 
 def told(answer: Diagnosis, kinds: Mapping[str, EffectKind] = VOCABULARY) -> Diagnosis:
@@ -82,15 +82,34 @@ def _unknown(finding: Finding, part: str) -> str:
 
 
 def _like_noise(answer: Diagnosis) -> str:
-    """What no test tells from noise; where readings at rest show how little noise they have, so."""
+    """What no test tells from noise; where readings at rest show how little noise they have, or
+    neighbours how long it goes on, so."""
     within, left = answer.fit.scatter_within_m, answer.fit.rms_after_m
+    nameless = any(one.effect == "unknown" for one in answer.findings)
+    head = BESIDE if nameless else LEFT
     if within is None or left <= VERDICT.beyond_rest * within:
-        return NOISE_BESIDE if any(one.effect == "unknown" for one in answer.findings) else NOISE
+        return _that_goes_on(answer, head) if goes_on(answer.fit) else f"{head} {IS_NOISE}"
     at_rest, left_m = (quantity(size, answer.fit.unit, digits=2) for size in (within, left))
     more = "" if answer.verdict == "nothing_missing" else ": it is more than the noise of reading"
     return (
         f"What is left ({left_m}) follows nothing that a test sees. Readings at one place scatter "
         f"by only {at_rest}, so most of it comes with motion or differs from place to place{more}."
+    )
+
+
+def _that_goes_on(answer: Diagnosis, head: str) -> str:
+    """What no test sees, though it is much the same from one reading to the next."""
+    fit = answer.fit
+    if answer.verdict == "nothing_missing":
+        return (
+            f"{head} {IS_NOISE} But {persists(fit)}: either the readings were smoothed by a filter,"
+            " or something small happens that no test sees."
+        )
+    size = quantity(fit.rms_after_m, fit.unit, digits=2)
+    return (
+        f"{head} ({size}) follows nothing that a test sees, yet it is not the noise of a sensor,"
+        f" which is new with each reading: {persists(fit)}. Something small that the model leaves"
+        " out would look so, or readings that were smoothed by a filter."
     )
 
 
@@ -106,7 +125,10 @@ def unexplained(answer: Diagnosis) -> str:
         how.append(f"{times:.2g} times the noise floor")
     told_how = f" ({', '.join(how)})" if how else ""
     if not rest.depends_on:
-        return f"What is left is more than noise{told_how}, and no test tells what it follows."
+        more = f"; {persists(fit)}" if goes_on(fit) else ""
+        return (
+            f"What is left is more than noise{told_how}, and no test tells what it follows{more}."
+        )
     follows = words.listed([words.followed(name) for name in rest.depends_on])
     place = f" at {words.part(rest.component)}" if rest.component else ""
     return f"What is left is more than noise{told_how}; it follows {follows}{place}."
