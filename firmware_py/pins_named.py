@@ -16,8 +16,12 @@ Named = tuple[Location, tuple[int, ...]]
 
 
 def pins_named(data: Mapping[str, Any]) -> Iterator[Named]:
-    """Each key with the pins it names; whatever is not as it should be names none."""
+    """Each key with the pins it names; whatever is not as it should be names none, and neither
+    does `ranging` of a robot without `sensors`.
+    """
     for section in SECTIONS:
+        if section == "ranging" and data.get("sensors") is None:
+            continue
         for key, value in _inside(data, section).items():
             if isinstance(key, str) and key.endswith(("_pin", "_pins")):
                 yield (section, key), _numbers(value)

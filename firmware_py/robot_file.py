@@ -185,7 +185,7 @@ class RobotFile(DeltaRobot):
     def clashes(self) -> Iterator[tuple[Location, str]]:
         """Where sections contradict each other: the key at fault, and what is wrong with it."""
         yield from clashes(dict(self))
-        yield from named_twice(pins_named(self.model_dump()), _i2c_pins(self.ranging.bus))
+        yield from named_twice(pins_named(self.model_dump()), _i2c_pins(self.model_dump()))
 
     def left_open(self) -> list[str]:
         """What must be said before anything moves on hardware, and is not: keys of the file.
@@ -196,6 +196,7 @@ class RobotFile(DeltaRobot):
             f"{section}.{key}"
             for section, keys in SAID_FOR_HARDWARE.items()
             for key in keys
+            if not (section == "ranging" and self.sensors is None)
             if key not in getattr(self, section).model_fields_set
         ]
 
@@ -236,9 +237,7 @@ def robot_in(document: Document) -> RobotFile:
 
 def _also_wrong(data: dict[str, Any]) -> Iterator[tuple[Location, str]]:
     """What can be told of a file with other mistakes, so that all are mended in one round."""
-    ranging = data.get("ranging")
-    bus = ranging.get("bus", 1) if isinstance(ranging, dict) else 1
-    yield from named_twice(pins_named(data), _i2c_pins(bus))
+    yield from named_twice(pins_named(data), _i2c_pins(data))
     yield from clashes(valid_sections(RobotFile, data))
     effects = data.get("effects")
     for index, one in enumerate(effects if isinstance(effects, list) else ()):
@@ -250,8 +249,12 @@ def _also_wrong(data: dict[str, Any]) -> Iterator[tuple[Location, str]]:
             yield (place[0], index), says
 
 
-def _i2c_pins(bus: object) -> dict[int, str]:
-    return dict.fromkeys(I2C_PINS, "the I2C bus") if bus == 1 else {}
+def _i2c_pins(data: dict[str, Any]) -> dict[int, str]:
+    """Pins that the bus of the ranging sensors takes; none where there are no sensors."""
+    ranging = data.get("ranging")
+    bus = ranging.get("bus", 1) if isinstance(ranging, dict) else 1
+    used = bus == 1 and data.get("sensors") is not None
+    return dict.fromkeys(I2C_PINS, "the I2C bus") if used else {}
 
 
 def check_said(robot: RobotFile) -> None:

@@ -183,10 +183,13 @@ class StepperAxis(StrictModel):
 
 
 class AxisGravity(StrictModel):
-    """Holding torque = torque_nm * sin(position - zero_rad)."""
+    """What holds the weight on an axis = force_n + torque_nm * sin(position - zero_rad)."""
 
-    torque_nm: float
-    zero_rad: float = 0.0
+    torque_nm: Annotated[float, Field(description="a weight on an axis that turns, held level")] = (
+        0.0
+    )
+    zero_rad: Annotated[float, Field(description="where that weight hangs straight down")] = 0.0
+    force_n: Annotated[float, Field(description="a slide on a slope, held anywhere on it")] = 0.0
 
 
 class ServoAxis(StrictModel):
@@ -203,6 +206,12 @@ class ServoAxis(StrictModel):
     drive_stiffness: Annotated[float, Field(gt=0.0, description="N m/rad or N/m")] | None = None
     zero: Literal["arbitrary", "absolute"] = "absolute"
     effects: tuple[EffectEntry, ...] = ()
+
+    @model_validator(mode="after")
+    def _slides(self) -> ServoAxis:
+        if self.motion == "rotary" and self.gravity is not None and self.gravity.force_n != 0.0:
+            raise ValueError("gravity.force_n is of a slide; of an axis that turns say torque_nm")
+        return self
 
 
 class RangeSensor(StrictModel):

@@ -77,6 +77,9 @@ def init(
     recorded: Annotated[str | None, _asked("recorded")] = None,
     inertia: Annotated[str | None, _asked("inertia")] = None,
     effort_gain: Annotated[str | None, _asked("effort_gain")] = None,
+    hanging_nm: Annotated[str | None, _asked("hanging_nm")] = None,
+    hanging_deg: Annotated[str | None, _asked("hanging_deg")] = None,
+    slope_n: Annotated[str | None, _asked("slope_n")] = None,
     zero: Annotated[str | None, _asked("zero")] = None,
     step_pins: Annotated[str | None, _asked("step_pins")] = None,
     direction_pins: Annotated[str | None, _asked("direction_pins")] = None,
@@ -120,7 +123,8 @@ def init(
     for line in remarks(questions, known if ask is None else answers, answers):
         say(line)
     _write(file, kind.value, answers, wiring, force)
-    say(f"next: {_diagnosing(file, kind, measure, columns or [])}")
+    label = "then" if kind is Kind.DELTA else "next"
+    say(f"{label}: {_diagnosing(file, kind, measure, columns or [])}")
 
 
 def _ask(question: Question) -> str:
@@ -208,12 +212,16 @@ def _first_job(file: Path, force: bool) -> list[str]:
 
     job = file.with_name(f"{file.stem}-circle.yaml")
     if job.exists() and not force:
-        return [f"job: {job} exists already and is kept"]
+        return [f"job: {job} exists already and is kept", f"next: deltactl check {job}"]
     robot = load_robot(file)
     what = write_first_job(robot, file, job)
     if what is not None:
         unseen = "" if robot.sensors is not None else " --accept-unseen 180"
-        return [f"job: {job}, {what}", f"next: deltactl run {job}{unseen}"]
+        return [
+            f"job: {job}, {what}",
+            f"next: deltactl check {job}",
+            f"then: deltactl run {job}{unseen}",
+        ]
     if arms_interchanged(robot):
         raise ConfigError(
             "no circle fits, and the forearm is not longer than the upper arm: are the two"

@@ -26,7 +26,8 @@ BY_NAME = "by its name"
 FORCED = " --recorded effort --inertia INERTIA --effort-gain GAIN"
 FORCED_SAYS = (
     "                       INERTIA: what moves, in kg m2 (rotary) or kg (linear), as well as it is"
-    " known;\n                       GAIN: N m (or N) for one unit of the effort"
+    " known;\n                       GAIN: N m (or N) for one unit of the effort; where a weight"
+    " pulls at it,\n                       also --hanging-nm (rotary) or --slope-n (linear)"
 )
 
 

@@ -9,6 +9,8 @@ from pathlib import Path
 from drivers.fakes.ranging_rig import build_rig
 from drivers.fakes.steps import simulated_step_output
 from drivers.inputs import home_switches, named_inputs
+from drivers.ranging.absent import NoSensors
+from drivers.ranging.contract import RangingSensors
 from drivers.steps.build import build_step_output, release_drives
 from drivers.steps.contract import MOTORS
 from firmware_py.controller.controller import Controller
@@ -105,7 +107,9 @@ def real_machine(robot: RobotFile) -> Machine:
     check_said(robot)
     clock, homing = RealClock(), robot.homing
     pins = lgpio_pin_factory()
-    sensors = open_robot_sensors(robot.ranging, clock, pins)
+    sensors: RangingSensors = NoSensors()
+    if robot.sensors is not None:
+        sensors = open_robot_sensors(robot.ranging, clock, pins)
     output = build_step_output(
         robot.steps, robot.inputs, clock, pin_factory=pins, switches=robot.switches
     )

@@ -23,8 +23,9 @@ class Question:
     """So many numbers, where it is none of `choices`."""
     least: float = -math.inf
     most: float = math.inf
-    unless: tuple[str, str] = ("", "")
-    """Key and answer of another question that leave nothing to ask here: the default is taken."""
+    unless: tuple[tuple[str, str], ...] = ()
+    """Keys and answers of other questions, each of which leaves nothing to ask here: the default
+    is taken, or where there is none, nothing is said of it."""
 
     def wrong(self, answer: str) -> str:
         """Why an answer cannot be taken, to be asked again at once; empty where it may do."""
@@ -62,8 +63,9 @@ GEAR = Question(
 )
 ZERO = Question(
     "zero", "Is the zero of the readings that of the commands (absolute), or not (arbitrary)?",
-    "absolute", ("absolute", "arbitrary"), unless=("recorded", "effort"),
+    "absolute", ("absolute", "arbitrary"), unless=(("recorded", "effort"),),
 )  # fmt: skip
+NO_EFFORT = (("recorded", "command"),)
 QUESTIONS: dict[str, tuple[Question, ...]] = {
     "delta": (
         NAME,
@@ -118,13 +120,33 @@ QUESTIONS: dict[str, tuple[Question, ...]] = {
             "Moving inertia, kg m2 (rotary) or kg (linear); 0 if unknown or no effort is recorded",
             "0",
             least=0.0,
-            unless=("recorded", "command"),
+            unless=NO_EFFORT,
         ),
         Question(
             "effort_gain",
             "N m (or N) for one unit of the effort column; 1 if there is none",
             "1",
-            unless=("recorded", "command"),
+            unless=NO_EFFORT,
+        ),
+        Question(
+            "hanging_nm",
+            "Torque that holds a weight on the axis level, N m (kg * 9.81 * metres from the axis);"
+            " 0: none hangs there, or the axis stands upright",
+            "0",
+            unless=(*NO_EFFORT, ("motion", "linear")),
+        ),
+        Question(
+            "hanging_deg",
+            "Position at which that weight hangs straight down, degrees",
+            "0",
+            unless=(*NO_EFFORT, ("motion", "linear"), ("hanging_nm", "0")),
+        ),
+        Question(
+            "slope_n",
+            "Force that holds the slide on its slope, N (kg * 9.81 * sine of the slope), negative"
+            " if it holds towards lower positions; 0: it is level",
+            "0",
+            unless=(*NO_EFFORT, ("motion", "rotary")),
         ),
         ZERO,
     ),
@@ -136,7 +158,7 @@ WIRING: tuple[Question, ...] = (
     Question("enable_pin", "ENA pin of the drives, or none"),
     Question("alarm_pins", "ALM pins of drives 1, 2, 3, or none", count=3),
     Question("estop_pin", "E-stop pin (normally closed to ground), or none"),
-    Question("xshut_pins", "XSHUT pins of sensors x, y, z", count=3),
+    Question("xshut_pins", "XSHUT pins of sensors x, y, z", count=3, unless=(("sensors", "none"),)),
     Question("arm_deg", "Lowest and highest arm angle, degrees (0 level, positive down)", count=2),
     Question("step_rate_hz", "Most steps a second of a motor (a Pi sends up to 20000)"),
     Question("joint_speed_radps", "Fastest an arm may turn, rad/s"),
@@ -171,8 +193,9 @@ def gather(
             answers[question.key] = given[question.key]
             if why := question.wrong(given[question.key]):
                 wrong.append(f"{question.option} {why}")
-        elif question.default is not None and _settled(question, answers):
-            answers[question.key] = question.default
+        elif _settled(question, answers):
+            if question.default is not None:
+                answers[question.key] = question.default
         elif ask is not None:
             answers[question.key] = ask(question)
         elif question.default is not None:
@@ -186,8 +209,7 @@ def gather(
 
 def _settled(question: Question, answers: Answers) -> bool:
     """Whether another answer leaves nothing to ask."""
-    key, answer = question.unless
-    return bool(key) and answers.get(key) == answer
+    return any(answers.get(key) == answer for key, answer in question.unless)
 
 
 def remarks(questions: tuple[Question, ...], given: Answers, answers: Answers) -> list[str]:
@@ -195,7 +217,9 @@ def remarks(questions: tuple[Question, ...], given: Answers, answers: Answers) -
     taken = [
         one
         for one in questions
-        if one.key not in given and one.default == answers[one.key] and not _settled(one, answers)
+        if one.key not in given
+        and one.default == answers.get(one.key)
+        and not _settled(one, answers)
     ]
     said = []
     if names := ", ".join(f"{one.option} {one.default}" for one in taken):

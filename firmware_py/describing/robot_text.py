@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from firmware_py.describing.questions import Answers, numbers
 
 NOTE = "# Made by deltactl init. All keys: docs/reference/robots.md in the source of deltactl"
@@ -90,10 +92,27 @@ def _servo(answers: Answers) -> list[str]:
         lines.append(f"# inertia: 0.1   # {unit}; needed where the recording has an effort column")
     if inertia > 0.0 or gain != 1.0:
         lines.append(f"effort_gain: {_number(gain)}")
+    if answers["recorded"] != "command":
+        lines.append(_gravity(answers))
     return [
         *lines,
         f"zero: {answers['zero']}   {ZERO}",
     ]
+
+
+def _gravity(answers: Answers) -> str:
+    """What weight does to an axis; an example behind a # where it does nothing."""
+    if answers["motion"] == "linear":
+        force_n = numbers(answers, "slope_n")[0]
+        said = f"gravity: {{force_n: {_number(force_n or 20.0)}}}   # N that hold it on its slope"
+        return said if force_n else f"# {said}; it is level"
+    torque_nm, at_deg = (numbers(answers, key)[0] for key in ("hanging_nm", "hanging_deg"))
+    zero = _number(math.radians(at_deg))
+    said = (
+        f"gravity: {{torque_nm: {_number(torque_nm or 1.5)}, zero_rad: {zero}}}"
+        "   # N m that hold a weight level; where it hangs down"
+    )
+    return said if torque_nm else f"# {said}; nothing hangs there"
 
 
 def _wiring(answers: Answers) -> list[str]:
@@ -109,9 +128,7 @@ def _wiring(answers: Answers) -> list[str]:
         "inputs:",
         f"  estop_pin: {_pin(answers, 'estop_pin')}",
         "",
-        "ranging:",
-        f"  xshut_pins: {_pins(answers, 'xshut_pins')}",
-        "",
+        *([] if answers["sensors"] == "none" else _ranging(answers)),
         "limits:                       # checked along the whole path before anything moves",
         f"  arm_deg: [{_number(low)}, {_number(high)}]",
         *(
@@ -126,6 +143,10 @@ def _wiring(answers: Answers) -> list[str]:
         "  method: placed              # the arms are put against stops or a jig by hand",
         f"  angle_deg: [{', '.join(map(_number, numbers(answers, 'home_deg', 3)))}]",
     ]
+
+
+def _ranging(answers: Answers) -> list[str]:
+    return ["ranging:", f"  xshut_pins: {_pins(answers, 'xshut_pins')}", ""]
 
 
 def _pins(answers: Answers, key: str) -> str:

@@ -99,6 +99,9 @@ def _outputs(robot: RobotFile) -> Iterator[Wire]:
 
 
 def _sensors(robot: RobotFile) -> Iterator[Wire]:
+    if robot.sensors is None:
+        yield Wire(None, GROUND, "ground", "buffer, e-stop, ALM- of the drives")
+        return
     ranging = robot.ranging
     for axis, gpio, address in zip(AXES, ranging.xshut_pins, ranging.addresses, strict=True):
         to = f"XSHUT of sensor {axis} (becomes I2C address 0x{address:02x})"

@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from foundation.errors import ConfigError
 from models.chain import Chain, Commands
 from models.chain.active import activate
+from models.chain.axis import gravity_pull
 from models.effects import effect_kind
 from models.effects.recursion import by_doubling, by_substitution, clipped, lagged, linear
-from models.robot import DeltaRobot, EffectEntry
+from models.robot import AxisGravity, DeltaRobot, EffectEntry, ServoAxis
 
 
 def _run(robot: DeltaRobot, t_s: np.ndarray, angles: np.ndarray, **effect: object) -> np.ndarray:
@@ -156,3 +157,12 @@ def test_sentences_give_size_and_unit() -> None:
     words = effect_kind("gear_backlash").sentence("motor2", {"width": 0.0087})
     assert "motor2" in words
     assert "8.70 mrad" in words
+
+
+def test_a_slope_pulls_a_slide_the_same_everywhere() -> None:
+    at_m = np.linspace(-2.0, 3.0, 7)
+    assert gravity_pull(AxisGravity(force_n=12.0), at_m) == pytest.approx(-12.0)
+    slope = {"kind": "servo_axis", "name": "s", "gravity": {"force_n": 12.0}}
+    assert ServoAxis.model_validate(slope | {"motion": "linear"}).gravity is not None
+    with pytest.raises(ValueError, match="say torque_nm"):
+        ServoAxis.model_validate(slope | {"motion": "rotary"})

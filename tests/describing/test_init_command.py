@@ -44,7 +44,7 @@ def options(answers: dict[str, str]) -> list[str]:
 
 def test_from_options_to_a_simulated_job(deltactl: Deltactl, tmp_path: Path) -> None:
     shown = deltactl("init", "mine.yaml", *options(DELTA)).stdout
-    assert "next: deltactl run mine-circle.yaml" in shown
+    assert "next: deltactl check mine-circle.yaml\nthen: deltactl run mine-circle.yaml" in shown
     result = json.loads(deltactl("run", "mine-circle.yaml", "--simulate", "--json").stdout)
     assert result["outcome"] == "done"
     assert load_robot(tmp_path / "mine.yaml").left_open()
@@ -94,6 +94,57 @@ def test_with_its_wiring_nothing_is_left_open(deltactl: Deltactl, tmp_path: Path
     assert robot.left_open() == []
     assert robot.steps.alarm_pins is None
     assert robot.limits.arm_deg == (-10.0, 90.0)
+
+
+def test_without_sensors_nothing_is_asked_of_their_pins(deltactl: Deltactl, tmp_path: Path) -> None:
+    """Nor are pins kept for them: the drives may have those that sensors usually take."""
+    said = {key: text for key, text in (DELTA | WIRED).items() if key != "xshut_pins"}
+    pins = {"sensors": "none", "step_pins": "4 20 21", "direction_pins": "2 3 24"}
+    deltactl("init", "mine.yaml", "--wiring", *options(said | pins))
+    assert "xshut" not in (tmp_path / "mine.yaml").read_text()
+    assert load_robot(tmp_path / "mine.yaml").left_open() == []
+    assert "XSHUT" not in deltactl("install", "--robot", "mine.yaml").stdout
+
+
+def _weight(deltactl: Deltactl, file: str, *said: str) -> ServoAxis:
+    words = ("--kind", "servo_axis", "--recorded", "effort", "--inertia", "1", *said)
+    deltactl("init", file, *words)
+    robot = load_robot_model(Path(file))
+    assert isinstance(robot, ServoAxis)
+    return robot
+
+
+def test_a_weight_on_an_axis_is_asked_for_where_there_is_an_effort(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    path = str(tmp_path / "axis.yaml")
+    hung = _weight(deltactl, path, "--hanging-nm", "12", "--hanging-deg", "90").gravity
+    assert hung is not None
+    assert (hung.torque_nm, hung.force_n) == (12.0, 0.0)
+    assert hung.zero_rad == pytest.approx(np.pi / 2)
+    path = str(tmp_path / "slide.yaml")
+    slope = _weight(deltactl, path, "--motion", "linear", "--slope-n", "-30").gravity
+    assert slope is not None
+    assert (slope.torque_nm, slope.force_n) == (0.0, -30.0)
+    assert _weight(deltactl, str(tmp_path / "level.yaml")).gravity is None
+
+
+def test_only_the_weight_that_may_be_is_asked_for() -> None:
+    """And none where no effort is recorded."""
+    for motion, recorded, expected in (
+        ("rotary", "both", ["hanging_nm"]),
+        ("linear", "effort", ["slope_n"]),
+        ("rotary", "command", []),
+    ):
+        asked: list[str] = []
+
+        def answer(question: Question, asked: list[str] = asked) -> str:
+            asked.append(question.key)
+            return question.default or "1"
+
+        gather(QUESTIONS["servo_axis"], {"motion": motion, "recorded": recorded}, answer)
+        weights = [key for key in asked if key in ("hanging_nm", "hanging_deg", "slope_n")]
+        assert weights == expected
 
 
 def test_all_that_is_missing_is_said_at_once(deltactl: Deltactl) -> None:
@@ -242,7 +293,7 @@ def test_a_delta_without_sensors_says_none_and_its_first_job_runs(
         "--upper-arm-mm", "150", "--forearm-mm", "320", "--gear-ratio", "5", "--sensors", "none",
     )  # fmt: skip
     assert load_robot(tmp_path / "bare.yaml").sensors is None
-    assert "next: deltactl run bare-circle.yaml --accept-unseen 180" in done.stdout
+    assert "then: deltactl run bare-circle.yaml --accept-unseen 180" in done.stdout
     deltactl("run", "bare-circle.yaml", "--accept-unseen", "180", "--simulate")
 
 
@@ -250,8 +301,8 @@ def test_a_delta_without_sensors_says_none_and_its_first_job_runs(
     ("recorded", "asked"),
     [
         ("command", {"zero"}),
-        ("effort", {"inertia", "effort_gain"}),
-        ("both", {"zero", "inertia", "effort_gain"}),
+        ("effort", {"inertia", "effort_gain", "hanging_nm"}),
+        ("both", {"zero", "inertia", "effort_gain", "hanging_nm"}),
     ],
 )
 def test_nothing_is_asked_about_what_is_not_recorded(recorded: str, asked: set[str]) -> None:

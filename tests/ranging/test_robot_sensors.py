@@ -13,6 +13,8 @@ from drivers.fakes.i2c_bus import FakeI2cBus
 from drivers.ranging import robot_sensors
 from drivers.ranging.robot_sensors import bus_speed_advice, open_robot_sensors
 from drivers.settings import RangingSettings
+from firmware_py.controller.build import real_machine
+from firmware_py.robot_file import load_robot
 from foundation.clock import VirtualClock
 from foundation.errors import BusDead, SensorFault
 
@@ -59,3 +61,19 @@ def test_a_slow_bus_is_advised_on(tmp_path: Path, clock_hz: int, advised: bool) 
     advice = bus_speed_advice(RangingSettings(), tmp_path)
     assert (advice is not None and "runs at 100 kHz" in advice) == advised
     assert bus_speed_advice(RangingSettings(bus=7), tmp_path) is None
+
+
+def test_a_robot_without_sensors_opens_neither_bus_nor_pins(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    factory = MockFactory()
+    monkeypatch.setattr("drivers.pin_factory.lgpio_pin_factory", lambda: factory)
+    robot = load_robot(Path(__file__).parents[2] / "config" / "zhao-2023.yaml")
+    steps = robot.steps.model_copy(update={"backend": "gpiozero"})
+    machine = real_machine(robot.model_copy(update={"sensors": None, "steps": steps}))
+    try:
+        machine.sensors.start()
+        assert machine.sensors.poll() == []
+        assert not set(robot.ranging.xshut_pins) & set(factory.pins)
+    finally:
+        machine.close()

@@ -28,7 +28,7 @@ from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.plants.lone.travel import arrivals, count_places, direction_of, turns
 from diagnosis.plants.lone.waves import resolved_waves
 from foundation.errors import RecordingError
-from models.chain.axis import AxisChain
+from models.chain.axis import AxisChain, gravity_pull
 from models.chain.commands import Commands
 from models.effects.recursion import lagged
 from models.robot import ServoAxis, StepperAxis
@@ -117,9 +117,7 @@ class RecordedAxis:
         ]
         gravity = self.robot.gravity if isinstance(self.robot, ServoAxis) else None
         load: FloatArray = np.concatenate(loads)
-        if gravity is not None:
-            load = load - gravity.torque_nm * np.sin(at - gravity.zero_rad)
-        return load
+        return load + gravity_pull(gravity, at)
 
     def _rows(self) -> IntArray:
         valid = np.flatnonzero(self.readings.valid[:, 0])
