@@ -43,6 +43,8 @@ def check_job(job: Path, robot: str | None, json_out: bool) -> None:
         rows.append(("feedback", f"moves the platform by at most {millimetres(farthest_m)}"))
     console.print(facts(f"{summary.job} may run", rows))
     say_covered(covered)
+    if summary.slower is not None:
+        warn(f"warning: {summary.slower.says()}")
 
 
 def limit_rows(limit: Limit | str) -> list[tuple[str, str]]:

@@ -193,5 +193,7 @@ def _show(result: JobResult, report: Path | None, json_out: bool, one_place: boo
         say(f"recording: {recording}")
     if report:
         say(f"report:    {report}")
+    if result.slower:
+        warn(f"warning: {result.slower}")
     if result.warning:
         warn(result.warning)

@@ -80,6 +80,8 @@ class JobResult:
     """Why the recording is not whole; empty when it is."""
     warning: str = ""
     """What the user should know though the job ran to its end."""
+    slower: str = ""
+    """That the speed which the job asks for was never reached, and why; empty when it was."""
 
 
 class RobotController(Protocol):

@@ -11,6 +11,7 @@ from drivers.steps.contract import Counts
 from firmware_py.job_file import NetworkIk, Together
 from firmware_py.planner.plan import Plan, TimedLap
 from firmware_py.planner.stream import MotionStream
+from firmware_py.planner.top_speed import Slower, slower
 from foundation.clock import NS_PER_S
 from models.robot import FloatArray
 
@@ -54,6 +55,8 @@ class CheckSummary:
     """How many things a job of steps does, one after another; None for a job of one path."""
     waits_at_most_s: float = 0.0
     """How much longer it takes where inputs come as late as they may."""
+    slower: Slower | None = None
+    """Where the speed that the job asks for is never reached: what is, and why."""
 
     def as_json(self) -> dict[str, Any]:
         """Plain types only."""
@@ -89,6 +92,7 @@ def summarise(plan: Plan, from_counts: Counts) -> CheckSummary:
         arm_range_deg=_arm_range_deg(timed),
         smallest_margin=min(_margin(lap) for lap in timed),
         box_m=_box(timed),
+        slower=slower([plan]),
     )
 
 

@@ -51,6 +51,22 @@ class CurveSchedule:
         rate = np.maximum(self._rates[:-1], self._rates[1:])[:, None]
         self.peak_rate_hz: FloatArray = (first * rate).max(axis=0) / self._step_rad
         self.gate_ns = limits.gate_ns(float(self.peak_rate_hz.max()))
+        self._note_fastest(position_m, first, rate[:, 0], speed_mps)
+
+    def _note_fastest(
+        self,
+        position_m: FloatArray,
+        first: FloatArray,
+        rate: FloatArray,
+        speed_mps: float | FloatArray,
+    ) -> None:
+        """The platform's highest speed, that of the arms there, and the highest asked for."""
+        hop_m = np.linalg.norm(np.diff(position_m, axis=0), axis=1)
+        along_mps = hop_m[self._curve.piece_of] * rate
+        at = int(np.argmax(along_mps))
+        self.top_speed_mps = float(along_mps[at])
+        self.top_joint_radps = float(first[at].max() * rate[at])
+        self.asked_mps = float(np.max(speed_mps))
 
     def angle_range_rad(self) -> tuple[FloatArray, FloatArray]:
         """Lowest and highest angle of each arm anywhere on the curve, (3,)."""

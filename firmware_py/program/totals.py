@@ -8,6 +8,7 @@ from drivers.steps.contract import Counts
 from firmware_py.planner.plan import Plan
 from firmware_py.planner.stream import MotionStream
 from firmware_py.planner.summary import CheckSummary, Range, summarise
+from firmware_py.planner.top_speed import slower
 from firmware_py.program.instructions import Leaf, Move, Program, Wait, WaitFor, visit
 from foundation.clock import NS_PER_S, ns
 
@@ -79,6 +80,7 @@ def summarise_program(program: Program, from_counts: Counts) -> CheckSummary:
         box_m=_ranges([one.box_m for one in ones]),
         instructions=found.instructions,
         waits_at_most_s=found.waits_s,
+        slower=slower(plan for plan, _, _ in found.moves),
     )
 
 

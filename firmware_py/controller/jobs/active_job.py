@@ -19,6 +19,7 @@ from firmware_py.machine import Machine
 from firmware_py.planner.plan import Plan
 from firmware_py.planner.stream import MotionStream
 from firmware_py.planner.time_scaling import TimeScaledMotion
+from firmware_py.planner.top_speed import slower
 from firmware_py.program.instructions import Move, SetOutputs, WaitFor
 from firmware_py.program.totals import totals
 from firmware_py.robot_file import RobotFile
@@ -59,6 +60,8 @@ class ActiveJob:
         self.recording_error = ""
         self.warning = ""
         """What the user should know though the job ran to its end."""
+        slow = slower(queued.program.plans())
+        self.slower = "" if slow is None else slow.says()
         self.cancelled = False
         self.why = ""
         """Why it cancelled itself."""

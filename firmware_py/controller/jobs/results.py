@@ -27,7 +27,14 @@ class Results:
         """Note how a job ended that ran."""
         self._keep(
             JobResult(
-                job.number, job.name, outcome, why, job.recording, job.recording_error, job.warning
+                job.number,
+                job.name,
+                outcome,
+                why,
+                job.recording,
+                job.recording_error,
+                job.warning,
+                job.slower,
             )
         )
 
