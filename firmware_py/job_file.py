@@ -59,14 +59,16 @@ class JobFile(StrictModel):
 
 def _clashes(sections: Mapping[str, Any]) -> Iterator[Clash]:
     """Where sections that are right by themselves contradict each other."""
-    path = sections.get("path")
+    path, timing = sections.get("path"), sections.get("timing")
+    if path is None and isinstance(timing, Accelerated) and timing.duration_s is not None:
+        yield ("timing",), "duration_s is for one path; a job of steps needs speed_mps"
     if {"path", "steps"} <= sections.keys() and (path is None) == (sections["steps"] is None):
         yield (), "give either 'path' or 'steps'"
     if not isinstance(path, Way):
         return
     if path.start_m is None:
         yield ("path",), "start_m is missing: only in 'steps' a way may go on from another"
-    if isinstance(sections.get("timing"), Together) and any(leg.speed_mps for leg in path.legs):
+    if isinstance(timing, Together) and any(leg.speed_mps for leg in path.legs):
         yield ("timing",), "legs with speed_mps need timing mode accelerated"
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from foundation.strict_yaml import StrictModel
+
+SLOWEST_MPS, FASTEST_MPS = 1e-6, 10.0
 
 
 class Together(StrictModel):
@@ -22,8 +24,17 @@ class Accelerated(StrictModel):
     """Every motor keeps its own speed and acceleration limit; the path slows down where it must."""
 
     mode: Literal["accelerated"]
-    speed_mps: Annotated[float, Field(ge=1e-6, le=10.0, description="m/s; 1 um/s to 10 m/s")]
+    speed_mps: (
+        Annotated[float, Field(ge=SLOWEST_MPS, le=FASTEST_MPS, description="m/s; 1 um/s to 10 m/s")]
+        | None
+    ) = None
     """Speed of the platform along the path wherever the limits allow it."""
+    duration_s: (
+        Annotated[float, Field(ge=0.01, le=86400.0, description="seconds; a day at most")] | None
+    ) = None
+    """In place of a speed: how long each repeat takes from leaving the first target, with the
+    rests at the others and the way back to its start. Refused, with the shortest time there is,
+    where the limits do not allow it."""
     joint_speed_radps: (
         Annotated[float, Field(ge=1e-5, le=1e3, description="rad/s, a turn a week to 160 a second")]
         | None
@@ -32,6 +43,12 @@ class Accelerated(StrictModel):
     joint_acceleration_radps2: (
         Annotated[float, Field(ge=1e-4, le=1e5, description="rad/s2; beyond is a blow")] | None
     ) = None
+
+    @model_validator(mode="after")
+    def _either(self) -> Accelerated:
+        if (self.speed_mps is None) == (self.duration_s is None):
+            raise ValueError("give either 'speed_mps' or 'duration_s'")
+        return self
 
 
 def mode(timing: Any) -> Any:

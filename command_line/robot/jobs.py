@@ -69,7 +69,8 @@ def run(
 
     Shows progress, then how well the path was followed, and where the recording is. The robot of a
     daemon is homed before ('deltactl home'); the simulated one homes here, where
-    --accept-unseen says what it says there.
+    --accept-unseen says what it says there. How fast and how often is in the job: in 'timing'
+    speed_mps or duration_s, and 'repeats'.
 
     ```
     deltactl run heart.yaml

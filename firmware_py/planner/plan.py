@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from firmware_py.planner.limits import joint_limits
 from firmware_py.planner.motion import Schedule
 from firmware_py.planner.targets import Lap
 from firmware_py.planner.timing_accelerated import CurveSchedule
+from firmware_py.planner.timing_in import timed_in
 from firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
 from firmware_py.planner.timing_together import TogetherSchedule
 from firmware_py.robot_file import RobotFile
@@ -111,16 +113,27 @@ def schedule_of(job: JobFile, robot: RobotFile, lap: Lap, reach: Reach) -> Sched
     timing = job.timing
     if isinstance(timing, Together):
         return TogetherSchedule(lap.counts, lap.dwell_s, timing.t_pwm_s)
-    limits = motor_limits(job, robot)
+    at_speed = partial(_at_speed, motor_limits(job, robot), lap, reach)
+    if timing.duration_s is not None:
+        length_m = float(np.linalg.norm(np.diff(lap.position_m, axis=0), axis=1).sum())
+        straight = lap.space is Space.CARTESIAN
+        known = {"mean_mps": length_m / timing.duration_s} if straight else {}
+        return timed_in(timing.duration_s, at_speed, **known)
+    assert timing.speed_mps is not None
+    return at_speed(timing.speed_mps)
+
+
+def _at_speed(limits: MotorLimits, lap: Lap, reach: Reach, job_mps: float) -> Schedule:
+    """The timing of a lap at this speed of the platform, or below it where limits ask for it."""
     if lap.space is Space.CARTESIAN and len(lap) > 1:
-        speed_mps: float | FloatArray = timing.speed_mps
+        speed_mps: float | FloatArray = job_mps
         if lap.speed_mps is not None:
-            speed_mps = np.minimum(timing.speed_mps, lap.speed_mps[1:])
+            speed_mps = np.minimum(job_mps, lap.speed_mps[1:])
         return CurveSchedule(
             lap.angles_rad, lap.position_m, lap.rest, lap.dwell_s, speed_mps, limits
         )
     with np.errstate(divide="ignore"):
-        fastest = timing.speed_mps / reach.steepest_m
+        fastest = job_mps / reach.steepest_m
     return MoveSchedule(lap.angles_rad, lap.dwell_s, limits, fastest)
 
 

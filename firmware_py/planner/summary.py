@@ -143,4 +143,6 @@ def _timing_in_words(plan: Plan) -> str:
     timing = plan.job.timing
     if isinstance(timing, Together):
         return f"together, T_PWM {timing.t_pwm_s:g} s"
+    if timing.speed_mps is None:
+        return f"accelerated, {timing.duration_s:g} s"
     return f"accelerated, {timing.speed_mps * 1e3:g} mm/s"

@@ -42,7 +42,9 @@ def slower(plans: Iterable[Plan]) -> Slower | None:
 
 def _fastest(plan: Plan) -> Slower | None:
     timing, schedule = plan.job.timing, plan.first.schedule
-    if not isinstance(timing, Accelerated) or not isinstance(schedule, CurveSchedule):
+    if not isinstance(timing, Accelerated) or timing.speed_mps is None:
+        return None
+    if not isinstance(schedule, CurveSchedule):
         return None
     limits = motor_limits(plan.job, plan.robot)
     by = f"joint_acceleration_radps2 {limits.acceleration_radps2:g}"

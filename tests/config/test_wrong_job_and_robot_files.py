@@ -55,7 +55,7 @@ WRONG_JOBS = [
     (HEART, "name: heart", "name:", "name: Input should be a valid string"),
     (HEART, "robot: zhao-2023.yaml", "", "'robot' is missing"),
     (MICRO, "speed_mps: 0.00377", "speed_mps: 0", "timing.speed_mps: Input should be greater"),
-    (MICRO, "speed_mps", "t_pwm_s", "timing.t_pwm_s: unknown key; valid keys: joint_acc"),
+    (MICRO, "speed_mps", "t_pwm_s", "timing.t_pwm_s: unknown key; valid keys: duration_s"),
     (MICRO, "turns: 5", "turns: 0", "path: turns must not be 0"),
     (SPIRAL, "outer_radius_m: 0.12", "outer_radius_m: 0.02", "outer_radius_m must be larger"),
     (SURVEY, "[-20, 110]", "[110, -20]", "path: angle_deg must be [lowest, highest]"),
