@@ -17,12 +17,13 @@ from web.motion_card import MotionCard
 from web.recordings_tab import RecordingsTab
 from web.site import Site
 from web.state_card import StateCard
+from web.style import DARK, PAPER, STYLE, WEBGL
 
 REFRESH_S = 0.08
 ANNOUNCE_S = 3.0
 COLOURS = {
     "off": "grey-7",
-    "unhomed": "orange-8",
+    "unhomed": "orange-10",
     "ready": "green-8",
     "running": "blue-8",
     "paused": "indigo-6",
@@ -41,7 +42,8 @@ class RobotPage:
         self._serial = -1
         self._shown: tuple[object, ...] = ()
         ui.colors(primary="#1d4ed8")
-        ui.add_css(STYLE)
+        ui.dark_mode(None)
+        ui.add_css(STYLE + DARK + PAPER)
         ui.add_head_html(f"<script>{WEBGL}</script>")
         self._header()
         self._stop_button()
@@ -203,31 +205,3 @@ def tell_problem(text: str) -> None:
     """One line in red, until it is closed."""
     close = {"label": "Close", "color": "white"}
     ui.notify(text, type="negative", multi_line=True, timeout=12_000, actions=[close])
-
-
-WEBGL = """if (!document.createElement("canvas").getContext("webgl2"))
-  document.documentElement.classList.add("without-webgl");"""
-"""Marks the page of a browser that cannot draw in 3D, where words stand instead."""
-
-STYLE = """
-.stop-button { position: fixed; top: 4px; right: 8px; z-index: 7000; min-width: 7rem;
-  font-size: 1.15rem; font-weight: 800; height: 42px; box-shadow: 0 0 0 2px white; }
-.stop-room { min-width: 7.5rem; }
-.latch { background: #b91c1c; color: white; padding: 8px 12px; border-radius: 6px;
-  position: sticky; top: 52px; z-index: 1500; }
-.news { background: #fef3c7; color: #78350f; padding: 8px 12px; border-radius: 6px; }
-.scene-box { height: min(56vh, 520px); min-height: 260px; }
-.editor { height: max(24rem, 100vh - 130px); }
-.no-webgl { display: none; color: #78350f; } .without-webgl .no-webgl { display: block; }
-.without-webgl .scene-box, .without-webgl .scene-caption { display: none; }
-.figures { font-variant-numeric: tabular-nums; }
-.q-btn.disabled { outline: 1px dashed #94a3b8; outline-offset: -1px; box-shadow: none; }
-.q-btn.disabled::before { border-color: transparent; box-shadow: none; }
-.q-btn.disabled .block { text-decoration: line-through; }
-.jog .q-btn { min-width: 46px; min-height: 42px; }
-@media (max-width: 599px) { .scene-box { height: 36vh; min-height: 220px; }
-  .editor { height: 24rem; }
-  .stop-button { top: auto; bottom: 12px; right: 12px; height: 60px; min-width: 9rem; }
-  .stop-room { min-width: 0; } .q-page-container { padding-bottom: 84px; }
-  .nicegui-content { padding: 4px; padding-bottom: 90px; } }
-"""

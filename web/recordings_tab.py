@@ -25,8 +25,8 @@ INTRODUCTION = (
 RECORDED = "still being recorded; possible when the run has ended"
 VERDICTS = {
     "nothing_missing": ("nothing is missing", "green-8"),
-    "explained": ("explained", "orange-8"),
-    "partly_explained": ("partly explained", "orange-9"),
+    "explained": ("explained", "orange-10"),
+    "partly_explained": ("partly explained", "deep-orange-10"),
     "unexplained": ("unexplained", "red-8"),
 }
 
