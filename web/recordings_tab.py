@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import time
+from collections.abc import Collection
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,11 @@ LOOK_S = 3.0
 INTRODUCTION = (
     "Runs of this robot, newest first. A diagnosis compares a run with its robot file. "
     "For a recording of your own: deltactl diagnose data.csv --inspect"
+)
+REASONS = "Why, how surely, and what to do next"
+CORRECTED = (
+    "corrected.yaml compensates what was found: try it with deltactl run JOB.yaml"
+    " --robot corrected.yaml"
 )
 RECORDED = "still being recorded; possible when the run has ended"
 VERDICTS = {
@@ -160,8 +166,13 @@ class RecordingRow:
         text, colour = VERDICTS.get(answer["verdict"], (answer["verdict"], "grey-8"))
         with self._answer:
             ui.badge(text).props(f"color={colour}").classes("text-sm").props("data-testid=answer")
-            for line in answer["lines"][:12]:
-                ui.label(line).classes("text-sm")
+            lines, heads = answer["lines"], answer.get("heads", ())
+            at_once = answer.get("at_once", len(lines))
+            _write(lines[:at_once], heads)
+            if at_once < len(lines):
+                with ui.expansion(REASONS).classes("w-full").props("dense") as reasons:
+                    _write(lines[at_once + 1 :], heads)
+                reasons.props("data-testid=reasons header-class=text-weight-bold")
             with ui.row().classes("gap-2"):
                 self._follow("The whole report", "article", self._report)
                 if answer["components"]:
@@ -170,6 +181,8 @@ class RecordingRow:
                     self._follow("Correct it: save the robot file", "download", self._save)
                 if self._page.operates and (made / "next.yaml").is_file():
                     self._follow("The experiment that would tell more", "science", self._next)
+            if (made / "corrected.yaml").is_file():
+                ui.label(CORRECTED).classes("text-sm text-gray-600")
 
     def _follow(self, text: str, icon: str, call: Any) -> None:
         ui.button(text, icon=icon, on_click=call).props("no-caps dense flat")
@@ -195,3 +208,13 @@ class RecordingRow:
 
     def _url(self, name: str) -> str:
         return f"/made/{self._page.site.key_of(self._listed.made / name)}"
+
+
+def _write(lines: list[str], heads: Collection[str]) -> None:
+    """Titles bold, and what belongs to one set in."""
+    for line in lines:
+        label = ui.label(line.strip()).classes("text-sm")
+        if line in heads:
+            label.classes("font-bold")
+        elif line.startswith(" "):
+            label.classes("pl-4")

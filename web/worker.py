@@ -49,7 +49,7 @@ def diagnose(recording: Path, folder: Path) -> dict[str, Any]:
     from diagnosis.experiment import write_job
     from diagnosis.report.page.html import write_report
     from diagnosis.report.sentences.saved import support, written
-    from diagnosis.report.sentences.summary import plain_lines
+    from diagnosis.report.sentences.summary import WHY, head_lines, plain_lines
     from firmware_py.robot_file import CONFIG_FOLDER
     from models.robot import load_robot_model
     from recording.reading.reader import read_run
@@ -69,6 +69,8 @@ def diagnose(recording: Path, folder: Path) -> dict[str, Any]:
     return {
         "verdict": answer.verdict,
         "lines": lines,
+        "heads": head_lines(answer),
+        "at_once": lines.index(WHY) if WHY in lines else len(lines),
         "components": [finding.component for finding in answer.findings],
     }
 

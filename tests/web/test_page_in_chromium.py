@@ -132,7 +132,9 @@ def test_what_follows_a_diagnosis_is_a_click_away(
     """The answer is laid beside a recording as the page's own worker leaves it there."""
     its = simulated.recordings / "web" / "made" / "asked"
     its.mkdir(parents=True)
-    found = {"verdict": "explained", "lines": ["1. Play."], "components": ["motor2"]}
+    lines = ["Play.", "Do this", "- Mend it.", "Why", *("1. Because." for _ in range(30)), "Next."]
+    found = {"verdict": "explained", "lines": lines, "heads": lines[:2], "at_once": 3,
+             "components": ["motor2"]}  # fmt: skip
     (its / "diagnosis.json").write_text(json.dumps(found))
     (its / "corrected.yaml").write_text("name: better\n")
     (its / "next.yaml").write_text(JOB.replace("mine", "telling"))
@@ -141,6 +143,14 @@ def test_what_follows_a_diagnosis_is_a_click_away(
     browser.driver.execute_cdp_cmd("Browser.setDownloadBehavior", send)
     browser.tab("Recordings")
     browser.says("answer", "explained")
+    assert "- Mend it." in browser.driver.page_source
+    browser.find("reasons").find_element(By.CSS_SELECTOR, ".q-item").click()
+    last = '//*[@data-testid="reasons"]//*[.="Next."]'
+    browser.wait(lambda: browser.driver.find_element(By.XPATH, last).is_displayed(),
+                 "the last line of the answer is nowhere")  # fmt: skip
+    browser.find("reasons").find_element(By.CSS_SELECTOR, ".q-item").click()
+    browser.wait(lambda: not browser.driver.find_element(By.XPATH, last).is_displayed(),
+                 "the reasons stay open")  # fmt: skip
     (simulated.recordings / "later.mcap").write_bytes(b"nor this")
     browser.wait(lambda: "later" in listed(browser), "a new recording is not listed")
     assert listed(browser)[:2] == ["later", "asked"]

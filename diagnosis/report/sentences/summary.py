@@ -23,6 +23,8 @@ ENDED_EARLY = (
     "compared (--thorough compares the rest, which takes longer)."
 )
 LOOSE = "In addition, lengths and angles deviate slightly everywhere, within build tolerances."
+WHY = "Why"
+"""Title above the reasons: what comes before is what to do."""
 MOST_NAMED = 4
 """Things of one kind that a sentence names; the rest are counted."""
 PART_OF_UNKNOWN = "probably only a part of what is unknown, though it looks like this: "
@@ -49,6 +51,11 @@ def summary_lines(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list
 def plain_lines(diagnosis: Diagnosis) -> list[str]:
     """The same lines without markup."""
     return [line for _, line in _summary(diagnosis, None)]
+
+
+def head_lines(diagnosis: Diagnosis) -> list[str]:
+    """Those of them that are titles."""
+    return [line for style, line in _summary(diagnosis, None) if style == "head"]
 
 
 def headline(diagnosis: Diagnosis) -> str:
@@ -104,7 +111,7 @@ def _summary(diagnosis: Diagnosis, robot: RobotModel | None) -> Iterator[tuple[s
     if do := remedies(diagnosis, robot):
         yield "head", "Do this"
         yield from (("", f"- {line}") for line in do)
-        yield "head", "Why"
+        yield "head", WHY
     yield "", sureness.false_alarm(diagnosis)
     for number, finding in enumerate(diagnosis.findings, 1):
         title = finding_title(finding)
