@@ -67,9 +67,11 @@ def _single_steps(robot: DeltaRobot, limit: Limit | str) -> list[tuple[str, str]
     if isinstance(limit, str) or robot.drive is None:
         return []
     at_elbow_m = float(per_arm(robot.geometry.upper_arm_m).max()) * robot.drive.rad_per_step
+    most_m = limit.rms_m + at_elbow_m
     said = (
-        f"{millimetres(at_elbow_m)} at the elbow; the limit takes motors to turn evenly from one to"
-        " the next, the table after a run does not: its errors are larger by up to this much"
+        f"{millimetres(at_elbow_m)} at the elbow. The limit above leaves it out; the report after a"
+        f" run does not: there an error of up to {millimetres(most_m)}"
+        f" ({millimetres(limit.rms_m)} and one microstep) is as good as this robot can do"
     )
     return [("one microstep", said)]
 

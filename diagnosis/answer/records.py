@@ -29,6 +29,7 @@ End = Annotated[float | None, BeforeValidator(_existing)]
 """A number; None where it does not exist (an interval without an end, an infinite stiffness)."""
 Number = Annotated[float | list[float] | None, BeforeValidator(_existing)]
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 class _Record(BaseModel):
@@ -259,6 +260,8 @@ class Channel(_Record):
     """Prediction with all findings."""
     noise: float
     """Standard deviation of the readings' noise."""
+    counted: BoolArray | None = None
+    """Which readings the figures of the fit are of; None: all that are valid."""
 
 
 class Picture(_Record):

@@ -30,6 +30,7 @@ from diagnosis.observations.machine_kind import kind_of
 from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
 from diagnosis.observations.unit_guess import steps_of_a_slide, with_units
+from foundation.counting import count
 from foundation.errors import RecordingError
 from models.robot import ARMS
 from recording.tables.flat import GAP_PERIODS, UNITS
@@ -252,7 +253,9 @@ def _facts(form: TableFormat) -> list[tuple[str, str]]:
     heading = "with a heading" if form.named else "no heading: columns are called by their place"
     facts = [("written", f"{form.mark}, {SEPARATORS[form.separator]} between, {point}, {heading}")]
     if form.before:
-        facts.append(("before that", f"{len(form.before)} lines, as '{form.before[0][:50]}'"))
+        facts.append(
+            ("before that", f"{count(len(form.before), 'line')}, as '{form.before[0][:50]}'")
+        )
     return facts
 
 

@@ -27,7 +27,7 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.estimation.splines import SplineTerm
-from diagnosis.observations.readings import FloatArray, IntArray
+from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.pipelines.options import UNKNOWN
 from diagnosis.plants.traits import traits_of
 from diagnosis.priors.build_tolerances import within_tolerance
@@ -271,8 +271,8 @@ def rest(outcome: Outcome) -> Rest:
     return Rest(p, tuple(free.depends_on), free.location, share)
 
 
-def picture(outcome: Outcome, covariates: dict[str, FloatArray]) -> Picture:
-    """Arrays for drawings."""
+def picture(outcome: Outcome, covariates: dict[str, FloatArray], counted: BoolArray) -> Picture:
+    """Arrays for drawings. counted: readings (n, channels) that the figures of the fit are of."""
     readings = outcome.fitter.model.readings
     before, after = outcome.explained.nominal.predicted, outcome.solution.predicted.copy()
     for run in outcome.stale:
@@ -283,6 +283,7 @@ def picture(outcome: Outcome, covariates: dict[str, FloatArray]) -> Picture:
         Channel(
             name=name, unit=readings.units[i], observed=observed[:, i], before=before[:, i],
             after=after[:, i], noise=outcome.fitter.whiten.channels[i].spread,
+            counted=counted[:, i],
         )
         for i, name in enumerate(readings.names)
     ]  # fmt: skip

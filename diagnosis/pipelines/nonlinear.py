@@ -131,7 +131,7 @@ class FittedTogether:
 
     def picture(self) -> Picture:
         """See Settled."""
-        return picture(self.outcome, self.outcome.fitter.model.covariates())
+        return picture(self.outcome, self.outcome.fitter.model.covariates(), self.prepared.valid)
 
     def remarks(self) -> dict[str, Any]:
         """Whether build tolerances were needed, and whether the limit of work was reached."""

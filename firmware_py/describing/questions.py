@@ -62,7 +62,9 @@ GEAR = Question(
     "gear_ratio", "Turns of the motor for one turn of the arm (1 without a gear)", least=0.001
 )
 ZERO = Question(
-    "zero", "Is the zero of the readings that of the commands (absolute), or not (arbitrary)?",
+    "zero",
+    "Should the reading be 0 where the command is 0? absolute: yes (told to go to 30 degrees, it"
+    " should read 30); arbitrary: no (an encoder that begins anywhere, and reads 217 there)",
     "absolute", ("absolute", "arbitrary"), unless=(("recorded", "effort"),),
 )  # fmt: skip
 NO_EFFORT = (("recorded", "command"),)

@@ -20,7 +20,7 @@ def robot_text(kind: str, answers: Answers, wired: bool) -> str:
     return "\n".join(lines) + "\n"
 
 
-ZERO = "# arbitrary: an offset between command and reading is no finding"
+ZERO = "# absolute: told 30, it should read 30; arbitrary: it may read 217, always as far off"
 NO_WIRING = [
     "",
     "# No pins, limits or homing are said: this file runs simulated, not on hardware.",

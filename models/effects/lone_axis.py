@@ -102,7 +102,8 @@ _WORDS = {
     "resonance": "the axis rings at {frequency} after moves, with a damping of {damping}",
     "sensor_latency": "the readings are late by {time}",
     "effort_gain": "the drive gives {scale} times the force that the robot file says",
-    "effort_offset": "{offset} of the effort moves nothing (an offset of the effort)",
+    "effort_offset": "{offset} of the effort is there all the time, at rest and in motion either"
+    " way: it holds against a weight or a slope, or the effort's zero is off",
     "stribeck_friction": "friction is {torque} higher near standstill, falling off within {speed}",
     "inertia": "the axis moves a mass of {inertia}",
     "sensor_offset": "the sensor reads {offset} off",
@@ -116,7 +117,7 @@ _SLIDING = {
 }
 _FRICTION = {
     "width": "friction holds the axis back by {width} in all between its two directions",
-    "torque": "dry (Coulomb) friction of {torque} brakes the axis",
+    "torque": "dry (Coulomb) friction of {torque} brakes the axis, always against its motion",
 }
 _SMALL = {"m": ("mm", 1e3), "s": ("ms", 1e3)}
 

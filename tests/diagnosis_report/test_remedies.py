@@ -7,10 +7,12 @@ from typing import Any
 import pytest
 
 from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
-from diagnosis.report.sentences.advice import EVERYWHERE
+from diagnosis.report.sentences import words
+from diagnosis.report.sentences.advice import ADVICE, EVERYWHERE, advice
 from diagnosis.report.sentences.remedies import KEPT, remedies, remedy
 from diagnosis.report.sentences.words import EFFECTS
 from firmware_py.robot_file import CONFIG_FOLDER
+from models.effects.lone_axis import effort_effects
 from models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis, load_robot_model
 
 ROBOT = load_robot_model(CONFIG_FOLDER / "zhao-2023.yaml")
@@ -32,9 +34,8 @@ def found(effect: str, component: str, value: float, unit: str, *others: str) ->
     )
 
 
-def test_every_effect_but_the_unknown_has_a_remedy() -> None:
-    assert set(EFFECTS) - set(EVERYWHERE) == {"unknown"}
-    assert {name.split(".")[0] for name in EVERYWHERE} <= set(EFFECTS)
+def test_every_effect_has_a_remedy() -> None:
+    assert set(EFFECTS) == {name.split(".")[0] for name in EVERYWHERE}
 
 
 @pytest.mark.parametrize("effect", sorted(EFFECTS.keys() - {"unknown"}))
@@ -143,3 +144,43 @@ def test_a_slide_is_told_of_no_gearbox_and_of_a_gain_only_where_a_servo_drives_i
     assert one is not None
     assert "gear" not in one.line
     assert " gain" not in one.line or "where a servo drives it" in one.line
+
+
+@pytest.mark.parametrize(
+    ("follows", "unit", "says"),
+    [
+        ("time", "rad", "Record again from switching on"),
+        ("speed", "rad", "several steady speeds"),
+        ("position", "N", "have the controller add a table of it"),
+        ("jerk", "rad", "find out what the unknown error at the axis comes with: it follows jerk"),
+    ],
+)
+def test_an_unknown_has_a_line_that_says_what_tells_more(
+    make: Any, parts: Any, follows: str, unit: str, says: str
+) -> None:
+    size = {"size_rms": ParameterResult(value=0.1, ci95=[0.09, 0.11], unit=unit)}
+    finding = parts["unknown"](component="axis", depends_on=[follows], parameters=size)
+    axis = ServoAxis(kind="servo_axis", name="elbow", motion="rotary")
+    (line,) = remedies(make("unexplained", findings=[finding]), axis)
+    assert says.lower() in line.lower()
+    assert words.followed(follows) in line
+
+
+@pytest.mark.parametrize("machine", sorted(ADVICE))
+def test_every_machine_has_a_line_for_unknowns_and_fills_it(machine: str) -> None:
+    for driver in ("position", "position.force", "speed", "direction", "time", "load", "effort"):
+        text = advice(machine, "unknown", driver, 0.0)
+        assert text is not None
+        assert "{" not in text.format(part="the axis", follows="the time")
+
+
+def test_a_constant_force_and_dry_friction_do_not_contradict_each_other() -> None:
+    kinds = effort_effects("linear")
+    force = kinds["effort_offset"].sentence("axis", {"offset": -3.2})
+    friction = kinds["joint_friction"].sentence("axis", {"torque": 20.0})
+    todo = advice("slide", "effort_offset", "offset", -3.2) or ""
+    assert "moves nothing" not in force + todo
+    assert "always acts" not in force + todo
+    assert "at rest and in motion either way" in force
+    assert "at rest and in motion either way" in todo
+    assert "against its motion" in friction

@@ -260,6 +260,17 @@ def test_the_figures_of_regimes_count_readings_that_lie_too_far_out_to_be_drawn(
     assert all_the_time.before == pytest.approx(1e3 * np.sqrt(np.mean(miss**2)))
 
 
+def test_the_figures_of_regimes_leave_out_what_the_fit_took_for_outliers() -> None:
+    t_s = np.arange(2000.0)
+    miss = 1e-3 * np.sin(t_s)
+    miss[::400] = 0.1
+    counted = np.abs(miss) < 0.05
+    one = channel(miss, 0 * miss, 0 * miss).model_copy(update={"counted": counted})
+    channels = mismatches(Picture(t_s=t_s, channels=[one]))
+    (all_the_time,) = regimes(t_s, {}, channels)
+    assert all_the_time.before == pytest.approx(1e3 * np.sqrt(np.mean(miss[counted] ** 2)))
+
+
 def workspace() -> tuple[Any, Any, Any]:
     """Positions all over a square, a mismatch of 3 mm in its right half; noise 0.5 mm."""
     random = np.random.default_rng(11)

@@ -153,7 +153,9 @@ def test_plain_and_marked_up_lines_say_the_same(make: Any) -> None:
 
 def test_many_findings_are_counted_in_the_headline(make: Any, parts: Any) -> None:
     many = [parts["backlash"](component=f"motor{k % 3 + 1}") for k in range(12)]
-    assert "and 10 more" in headline(make("explained", findings=many))
+    assert "and 10 more, named below" in headline(make("explained", findings=many))
+    assert "more" not in headline(make("explained", findings=many[:3]))
+    assert headline(make("explained", findings=many[:3])).count("motor") == 3
     numbered = [
         x for x in plain_lines(make("explained", findings=many)) if x[:2].strip(".").isdigit()
     ]
@@ -228,7 +230,8 @@ def test_rounding_never_leaves_a_minus_before_nothing() -> None:
 
 
 def test_odds_are_rounded_and_bounded() -> None:
-    assert odds(0.31) == "about 31 in 100"
+    assert odds(0.31) == "about 31 of 100"
+    assert odds(0.9999) == "nearly all"
     assert odds(0.0123) == "about 1 in 81"
     assert odds(1e-9) == "less than 1 in a million"
 

@@ -125,7 +125,8 @@ def _than(delta_chi2: float) -> str:
     if abs(delta_chi2) < 1.0:
         return "as well"
     size = number(abs(delta_chi2), 1)
-    return f"{size} worse in chi-square" if delta_chi2 >= 0.0 else f"{size} better in chi-square"
+    which = "worse" if delta_chi2 >= 0.0 else "better"
+    return f"{size} {which} in {sureness.CHI_SQUARE}"
 
 
 def _told_apart(finding: Finding, diagnosis: Diagnosis) -> str:

@@ -99,7 +99,7 @@ def _time_chart(
         series = [replace(series[0], name="single readings"), replace(series[1], name="smoothed")]
     began_s, time = _clock(picture)
     series = [replace(drawn, x=np.asarray(drawn.x) - began_s) for drawn in series]
-    note = f"{one.far_out} readings that lie far out are not drawn." if one.far_out else ""
+    note = f"{_lie_far_out(one.far_out)} not drawn." if one.far_out else ""
     return LineChart(
         f"{one.name.capitalize()}",
         time,
@@ -206,6 +206,24 @@ def _driver_chart(name: str, unit: str, one: Mismatch, curve: Curve, lone: bool)
     )
 
 
+def _lie_far_out(number: int) -> str:
+    verbs = ("lies", "is") if number == 1 else ("lie", "are")
+    return f"{words.count(number, 'reading')} that {verbs[0]} far out {verbs[1]}"
+
+
+def _counted(channels: Sequence[Mismatch], picture: Picture) -> str:
+    """Which readings the figures are of: the same as those at the top of the report."""
+    left_out = sum(
+        int((np.isfinite(one.observed) & ~one.counted).sum())
+        for one in picture.channels
+        if one.counted is not None
+    )
+    if left_out:
+        said = "is left out here" if left_out == 1 else "are left out here"
+        return f"; {words.count(left_out, 'outlier')} {said}, as in the figures at the top."
+    return "; readings that lie far out count too." if any(o.far_out for o in channels) else "."
+
+
 def _by_regime(
     diagnosis: Diagnosis, picture: Picture, channels: Sequence[Mismatch]
 ) -> list[str]:  # fmt: skip
@@ -219,7 +237,7 @@ def _by_regime(
     nothing = all(one.unchanged for one in chosen)
     pairs = [Pair(one.name, one.before, math.nan if nothing else one.after) for one in found]
     note = "Root mean square of measured minus predicted while the robot did this"
-    note += "; readings that lie far out count too." if any(o.far_out for o in chosen) else "."
+    note += _counted(chosen, picture)
     parts = [
         heading("The mismatch by what the robot was doing"),
         pair_bars("", pairs[:SHOWN_REGIMES], noise, chosen[0].unit, note),

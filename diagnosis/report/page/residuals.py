@@ -38,7 +38,8 @@ class Mismatch:
     """One channel. before, after: shape (n,), NaN where nothing valid was read or it lies far out.
 
     far_out: readings that stand so far out that they would hide everything else.
-    all_before, all_after: shape (n,), with those that lie far out, as the figures of the fit.
+    all_before, all_after: shape (n,), with those that lie far out, without those that the fit took
+    for outliers: as the figures of the fit.
     """
 
     name: str
@@ -96,6 +97,7 @@ def _mismatch(channel: Channel) -> Mismatch:
     before = (channel.observed - channel.before) * scale.factor
     after = (channel.observed - channel.after) * scale.factor
     far = _far_out(before) & _far_out(after)
+    counted = np.isfinite(before) if channel.counted is None else channel.counted
     return Mismatch(
         name=words.channel(channel.name),
         unit=scale.unit,
@@ -105,8 +107,8 @@ def _mismatch(channel: Channel) -> Mismatch:
         after=np.where(far | ~np.isfinite(after), np.nan, after),
         noise=channel.noise * scale.factor,
         far_out=int(far.sum()),
-        all_before=before,
-        all_after=after,
+        all_before=np.where(counted, before, np.nan),
+        all_after=np.where(counted, after, np.nan),
     )
 
 

@@ -2,8 +2,10 @@
 
 A machine's own lines stand before those that hold for all. `{part}` is the component in words,
 `{size}` the main size without its sign, `{factor}` a scale as it is, `{true}` what the robot file's
-own value becomes; `{sign:a|b}` is a where the main size is above nothing and b where it is below.
-A key may end in `.small` (below what SMALL says) or in the name of the main parameter.
+own value becomes, `{follows}` what an unknown follows; `{sign:a|b}` is a where the main size is
+above nothing and b where it is below.
+A key may end in `.small` (below what SMALL says), in the name of the main parameter, or of an
+unknown in what it follows (and `.force` where it is one).
 """
 
 from __future__ import annotations
@@ -59,9 +61,22 @@ EVERYWHERE: Table = {
     "sensor_drift": "let {part} warm up before use: it drifts by {size}",
     "stale_reading": "look at the cable and supply of {part}: it repeats old values",
     "inertia": "record the true inertia of {part}: {size}",
-    "effort_offset": "balance {part}, or set its effort to zero at rest: {size} always acts",
+    "effort_offset": "balance {part}, or correct the zero of its effort: the same {size} is there"
+    " at rest and in motion either way, where friction would reverse with the motion",
     "effort_gain": "set the scale between effort and force of {part}: its effort gives {size}"
     " {sign:more|less} than the robot file says",
+    "unknown": "find out what the unknown error at {part} comes with: it follows {follows}; repeat"
+    " the motion with that changed, and with all else as it was",
+    "unknown.position": "repeat the motion: an unknown error at {part} follows {follows}; where it"
+    " comes back at the same places, look there for what is bent, loose or in the way",
+    "unknown.speed": "record {part} at several steady speeds, slow to fast, both ways: an unknown"
+    " error follows {follows}, and such a recording shows how it depends on it",
+    "unknown.direction": "come to the same places from both sides: an unknown error at {part}"
+    " follows {follows}, and play, friction and what yields differ there",
+    "unknown.time": "record again from switching on, with the same motion: an unknown error at"
+    " {part} follows {follows}; what comes back is warming up, what does not came loose or moved",
+    "unknown.load": "repeat the motion with another weight: an unknown error at {part} follows"
+    " {follows}, and what yields under load grows with the weight",
 }
 """A stepper-driven delta, and all that has no line of its own; what is not here nobody can mend."""
 
@@ -73,6 +88,11 @@ OF_SERVO_DRIVES: Table = {
 }
 
 OF_AN_AXIS: Table = {
+    "unknown.position.force": "repeat the motion: an unknown force of {part} follows {follows};"
+    " where it comes back at the same places, have the controller add a table of it (`table` in the"
+    " JSON answer has one), or look there for what rubs or is bent",
+    "unknown.effort": "record {part} with another load, and slower: an unknown part of the"
+    " mismatch follows {follows}; what the drive adds by itself stays, what the load does changes",
     "home_offset": "{sign:take|add} {size} {sign:off|to} the commands of {part}, or move its zero"
     " by as much: it stands that far {sign:above|below} what it is told",
     "gear_ratio.small": "divide the commands of {part} by {factor}, or correct the scale in its"
@@ -126,6 +146,10 @@ OF_A_SLIDE: Table = {
 """Belts and screws, whatever motor turns them: the file of an axis does not say which."""
 
 OF_A_SENSOR: Table = {
+    "unknown": "look at what {part} reads while nothing moves, and with another target: an unknown"
+    " error follows {follows}; what changes with the target comes from it or its surroundings",
+    "unknown.time": "record {part} from switching on, before a target that stands still: an"
+    " unknown error follows {follows}; what comes back each time is warming up",
     "sensor_offset": "{sign:take|add} {size} {sign:off|to} what {part} reads: it reads that much"
     " {sign:too far|short} at every distance",
     "sensor_scale": "divide what {part} reads by {factor} (after taking off a constant error, if"

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from diagnosis.answer.records import Diagnosis, OpenTie
 from diagnosis.report.sentences import words
+from diagnosis.report.sentences.sureness import CHI_SQUARE
 from diagnosis.report.sentences.telling_apart import measurement
 
 NEEDS_DRIVE = "A run that tells them apart needs `drive` in the robot file."
@@ -20,7 +21,7 @@ def experiment_line(diagnosis: Diagnosis) -> str:
     apart = words.listed([words.spelled(name) for name in plan.tells_apart])
     minutes = f"{plan.minutes:.1f} minutes" if math.isfinite(plan.minutes) else "some minutes"
     gain = plan.expected_delta_chi2
-    expected = f" (expected difference {gain:.0f} in chi-square)" if math.isfinite(gain) else ""
+    expected = f" (expected difference {gain:.0f} in {CHI_SQUARE})" if math.isfinite(gain) else ""
     one_sided = any(tie.minutes is None and not tie.needs_drive for tie in diagnosis.open_ties)
     would = "may" if one_sided else "would"
     return words.sentence(f"a run of {minutes} {would} tell apart {apart or 'them'}{expected}")

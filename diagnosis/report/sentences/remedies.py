@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from diagnosis.answer.corrected_robot import sure
 from diagnosis.answer.records import Diagnosis, Finding
-from diagnosis.answer.verdict import claimed
+from diagnosis.answer.verdict import NAMELESS, claimed
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.advice import advice, machine_of
 from diagnosis.report.sentences.sizes import LEAST_S, number, quantity, scale_of, significant
@@ -45,6 +45,13 @@ MAPPED = {
 }
 """By component, of an unknown with a table."""
 
+_DRIVERS = {
+    "theta": "position", "pos": "position", "range": "position", "angle": "position",
+    "distance": "position", "velocity": "speed", "t": "time", "torque": "effort",
+    "force": "effort", "current": "effort",
+}  # fmt: skip
+"""Names of what an unknown follows, as the rows of `advice` call them."""
+
 WRITABLE = frozenset({
     "home_offset", "transmission_error", "upper_arm_length", "forearm_length", "motor_azimuth",
     "base_radius", "frame_tilt", "inertia", "joint_friction", "viscous_friction", "gear_ratio",
@@ -77,7 +84,8 @@ def remedies(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]
     if lone:
         certain = all(sure(one, diagnosis) for one in lone)
         lines.append(KEPT.format(all="" if certain else " --all"))
-    lines += [line for one in diagnosis.findings if (line := mapped(one)) is not None]
+    nameless = [one for one in diagnosis.findings if one.effect == NAMELESS]
+    lines += [line for one in nameless if (line := mapped(one) or unnamed(one, robot))]
     plan = diagnosis.next_experiment
     if lines and plan is not None and any(tied(one) for one in named):
         lines.insert(0, RUN_FIRST)
@@ -99,6 +107,22 @@ def mapped(finding: Finding) -> str | None:
     return MAPPED[finding.component].format(points=points, step=step.lstrip("+"))
 
 
+def unnamed(finding: Finding, robot: RobotModel | None) -> str:
+    """What tells more of an unknown, or makes it smaller; empty where no row says."""
+    if not finding.depends_on:
+        return ""
+    stem = re.sub(r"_(?:range_)?[123xyz]$", "", words.bare(finding.depends_on[0]))
+    driver = _DRIVERS.get(stem, stem)
+    sizes = list(finding.parameters.values())
+    if driver == "position" and sizes and sizes[0].unit in ("N", "N m"):
+        driver = "position.force"
+    machine = machine_of(robot, finding.component, finding.effect)
+    text = advice(machine, finding.effect, driver, 0.0)
+    follows = words.listed([words.followed(name) for name in finding.depends_on])
+    part = words.part_of(finding.effect, finding.component)
+    return words.sentence(text.format(part=part, follows=follows)) if text else ""
+
+
 def tied(finding: Finding) -> bool:
     """Whether it could as well be something else, by this recording."""
     return bool(finding.alternatives) and not settled(finding)
@@ -110,7 +134,7 @@ def remedy(finding: Finding, robot: RobotModel | None, certain: bool = True) -> 
     certain: it is written into a robot file without being asked for.
     """
     main = next(iter(finding.parameters.items()), None)
-    if main is None:
+    if main is None or finding.effect == NAMELESS:
         return None
     name, result = main
     largest = max((value for value, _, _ in result.components), key=abs)

@@ -28,8 +28,8 @@ WHY = "Why"
 MOST_NAMED = 4
 """Things of one kind that a sentence names; the rest are counted."""
 PART_OF_UNKNOWN = "probably only a part of what is unknown, though it looks like this: "
-IN_HEADLINE = 2
-"""Findings that the headline names; all have their own title below."""
+IN_HEADLINE = 3
+"""Findings that the headline names; of more it names two, and all have their own title below."""
 
 
 def summary_lines(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]:
@@ -62,9 +62,9 @@ def headline(diagnosis: Diagnosis) -> str:
     """The verdict in one sentence."""
     findings = diagnosis.findings
     named = [_either(finding) for finding in findings if claimed(finding)]
-    shown = named[:IN_HEADLINE]
-    if len(named) > len(shown):
-        shown.append(f"{len(named) - len(shown)} more")
+    shown = named
+    if len(named) > IN_HEADLINE:
+        shown = [*named[: IN_HEADLINE - 1], f"{len(named) - IN_HEADLINE + 1} more, named below"]
     what = words.listed(shown)
     if diagnosis.verdict == "nothing_missing":
         return "Nothing is missing: the machine behaves as its robot file says, within the noise."

@@ -20,6 +20,10 @@ CERTAIN = 0.995
 """A probability that would be rounded to all or nothing is said to lie above or below one percent
 of it: no engine knows its own mistakes better."""
 
+CHI_SQUARE = "chi-square, where chance alone makes up to about 10"
+"""The unit of what a fit gains or loses, with how to read it: 10 is what one or two sizes gain by
+chance in one recording of a few hundred."""
+
 HALF = 0.5
 """A part of a delay that may be smaller by more than this is not known."""
 
@@ -41,8 +45,10 @@ def odds(p: float) -> str:
     """'1 in 20 000', for people; 'less than 1 in a million' where figures mean nothing more."""
     if p < BEYOND_DOUBT_P:
         return "less than 1 in a million"
+    if p > CERTAIN:
+        return "nearly all"
     if p > 0.1:
-        return f"about {100.0 * p:.0f} in 100"
+        return f"about {100.0 * p:.0f} of 100"
     each = 1.0 / p
     power = 10.0 ** max(0, math.floor(math.log10(each)) - 1)
     return f"about 1 in {round(each / power) * power:,.0f}".replace(",", "\u00a0")
@@ -59,9 +65,10 @@ def by_priors(one: PriorSensitivity) -> str:
     """How a probability depends on the priors of sizes."""
     now, narrower, wider = (percent(x) for x in (one.probability, one.narrower, one.wider))
     return (
-        f"The probability of {words.effect(one.effect, one.component)}, {now}, depends on how large"
-        f" such an effect is expected to be: {narrower} if three times smaller, {wider} if"
-        " three times larger."
+        f"The probability of {words.effect(one.effect, one.component)}, {now}, rests on an"
+        " assumption: how large this usually is on such machines. Were it usually three times"
+        f" smaller, the probability would be {narrower}; were it three times larger, {wider}."
+        " A further recording that shows more of it makes this matter less."
     )
 
 
@@ -77,7 +84,8 @@ def evidence(finding: Finding) -> str:
     if math.isfinite(p):
         said += f": {_by_noise(p)}"
     if math.isfinite(gain):
-        said += f" (the fit worsens by {gain:,.0f} in chi-square without it)".replace(",", "\u00a0")
+        much = f"{gain:,.0f}".replace(",", "\u00a0")
+        said += f" (for statisticians: without it the fit is worse by {much} in {CHI_SQUARE})"
     if _is_open(finding):
         said += ". There is an effect of this kind; which of the causes below it is remains open"
     if finding.probability is not None:

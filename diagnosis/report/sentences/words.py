@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from foundation.counting import count as count
+
 EFFECTS: dict[str, str] = {
     "gear_backlash": "free play in the gearbox of {part}",
     "joint_friction": "bearing friction in {part}",
@@ -191,10 +193,3 @@ def sentence(text: str) -> str:
         return ""
     text = text[0].upper() + text[1:]
     return text if text[-1] in ".!?" else f"{text}."
-
-
-def count(number: int, one: str, more: str | None = None) -> str:
-    """'one finding', '3 findings'."""
-    if number == 1:
-        return f"one {one}"
-    return f"{number} {more or one + 's'}"
