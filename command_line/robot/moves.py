@@ -182,7 +182,10 @@ def _go(
             _go_through_daemon(name, place_m, speed_mmps, json_out, socket)
         return
     if robot is None:
-        raise ConfigError("no daemon answers that could say which robot this is; add --robot FILE")
+        from firmware_py.robots_here import robots_here
+
+        say = " or ".join(f"--robot {one}" for one in robots_here() or ["FILE"])
+        raise ConfigError(f"no daemon answers that could say which robot this is; add {say}")
     with _told_as_typed(name, place_m):
         _go_simulated(name, place_m, speed_mmps, robot, simulate, json_out, socket)
 

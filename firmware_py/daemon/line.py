@@ -12,13 +12,16 @@ from pathlib import Path
 from firmware_py.daemon import protocol, wire_errors
 from firmware_py.daemon.address import client_sockets
 from firmware_py.daemon.protocol import MAX_LINE_BYTES, Message
+from firmware_py.robots_here import proposed
 from foundation.errors import ServiceError
 
 RETRY_S = 0.002
-START_IT = (
-    "start it with 'sudo systemctl start deltactl', or a simulated one with"
-    " 'deltactl daemon zhao-2023.yaml --simulate'"
-)
+
+
+def start_it() -> str:
+    """How a daemon is started, with the robot files that are here."""
+    simulated = " or ".join(f"'deltactl daemon {name} --simulate'" for name in proposed())
+    return f"start it with 'sudo systemctl start deltactl', or a simulated one with {simulated}"
 
 
 class Line:
@@ -27,7 +30,7 @@ class Line:
     def __init__(self, path: Path | None, connect_s: float):
         found = find_daemon(path, connect_s)
         if found is None:
-            raise ServiceError(f"no daemon answers at {client_sockets(path)[-1]}; {START_IT}")
+            raise ServiceError(f"no daemon answers at {client_sockets(path)[-1]}; {start_it()}")
         self.path, self._socket = found
         self._rest = b""
         self._last_id = 0
