@@ -40,6 +40,8 @@ from recording.tables.table_format import SEPARATORS, TableFormat, guess_format
 
 _LAST = re.compile(r"(\w+)_([123xyz])")
 _NUMBERED = re.compile(r"(.*?)[._]?\d+")
+GRAD = re.compile(r"(?i)(?<![a-z])grad(?![a-z])")
+"""Degrees in German, and gon in surveying."""
 OTHER_SEPARATOR = {"\t": "tab", " ": "space"}
 
 
@@ -169,6 +171,12 @@ def inspect_table(
     guesses, warnings = with_units(guesses, known)
     guesses, of_steps = steps_of_a_slide(guesses, known)
     warnings += of_steps
+    warnings += [
+        f"{name}: grad is read as degrees, as in German; were it gon, 400 to a turn, say"
+        f' --set "{guess.name}={without_unit(name)}[deg]*0.9"'
+        for name, guess in guesses.items()
+        if guess.unit == "deg" and GRAD.search(f"{name} {units.get(name, '')}")
+    ]
     if others:
         warnings.append(
             f"there are more joints than one: {', '.join(others[:6])}"

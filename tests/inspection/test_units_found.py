@@ -163,3 +163,13 @@ def test_the_advice_never_names_a_load_as_the_position(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_a_length_is_no_unit_of_an_axis_that_turns(unit: str, motion: str, wrong: bool) -> None:
     assert bool(other_motion({"t": "ms", "position": unit}, motion)) is wrong
+
+
+def test_grad_is_degrees_and_said_to_be_doubtful(deltactl, tmp_path) -> None:
+    rows = [f"{0.01 * n:.2f},{n % 90},{n % 90 + 0.1}" for n in range(500)]
+    for unit, doubtful in (("grad", True), ("Grad", True), ("deg", False)):
+        heading = f"t [s],Soll [{unit}],Winkel [{unit}]"
+        (tmp_path / "log.csv").write_text("\n".join([heading, *rows]) + "\n")
+        done = deltactl("diagnose", "log.csv", "--inspect")
+        assert "position=Winkel[deg]" in done.stdout.replace("\n", "")
+        assert ("grad is read as degrees" in done.stderr) == doubtful
