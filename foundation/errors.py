@@ -25,9 +25,18 @@ one line and exits with status 2.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Self
+
 
 class DeltactlError(Exception):
     """Root of all errors this program raises on purpose."""
+
+    def worded(self, text: str) -> Self:
+        """The same error, with what it carries, in other words."""
+        error = type(self)(text)
+        error.__dict__.update(self.__dict__)
+        return error
 
 
 class ConfigError(DeltactlError, ValueError):
@@ -48,8 +57,39 @@ class MissingExtra(DeltactlError, ImportError):
     """Something was asked for that needs a package which is not installed."""
 
 
+ELSEWHERE = "move the path or make it smaller"
+"""What to do about a point where the robot cannot be."""
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """What is wrong with one point of a path, without saying which; a remedy that fits a path."""
+
+    why: str
+    remedy: str = ELSEWHERE
+    on_the_way: bool = False
+    """Between the point before and this one."""
+
+    def says(self) -> str:
+        """What is wrong, and what to do."""
+        return f"{self.why}; {self.remedy}" if self.remedy else self.why
+
+
 class MotionError(DeltactlError):
-    """A motion that must not be started, or must not go on."""
+    """A motion that must not be started, or must not go on.
+
+    `at_point`: where it is one point of a path, what is wrong there in itself, for those who name
+    the point in their own way.
+    """
+
+    at_point: Refusal | None = None
+
+    @classmethod
+    def at(cls, where: str, refusal: Refusal) -> Self:
+        """The error of a point that `where` names: 'heart: point 3 at ... m: '."""
+        error = cls(where + refusal.says())
+        error.at_point = refusal
+        return error
 
 
 class UnreachablePoint(MotionError, ValueError):

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from foundation.errors import LimitExceeded
+from foundation.errors import LimitExceeded, Refusal
 from models.linkage import Linkage, inverse_one
 from models.robot import ARMS, AnyDrive, FloatArray, Geometry
 
@@ -125,9 +125,12 @@ class TargetMapper:
         )
         angle_deg = math.degrees(count * self.rad_per_step)
         where = "" if target_m is None else "target ({:.4f}, {:.4f}, {:.4f}) m: ".format(*target_m)
-        return LimitExceeded(
-            f"{where}arm {arm} would be at {angle_deg:.2f} deg, outside its limits of "
-            f"{low_deg:g} to {high_deg:g} deg; move the path or make it smaller"
+        return LimitExceeded.at(
+            where,
+            Refusal(
+                f"arm {arm} would be at {angle_deg:.2f} deg, outside its limits of "
+                f"{low_deg:g} to {high_deg:g} deg"
+            ),
         )
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -13,12 +13,6 @@ import typer
 from command_line.robot.jobs import JsonOption, SocketOption
 
 Place = tuple[float, float, float]
-_AT_POINT = re.compile(
-    r".*?(?P<way>on the way to )?\bpoint \d+ (?:of|at) [^:]*: "
-    r"(?:target \([^)]*\) m is )?(?P<why>.*)"
-)
-"""What a job says of its first bad point, in m; a single move has one, which the user typed."""
-ELSEWHERE = ("move the path or make it smaller", "choose another place")
 WHAT = {"stopped": "stop", "fault": "fault"}
 RobotOption = Annotated[
     str | None, typer.Option(help="Robot file; without it the one that the daemon runs.")
@@ -193,17 +187,18 @@ def _go(
 @contextmanager
 def _told_as_typed(name: str, place_m: Place) -> Iterator[None]:
     """What breaks a limit, with the place in mm as it was typed, and no point of a job."""
-    from foundation.errors import LimitExceeded, UnreachablePoint
+    from foundation.errors import ELSEWHERE, MotionError
 
     try:
         yield
-    except (LimitExceeded, UnreachablePoint) as error:
-        said = _AT_POINT.fullmatch(str(error))
-        if said is None:
+    except MotionError as error:
+        if (wrong := error.at_point) is None:
             raise
-        way = "on the way to " if said["way"] else ""
+        way = "on the way to " if wrong.on_the_way else ""
         where = " ".join(f"{1e3 * value:.6g}" for value in place_m)
-        raise type(error)(f"{name}: {way}{where} mm: {said['why'].replace(*ELSEWHERE)}") from error
+        if wrong.remedy == ELSEWHERE:
+            wrong = replace(wrong, remedy="choose another place")
+        raise error.worded(f"{name}: {way}{where} mm: {wrong.says()}") from error
 
 
 def _text(name: str, place_m: Place, speed_mmps: float, robot: str) -> str:

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from command_line.output import console, duration, facts, millimetres, print_json, say, warn
 from firmware_py.controller.contract import Status
-from firmware_py.controller.sensing.home_check import WARNING
 from firmware_py.controller.states import State, said, way_out
 from firmware_py.daemon.client import Client
 
@@ -28,10 +27,10 @@ def do(name: str, socket: Path | None) -> None:
 def home_robot(accept_unseen_deg: float, robot: Path | None, socket: Path | None) -> None:
     """Home, and say what the sensors saw."""
     with Client(socket) as client:
-        seen, _, warning = client.home(accept_unseen_deg, robot).partition(WARNING)
-        say(f"home: the robot is {said(State(client.status().state))}; {seen}")
-        if warning:
-            warn(f"warning: {warning}")
+        seen = client.home(accept_unseen_deg, robot)
+        say(f"home: the robot is {said(State(client.status().state))}; {seen.text}")
+        if seen.warning:
+            warn(f"warning: {seen.warning}")
 
 
 def stop_robot(reason: str, socket: Path | None) -> None:

@@ -84,6 +84,18 @@ class JobResult:
     """That the speed which the job asks for was never reached, and why; empty when it was."""
 
 
+@dataclass(frozen=True, slots=True)
+class HomeSeen:
+    """What the sensors said at home: in words, and whether somebody should look."""
+
+    text: str
+    warning: str = ""
+
+    def says(self) -> str:
+        """One line."""
+        return f"{self.text}; warning: {self.warning}" if self.warning else self.text
+
+
 class RobotController(Protocol):
     """Runs jobs on one robot; every method may be called from any thread.
 
@@ -96,7 +108,7 @@ class RobotController(Protocol):
     def power_off(self) -> None:
         """Release the drives: -> OFF. The arms may drop."""
 
-    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> str:
+    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> HomeSeen:
         """Learn where the arms are; blocks until done: UNHOMED or READY -> READY.
 
         Returns what was seen. Sensors that leave an arm undetermined refuse, unless somebody

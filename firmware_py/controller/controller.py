@@ -11,7 +11,7 @@ from pathlib import Path
 
 from firmware_py.controller.belief import other_belief
 from firmware_py.controller.condition import Condition
-from firmware_py.controller.contract import JobResult, Status
+from firmware_py.controller.contract import HomeSeen, JobResult, Status
 from firmware_py.controller.control_loop import ControlLoop
 from firmware_py.controller.emergency import LATCHED, Emergency
 from firmware_py.controller.file_in_force import FileInForce
@@ -110,7 +110,7 @@ class Controller:
         if self.machine.world is not None:
             self.machine.world.put_to_stops(self.clock.now_ns())
 
-    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> str:
+    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> HomeSeen:
         """UNHOMED or READY -> READY, blocking; returns what was seen.
 
         robot: another file of the same machine, believed from now on. Raises ConfigError for
@@ -124,7 +124,7 @@ class Controller:
                 self._believe(other_belief(self.robot, named.robot(), robot), named)
             return self.robot
 
-        return self._homing.home(believed, accept_unseen_deg).says()
+        return self._homing.home(believed, accept_unseen_deg)
 
     def _believe(self, robot: RobotFile, file: FileInForce) -> None:
         """Another robot file is in force from now on; counts mean nothing until homed."""

@@ -13,9 +13,10 @@ import numpy as np
 
 from drivers.steps.contract import MOTORS, OutputState, Ticks
 from firmware_py.controller.condition import Condition
+from firmware_py.controller.contract import HomeSeen
 from firmware_py.controller.jobs.feeder import LEAD_S
 from firmware_py.controller.observer import Observer
-from firmware_py.controller.sensing.home_check import BY_HAND, HomeSeen, check_plausible
+from firmware_py.controller.sensing.home_check import BY_HAND, check_plausible
 from firmware_py.controller.sensing.ranging_loop import RangingLoop
 from firmware_py.controller.states import Request, State
 from firmware_py.machine import Machine

@@ -115,7 +115,8 @@ class Actions:
         accepted_deg = float(request.arguments.get("accept_unseen_deg", 0.0))
         named = request.text("robot")
         robot = None if named is None else check_job(named)
-        return {"seen": self._controller.home(accepted_deg, robot)}
+        seen = self._controller.home(accepted_deg, robot)
+        return {"seen": seen.text, "warning": seen.warning}
 
     def _run(self, request: Request) -> Message:
         record = request.text("record")
@@ -130,7 +131,7 @@ class Actions:
         try:
             return {"job_id": self._submit(path, target)}
         except DeltactlError as error:
-            raise type(error)(str(error).replace(str(path), name)) from error
+            raise error.worded(str(error).replace(str(path), name)) from error
 
     def _submit(self, job: Path, record: Path | None) -> int:
         number = self._controller.submit(job, record)

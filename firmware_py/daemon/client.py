@@ -9,7 +9,7 @@ from collections.abc import Generator
 from pathlib import Path
 from types import TracebackType
 
-from firmware_py.controller.contract import JobResult, SensorStatus, Status
+from firmware_py.controller.contract import HomeSeen, JobResult, SensorStatus, Status
 from firmware_py.daemon import protocol
 from firmware_py.daemon.line import Line, find_daemon
 from firmware_py.daemon.protocol import SLOW, Message
@@ -60,14 +60,15 @@ class Client:
         """See RobotController."""
         self._ask("off")
 
-    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> str:
+    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> HomeSeen:
         """See RobotController."""
         extra: dict[str, object] = {}
         if accept_unseen_deg:
             extra["accept_unseen_deg"] = accept_unseen_deg
         if robot is not None:
             extra["robot"] = str(robot.absolute())
-        return str(self._ask("home", **extra).get("seen", ""))
+        answer = self._ask("home", **extra)
+        return HomeSeen(str(answer.get("seen", "")), str(answer.get("warning", "")))
 
     def submit(self, job: Path, record: Path | None = None) -> int:
         """Check and queue a job; its text is sent when the daemon cannot read the file.

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
-from foundation.errors import DeltactlError, ServiceError
+from foundation.errors import DeltactlError, MotionError, Refusal, ServiceError
 
 Message = dict[str, Any]
 
@@ -25,7 +26,10 @@ def as_message(error: BaseException) -> Message:
     text = " ".join(str(error).split())
     kind = type(error).__name__
     if kind in KINDS and type(error) is KINDS[kind]:
-        return {"kind": kind, "message": text}
+        refusal = error.at_point if isinstance(error, MotionError) else None
+        return {"kind": kind, "message": text} | (
+            {} if refusal is None else {"at_point": asdict(refusal)}
+        )
     return {
         "kind": ServiceError.__name__,
         "message": f"the daemon failed inside ({kind}: {text}); see 'journalctl -u deltactl'",
@@ -39,4 +43,17 @@ def as_exception(message: object) -> DeltactlError:
             "the daemon refused, and its reason cannot be read; are both one version?"
         )
     kind = KINDS.get(str(message.get("kind")), ServiceError)
-    return kind(message["message"])
+    error = kind(message["message"])
+    if isinstance(error, MotionError):
+        error.at_point = _refusal(message.get("at_point"))
+    return error
+
+
+def _refusal(sent: object) -> Refusal | None:
+    """What is wrong with a point; None where nothing, or something else, was sent."""
+    if not isinstance(sent, dict):
+        return None
+    why, remedy, on_the_way = (sent.get(name) for name in ("why", "remedy", "on_the_way"))
+    if not (isinstance(why, str) and isinstance(remedy, str) and isinstance(on_the_way, bool)):
+        return None
+    return Refusal(why, remedy, on_the_way)

@@ -13,7 +13,7 @@ from firmware_py.paths.path import BoolArray, Space
 from firmware_py.paths.reach import Reach
 from firmware_py.planner.targets import Lap, MappingFailed
 from firmware_py.robot_file import Limits, RobotFile
-from foundation.errors import LimitExceeded, MotionError, UnreachablePoint
+from foundation.errors import ELSEWHERE, LimitExceeded, MotionError, Refusal, UnreachablePoint
 from models.inverse_kinematics import USE_GEOMETRY
 from models.linkage import Linkage, Status, inverse
 from models.robot import AXES, FloatArray
@@ -28,7 +28,8 @@ class Problem:
 
     row: float
     error: type[MotionError]
-    says: str
+    why: str
+    remedy: str = ELSEWHERE
 
 
 class PathLimits:
@@ -60,10 +61,10 @@ class PathLimits:
         problems += self._way_problems(lap, reached)
         first = min(problems, key=lambda problem: problem.row, default=None)
         if first is not None:
-            raise first.error(self._line(lap, first, repeat))
+            raise self._refused(lap, first, repeat)
         if failed is not None:
             number = f"{self._job.name}: point {len(lap)} of repeat {repeat}: "
-            raise type(failed.error)(number + str(failed.error)) from failed.error
+            raise failed.error.worded(number + str(failed.error)) from failed.error
         return reached, margins
 
     def check_swing(self, low_rad: FloatArray, high_rad: FloatArray) -> None:
@@ -79,10 +80,12 @@ class PathLimits:
                 f" limits of {low_deg:g} to {high_deg:g} deg; make spacing_m smaller"
             )
 
-    def _line(self, lap: Lap, problem: Problem, repeat: int) -> str:
+    def _refused(self, lap: Lap, problem: Problem, repeat: int) -> MotionError:
         row = int(np.ceil(problem.row))
-        way = "" if row == problem.row else "on the way to "
-        return f"{self._job.name}: {way}{lap.says(row)} (repeat {repeat}): {problem.says}"
+        refusal = Refusal(problem.why, problem.remedy, on_the_way=row != problem.row)
+        way = "on the way to " if refusal.on_the_way else ""
+        where = f"{self._job.name}: {way}{lap.says(row)} (repeat {repeat}): "
+        return problem.error.at(where, refusal)
 
     def _arm_problems(self, lap: Lap) -> Iterator[Problem]:
         low_deg, high_deg = self._limits.arm_deg
@@ -97,14 +100,14 @@ class PathLimits:
                 row,
                 LimitExceeded,
                 f"arm {arm + 1} would be at {angle_deg:.2f} deg, outside its limits of"
-                f" {low_deg:g} to {high_deg:g} deg; move the path or make it smaller",
+                f" {low_deg:g} to {high_deg:g} deg",
             )
 
     def _box_problems(self, lap: Lap) -> Iterator[Problem]:
         for axis, (low_m, high_m) in enumerate(self._limits.box_m or ()):
             at_m = lap.position_m[:, axis]
             for row in first_true((at_m < low_m - ROUNDING_M) | (at_m > high_m + ROUNDING_M)):
-                yield Problem(row, LimitExceeded, _leaves_box(axis, low_m, high_m))
+                yield _leaves_box(row, axis, low_m, high_m)
 
     def _way_problems(self, lap: Lap, reached: Reach) -> Iterator[Problem]:
         if lap.space is Space.CARTESIAN:
@@ -114,7 +117,7 @@ class PathLimits:
                 (reached.low_m[:, axis] < low_m - ROUNDING_M)
                 | (reached.high_m[:, axis] > high_m + ROUNDING_M)
             ):
-                yield Problem(row + 0.5, LimitExceeded, _leaves_box(axis, low_m, high_m))
+                yield _leaves_box(row + 0.5, axis, low_m, high_m)
 
     def _geometry_problems(self, lap: Lap) -> Iterator[Problem]:
         """A broken network must not send the arms astray: geometry has to agree roughly."""
@@ -133,8 +136,8 @@ class PathLimits:
                 row,
                 LimitExceeded,
                 f"the inverse kinematics puts arm {arm + 1} {np.rad2deg(apart[row, arm]):.1f} deg"
-                f" from where the geometry has it, more than limits.network_deg {bound_deg:g};"
-                f" train the network again, or {USE_GEOMETRY}; if the"
+                f" from where the geometry has it, more than limits.network_deg {bound_deg:g}",
+                f"train the network again, or {USE_GEOMETRY}; if the"
                 " robot is built that far from its file, name a calibrated robot file in the job"
                 " (deltactl evaluate --save-robot)",
             )
@@ -208,16 +211,17 @@ def first_true(mask: BoolArray) -> list[int]:
     return [int(np.argmax(mask))] if mask.any() else []
 
 
-def _leaves_box(axis: int, low_m: float, high_m: float) -> str:
-    return f"{AXES[axis]} leaves limits.box_m [{low_m:g}, {high_m:g}] m; move the path inside"
+def _leaves_box(row: float, axis: int, low_m: float, high_m: float) -> Problem:
+    why = f"{AXES[axis]} leaves limits.box_m [{low_m:g}, {high_m:g}] m"
+    return Problem(row, LimitExceeded, why, "move the path inside")
 
 
 def _margin_problem(row: float, margin: float, limit: float) -> Problem:
     if margin < 0.0:
-        says = "the linkage cannot be assembled there or its elbow turns inside out; "
+        why = "the linkage cannot be assembled there or its elbow turns inside out"
     else:
-        says = (
+        why = (
             f"the linkage is too near to singular (margin {margin:.3f},"
-            f" limits.singularity_margin {limit:g}); "
+            f" limits.singularity_margin {limit:g})"
         )
-    return Problem(row, UnreachablePoint, says + "move the path or make it smaller")
+    return Problem(row, UnreachablePoint, why)

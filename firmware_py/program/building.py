@@ -117,7 +117,7 @@ class _Builder:
                 job = JobFile.model_validate(job.model_dump(round_trip=True))
                 plan = make_plan(job, self._robot, self._kinematics_of(job))
             except (ConfigError, LimitExceeded, UnreachablePoint) as error:
-                raise type(error)(f"{place}: {error}") from error
+                raise error.worded(f"{place}: {error}") from error
             except ValueError as error:
                 raise ConfigError(f"{place}: {_plain(error)}") from error
             self._made[key] = Move(plan)

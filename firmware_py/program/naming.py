@@ -15,4 +15,4 @@ def told_with(job_file: Path | str) -> Iterator[None]:
     try:
         yield
     except (LimitExceeded, UnreachablePoint) as error:
-        raise type(error)(f"{job_file}: {error}") from error
+        raise error.worded(f"{job_file}: {error}") from error

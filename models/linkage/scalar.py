@@ -10,7 +10,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from foundation.errors import UnreachablePoint
+from foundation.errors import Refusal, UnreachablePoint
 from models.linkage.arms import Linkage
 from models.linkage.inverse import inverse
 from models.linkage.status import STATUS_TEXT, Status
@@ -71,10 +71,9 @@ def _refuse(linkage: Linkage, x_m: float, y_m: float, z_m: float) -> NoReturn:
     status = Status(int(inverse(linkage, np.array([x_m, y_m, z_m])).status))
     # A pose within rounding of the limit can be OK in one form and not in the other.
     reason = STATUS_TEXT[Status.SINGULAR if status == Status.OK else status]
-    raise UnreachablePoint(
-        f"target {_words(x_m, y_m, z_m)} m is {reason} (that is"
-        f" {_words(1e3 * x_m, 1e3 * y_m, 1e3 * z_m)} mm; {_in_reach(linkage, x_m, y_m)})"
-    )
+    in_mm = _words(1e3 * x_m, 1e3 * y_m, 1e3 * z_m)
+    why = f"{reason} (that is {in_mm} mm; {_in_reach(linkage, x_m, y_m)})"
+    raise UnreachablePoint.at(f"target {_words(x_m, y_m, z_m)} m is ", Refusal(why, remedy=""))
 
 
 def _in_reach(linkage: Linkage, x_m: float, y_m: float) -> str:

@@ -113,7 +113,7 @@ def test_homing_with_a_sensor_refused_needs_a_person_and_the_figure(controller: 
     figure = float(str(refused.value).split("--accept-unseen ")[1].split("'")[0])
     with pytest.raises(NotReady, match="homing refused"):
         controller.home(accept_unseen_deg=figure - 1.0)
-    assert f"less than {figure:.0f} degrees off" in controller.home(accept_unseen_deg=figure)
+    assert f"less than {figure:.0f} degrees off" in controller.home(accept_unseen_deg=figure).text
     assert controller.status().state == "ready"
 
 

@@ -79,7 +79,7 @@ def test_the_journal_says_what_was_seen_when_homing(
     monkeypatch.setattr(controller.journal, "event", lambda *event: events.append(event))
     controller.power_on()
     said = controller.home()
-    assert [text for _, kind, text in events if kind == "home"] == [said]
+    assert [text for _, kind, text in events if kind == "home"] == [said.says()]
     assert [text for _, kind, text in events if kind == "state"] == ["unhomed", "ready"]
 
 

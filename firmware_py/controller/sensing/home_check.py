@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from firmware_py.controller.contract import HomeSeen
 from firmware_py.controller.sensing.determined import BoolArray, determine, unseen_rad
 from firmware_py.robot_file import RobotFile
 from foundation.errors import NotReady
@@ -29,22 +29,6 @@ def expected_ranges_m(robot: RobotFile) -> FloatArray | None:
             f" {robot.homing.angle_deg}; correct the robot file"
         )
     return ranges_m
-
-
-WARNING = "; warning: "
-"""Between what was seen and what somebody should look at."""
-
-
-@dataclass(frozen=True, slots=True)
-class HomeSeen:
-    """What the sensors said at home: in words, and whether somebody should look."""
-
-    text: str
-    warning: str = ""
-
-    def says(self) -> str:
-        """One line."""
-        return f"{self.text}{WARNING}{self.warning}" if self.warning else self.text
 
 
 BY_HAND = "put the arms against their stops and try again"
