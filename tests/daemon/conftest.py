@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.controller.contract import JobResult, SensorStatus, Status
+from firmware_py.controller.contract import HomeSeen, JobResult, SensorStatus, Status
 from firmware_py.controller.states import Request, State, require
 from firmware_py.daemon.client import Client
 from firmware_py.daemon.limits import Limits
@@ -61,14 +61,14 @@ class MemoryController:
     def power_off(self) -> None:
         self._request(Request.OFF, State.OFF)
 
-    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> str:
+    def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> HomeSeen:
         self._request(Request.HOME, State.UNHOMED)
         time.sleep(self.home_s)
         self.let_go.wait(30.0)
         with self.lock:
             if self.state is State.UNHOMED:
                 self.state = State.READY
-        return f"taken on trust to {accept_unseen_deg:g} degrees"
+        return HomeSeen(f"taken on trust to {accept_unseen_deg:g} degrees", "look")
 
     def fatal(self) -> str:
         return self.lost

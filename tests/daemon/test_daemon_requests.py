@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from firmware_py.controller.contract import HomeSeen
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.daemon.line import Line
 from foundation.errors import ConfigError, MissingFile, NotReady, RecordingError, ServiceError
@@ -18,7 +19,7 @@ def test_a_job_from_power_on_to_its_result(serve, job, wait_until):
     daemon = serve()
     with daemon.client() as client:
         client.power_on()
-        client.home()
+        assert client.home(3.0) == HomeSeen("taken on trust to 3 degrees", "look")
         number = client.submit(job)
         assert client.result(number) is None
         wait_until(lambda: client.result(number) is not None)
