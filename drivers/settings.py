@@ -59,6 +59,11 @@ class StepSettings(StrictModel):
         """Shortest time between two ticks, whatever motors step at them."""
         return SHORTEST_PERIOD_S[self.backend]
 
+    @property
+    def pulse_cycle_s(self) -> float:
+        """What a pulse, the pause after it and the set-up of DIR take."""
+        return (2.0 * self.pulse_width_us + self.direction_setup_us) * 1e-6
+
 
 class SwitchedPin(StrictModel):
     """An output that jobs switch: a gripper, a valve, a pump. On, off and safe are the tool's."""

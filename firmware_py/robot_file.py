@@ -27,6 +27,7 @@ from foundation.strict_yaml import Document, StrictModel
 from foundation.yaml_tree import Location
 from models.chain.active import of_entries
 from models.robot import KINDS, DeltaRobot, DriveSection, EffectEntry
+from models.servo_drive import ServoDrive
 from recording.writing.keeping import KeptRecordings
 
 Angle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
@@ -166,6 +167,13 @@ class RobotFile(DeltaRobot):
         """The effects of the simulated robot."""
         built = self.as_built.effects
         return self.effects if built is None else built
+
+    @property
+    def tick_s(self) -> float:
+        """Shortest time between steps of different motors that are no one tick; 0: any will do."""
+        if isinstance(self.drive, ServoDrive):
+            return 0.0
+        return max(self.steps.shortest_period_s, self.steps.pulse_cycle_s)
 
     @property
     def switches(self) -> Switches:

@@ -15,7 +15,7 @@ from drivers.steps.process_host import ProcessStepOutput, PulseProcess
 from drivers.steps.switches import NO_SWITCHES, Switches
 from drivers.steps.task_host import TaskStepOutput
 from drivers.steps.timing import PlayerSettings
-from foundation.clock import NS_PER_S, Clock, VirtualClock, ns
+from foundation.clock import Clock, VirtualClock, ns
 
 SIGNALS_BEFORE_ENA = 6
 """STEP 1 to 3 and DIR 1 to 3, see drivers/steps/lines.py."""
@@ -130,8 +130,7 @@ def minimum_period_ns(settings: StepSettings, clock: Clock) -> int:
     least_ns = ns(SHORTEST_PERIOD_S["pulse"])
     if not isinstance(clock, VirtualClock):
         least_ns = ns(settings.shortest_period_s)
-    pulse_ns = (2 * settings.pulse_width_us + settings.direction_setup_us) * NS_PER_S // 1_000_000
-    return max(least_ns, round(pulse_ns))
+    return max(least_ns, ns(settings.pulse_cycle_s))
 
 
 def task_output(

@@ -58,6 +58,7 @@ def approach(
         acceleration_radps2=limits.joint_acceleration_radps2 * (GENTLE if rings(robot) else 1.0),
         step_rate_hz=limits.step_rate_hz,
         rad_per_step=step_rad,
+        tick_s=robot.tick_s,
     )
     return MoveSchedule(way_rad, np.zeros(len(way_rad)), motors)
 

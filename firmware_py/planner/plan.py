@@ -145,6 +145,7 @@ def motor_limits(job: JobFile, robot: RobotFile) -> MotorLimits:
         acceleration_radps2=acceleration_radps2,
         step_rate_hz=robot.limits.step_rate_hz,
         rad_per_step=robot.drive.rad_per_step,
+        tick_s=robot.tick_s,
     )
 
 

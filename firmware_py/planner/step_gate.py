@@ -3,7 +3,7 @@
 Two rules: a motor's steps keep a gap (only a motor that turns round within it is held
 back), and steps of different motors that fall within the merge window become one tick at
 the time of the first, because two pulses a few microseconds apart cannot be told in time to
-any output. With a gap of at least five windows a tick never holds two steps of one motor,
+any output. With a gap of a window or more a tick never holds two steps of one motor,
 and no step moves by more than a window.
 """
 
@@ -105,15 +105,23 @@ class StepGate:
 
 
 def _group_starts(t_ns: Int64Array, merge_ns: int) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Which of the sorted times begin a tick: those not within the window of one that does.
-
-    Among four steps one motor has two, a gap of five windows apart: no group of more than three.
-    """
+    """Which of the sorted times begin a tick: those not within the window of one that does."""
+    window_ns = max(1, merge_ns)
     starts = np.ones(len(t_ns), dtype=np.bool_)
-    near = np.diff(t_ns) < max(1, merge_ns)
-    starts[1:] = ~near
-    # The third of three in a row may lie beyond the window of the first.
-    third = np.flatnonzero(near[1:] & near[:-1]) + 2
-    beyond = t_ns[third] - t_ns[third - 2] >= max(1, merge_ns)
-    starts[third[beyond]] = True
+    starts[1:] = np.diff(t_ns) >= window_ns
+    begin = np.flatnonzero(starts)
+    end = np.append(begin[1:], len(t_ns))
+    for row in np.flatnonzero(t_ns[end - 1] - t_ns[begin] >= window_ns):
+        chain = slice(begin[row], end[row])
+        starts[chain] = _starts_of_chain(t_ns[chain].tolist(), window_ns)
+    return starts
+
+
+def _starts_of_chain(t_ns: list[int], window_ns: int) -> list[bool]:
+    """The same for times of which each is within the window of the one before it."""
+    starts, free_ns = [], t_ns[0]
+    for time_ns in t_ns:
+        starts.append(time_ns >= free_ns)
+        if starts[-1]:
+            free_ns = time_ns + window_ns
     return starts

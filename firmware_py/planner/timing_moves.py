@@ -18,7 +18,8 @@ from foundation.clock import NS_PER_S
 from models.robot import FloatArray
 
 MERGE_S = 50e-6
-"""Steps of different motors nearer than this become one tick (or a fifth of a step period)."""
+"""Steps of different motors nearer than this become one tick (or a fifth of a step period, if the
+step output can tell ticks so near apart)."""
 
 MERGE_PART = 0.2
 
@@ -37,12 +38,15 @@ class MotorLimits:
     acceleration_radps2: float
     step_rate_hz: float
     rad_per_step: float
+    tick_s: float = 0.0
+    """The step output cannot tell two ticks apart that are nearer than this."""
 
     @property
     def planned_speed_radps(self) -> float:
         """Joint speed at which merging ticks leaves the steps within the step-rate limit."""
-        by_rate = (1.0 - MERGE_PART) * self.step_rate_hz * self.rad_per_step
-        return min(self.speed_radps, by_rate)
+        merged_hz = 1.0 / (1.0 / self.step_rate_hz + self.tick_s)
+        rate_hz = min((1.0 - MERGE_PART) * self.step_rate_hz, merged_hz)
+        return min(self.speed_radps, rate_hz * self.rad_per_step)
 
     @property
     def planned_acceleration_radps2(self) -> float:
@@ -51,9 +55,10 @@ class MotorLimits:
 
     def gate_ns(self, peak_rate_hz: float) -> tuple[int, int]:
         """Merge window and gap of one motor for a `StepGate`."""
-        window_s = min(MERGE_S, MERGE_PART / max(peak_rate_hz, 1.0))
+        planned_s = 1.0 / max(peak_rate_hz, 1.0)
+        window_s = max(min(MERGE_S, MERGE_PART * planned_s), self.tick_s)
         # Merging takes up to a window from it; it is below the planned distance of steps.
-        gap_s = max(1.0 / self.step_rate_hz + window_s, window_s / MERGE_PART)
+        gap_s = max(1.0 / self.step_rate_hz + window_s, min(window_s / MERGE_PART, planned_s))
         return int(window_s * NS_PER_S), int(gap_s * NS_PER_S)
 
 

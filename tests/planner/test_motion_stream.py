@@ -10,9 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drivers.steps.build import minimum_period_ns
 from firmware_py.planner import timing_together
 from firmware_py.planner.check import home_counts, make_plan
 from firmware_py.planner.stream import BLOCK, MotionStream
+from foundation.clock import VirtualClock
 from foundation.errors import MotionError
 from models.inverse_kinematics import GeometricInverse
 from models.robot import EffectEntry
@@ -172,6 +174,24 @@ def test_steps_of_the_approach_keep_their_distance_too(zhao, job_of):
     window_ns, _ = stream.approach.gate_ns
     assert window_ns > 1000
     assert np.diff(due).min() >= window_ns
+
+
+@pytest.mark.parametrize("pulse_width_us", [5.0, 40.0])
+def test_fast_motors_make_no_ticks_that_the_output_refuses(zhao, job_of, pulse_width_us):
+    """Above 4000 steps a second of each motor the ticks of three would come nearer than 50 us."""
+    steps = zhao.steps.model_copy(update={"pulse_width_us": pulse_width_us})
+    robot = zhao.model_copy(update={"steps": steps})
+    circle = {"shape": "circle", "centre_m": [0, 0, -0.45], "radius_m": 0.1, "spacing_m": 0.0005}
+    job = job_of(path=circle, timing={"mode": "accelerated", "speed_mps": 6.0})
+    plan = plan_for(job, robot)
+    ticks = [chunk.ticks for chunk in MotionStream(plan, home_counts(robot))]
+    due_ns = np.concatenate([one.due_ns for one in ticks])
+    assert plan.first.schedule.peak_rate_hz.min() > 4000.0
+    assert np.diff(due_ns).min() + 1 >= minimum_period_ns(steps, VirtualClock())
+    moved = np.concatenate([one.steps for one in ticks])
+    for motor in range(3):
+        apart_ns = np.diff(due_ns[moved[:, motor] != 0])
+        assert apart_ns.min() * 1e-9 >= 1.0 / robot.limits.step_rate_hz - 1e-9
 
 
 def test_a_target_comes_with_the_chunk_in_whose_time_it_is_reached(zhao, job_of, monkeypatch):
