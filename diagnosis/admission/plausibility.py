@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.admission.options import ADMISSION
+from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.contract import Model
 from foundation.errors import RecordingError
 
@@ -37,13 +38,23 @@ def check_input(model: Model) -> None:
                 f"{name} never changes (always {seen[0]:g}) though the platform moves; "
                 "is the sensor dead or the column wrong?"
             )
-        ratio = np.median(np.abs(seen)) / max(float(np.median(np.abs(expected))), 1e-9)
-        if ratio > ADMISSION.unit_factor or (
-            ratio < 1.0 / ADMISSION.unit_factor
-            and np.median(np.abs(expected)) > ADMISSION.stands_still
-        ):
+        ratio = float(np.median(np.abs(seen)) / max(np.median(np.abs(expected)), 1e-9))
+        alike = [unit == readings.units[column] for unit in readings.units]
+        if _another_unit(seen, expected, float(np.median(np.abs(predicted), axis=0)[alike].max())):
             unit = readings.units[column]
             raise RecordingError(
                 f"{name} is about {ratio:.3g} times what robot and commands give; "
                 f"it must be in {unit} (is it in m{unit}, or is this another robot's file?)"
             )
+
+
+def _another_unit(seen: FloatArray, expected: FloatArray, alike: float) -> bool:
+    """Whether readings are so much larger or smaller than expected that their unit is another.
+
+    alike: the largest of what is usually expected of channels in this unit. Of a platform that
+    only moves up and down, x and y are noise about 0: no size can be expected of them.
+    """
+    usual, size = float(np.median(np.abs(expected))), float(np.median(np.abs(seen)))
+    if size < usual / ADMISSION.unit_factor:
+        return usual > ADMISSION.stands_still
+    return size > ADMISSION.unit_factor * alike

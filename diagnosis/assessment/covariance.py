@@ -24,6 +24,8 @@ def covariance(fitter: Fitter, solution: Solution) -> FloatArray:
     """
     rows = fitter.rows
     tangent, residual = solution.tangent, solution.residual
+    if not tangent.shape[1]:  # nothing is missing, and readings of angles have no nuisances
+        return np.zeros((0, 0))
     bread, scale = scaled_covariance(tangent)
     scaled = tangent / scale
     blocks = blocks_of(fitter)

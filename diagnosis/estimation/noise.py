@@ -15,6 +15,7 @@ from diagnosis.estimation.options import ESTIMATION
 from diagnosis.observations.readings import FloatArray, IntArray, Readings
 from foundation.scatter import MAD_TO_SIGMA
 
+TINY = float(np.finfo(np.float64).tiny)
 AR_ORDER = ESTIMATION.ar_order
 
 
@@ -170,7 +171,8 @@ def estimate(readings: Readings, valid: Any, residual: FloatArray) -> Whitener:
         spread = max(spread, rounding, 1e-12)
         table = np.clip(table, -4 * spread, 4 * spread)
         gram = table.T @ table / len(table)
-        normal = gram[1:, 1:] + 1e-9 * gram[0, 0] * np.eye(AR_ORDER)
+        ridge = max(1e-9 * gram[0, 0], TINY)  # readings without any error at all have no memory
+        normal = gram[1:, 1:] + ridge * np.eye(AR_ORDER)
         phi: FloatArray = np.linalg.solve(normal, gram[1:, 0])
         phi = stationary(phi)
         innovation = table[:, 0] - table[:, 1:] @ phi

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.linalg import eigh, lu_factor, lu_solve
+from scipy.linalg import LinAlgError, eigh, lu_factor, lu_solve
 
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import AR_ORDER, ChannelNoise, Whitener, estimate, stationary
@@ -55,7 +55,12 @@ class Saturated:
 def _of_largest(matrix: FloatArray, count: int) -> Callable[[FloatArray], FloatArray]:
     """The inverse of a symmetric matrix on its `count` largest directions."""
     size = len(matrix)
-    values, vectors = eigh(matrix, subset_by_index=(size - count, size - 1))
+    try:
+        values, vectors = eigh(matrix, subset_by_index=(size - count, size - 1))
+    except LinAlgError:
+        # Columns that only repeat each other make clusters of eigenvalues, at which LAPACK's
+        # quickest driver for a subset can give up; that for all of them does not.
+        values, vectors = (part[..., size - count :] for part in eigh(matrix, driver="evd"))
 
     def solve(right: FloatArray) -> FloatArray:
         along = vectors.T @ right
