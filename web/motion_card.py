@@ -6,12 +6,12 @@ import asyncio
 import math
 from typing import TYPE_CHECKING, Any
 
+import yaml
 from nicegui import events, ui
 
 from firmware_py.controller.contract import Status
 from firmware_py.controller.states import State
 from models.linkage.vectors import Vector
-from web import motions
 from web.belief import Belief
 from web.offers import offer, why_not
 
@@ -141,7 +141,7 @@ class MotionCard:
         angles = [math.degrees(angle) for angle in status.angles_rad]
         angles[arm] = belief.held_angle(angles[arm] + sign * float(self._step_deg.value or 0))
         self._goal = None
-        await self._send(motions.to_angles(belief.file, (angles[0], angles[1], angles[2])), "jog")
+        await self._send(to_angles(belief.file, (angles[0], angles[1], angles[2])), "jog")
 
     async def go(self) -> None:
         """Go to the point in the fields."""
@@ -189,7 +189,7 @@ class MotionCard:
 
     async def _to(self, goal: Vector, belief: Belief) -> None:
         before, self._goal = self._goal, goal
-        if not await self._send(motions.to_point(belief.file, goal, "jog"), "move"):
+        if not await self._send(to_point(belief.file, goal, "jog"), "move"):
             self._goal = before
 
     async def _send(self, text: str, name: str) -> Any:
@@ -205,3 +205,26 @@ class MotionCard:
             self._sending -= 1
             # One status may have been on its way while the daemon took the move.
             self._told_serial = self._page.site.link.seen.serial + 2
+
+
+def to_point(robot_file: str, position_m: Vector, name: str = "go-to") -> str:
+    """A job that brings the platform to a point [m] in the robot's frame."""
+    point = [round(value, 7) for value in position_m]
+    return _job(name, robot_file, {"shape": "points", "points_m": [point]})
+
+
+def to_angles(robot_file: str, angles_deg: Vector, name: str = "jog") -> str:
+    """A job that brings the arms to angles [degrees]."""
+    angles = [round(value, 6) for value in angles_deg]
+    return _job(name, robot_file, {"shape": "joints", "angles_deg": [angles]})
+
+
+def _job(name: str, robot_file: str, path: dict[str, Any]) -> str:
+    job = {
+        "name": name,
+        "robot": robot_file,
+        "path": path,
+        "timing": {"mode": "accelerated", "speed_mps": 0.1},
+        "inverse_kinematics": {"kind": "geometry"},
+    }
+    return yaml.safe_dump(job, sort_keys=False)

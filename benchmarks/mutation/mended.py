@@ -68,7 +68,7 @@ MENDED: tuple[Named, ...] = (
     Named(
         "detection limits at the threshold, without power",
         "diagnosis/assessment/detection_limits.py",
-        "return scatter * float(chndtrinc(threshold / scatter, df, 1.0 - ASSESSMENT.power))",
+        "return scatter * noncentrality(threshold / scatter, df, ASSESSMENT.power)",
         "return threshold",
     ),
     Named(

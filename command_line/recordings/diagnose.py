@@ -36,8 +36,6 @@ def diagnose_recordings(
     force: bool = False,
 ) -> None:
     """Diagnose, print the findings in plain sentences, and write the files asked for."""
-    robot_file = find(robot)
-    refuse_missing([*recordings, *holdout])
     quiet = json_file is not None and str(json_file) == "-"
     with waiting("loading", quiet), needs("diagnosis", "diagnose"):
         from diagnosis.answer.corrected_robot import save_corrected
@@ -48,6 +46,8 @@ def diagnose_recordings(
         from diagnosis.report.sentences.saved import written as what_is_written
         from diagnosis.report.sentences.summary import summary_lines
 
+    robot_file = find(robot)
+    refuse_missing([*recordings, *holdout])
     described = load_robot_model(robot_file)
     if columns and isinstance(described, ServoAxis):
         _refuse_other_motion(columns, described)

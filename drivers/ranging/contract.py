@@ -54,3 +54,25 @@ class RangingSensors(Protocol):
 
     def close(self) -> None:
         """Stop ranging and hold the sensors in reset."""
+
+
+class NoSensors:
+    """The sensors of a robot that has none: no bus and no pin is opened, and nothing is read."""
+
+    def start(self) -> None:
+        """Nothing to start."""
+
+    def poll(self) -> list[Reading]:
+        """Never a sample."""
+        return []
+
+    def health(self) -> dict[str, str]:
+        """No sensor has any."""
+        return {}
+
+    def take_events(self) -> list[str]:
+        """Nothing happens to them."""
+        return []
+
+    def close(self) -> None:
+        """Nothing to give back."""

@@ -9,8 +9,7 @@ from pathlib import Path
 from drivers.fakes.ranging_rig import build_rig
 from drivers.fakes.steps import simulated_step_output
 from drivers.inputs import home_switches, named_inputs
-from drivers.ranging.absent import NoSensors
-from drivers.ranging.contract import RangingSensors
+from drivers.ranging.contract import NoSensors, RangingSensors
 from drivers.steps.build import build_step_output, release_drives
 from drivers.steps.contract import MOTORS
 from firmware_py.controller.controller import Controller

@@ -16,8 +16,7 @@ from firmware_py.planner.approach import approach
 from firmware_py.planner.limits import joint_limits
 from firmware_py.planner.motion import Schedule
 from firmware_py.planner.targets import Lap
-from firmware_py.planner.timing_accelerated import CurveSchedule
-from firmware_py.planner.timing_in import timed_in
+from firmware_py.planner.timing_accelerated import CurveSchedule, timed_in
 from firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
 from firmware_py.planner.timing_together import TogetherSchedule
 from firmware_py.robot_file import RobotFile

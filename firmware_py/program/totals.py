@@ -7,8 +7,7 @@ from dataclasses import dataclass, field, replace
 from drivers.steps.contract import Counts
 from firmware_py.planner.plan import Plan
 from firmware_py.planner.stream import MotionStream
-from firmware_py.planner.summary import CheckSummary, Range, summarise
-from firmware_py.planner.top_speed import slower
+from firmware_py.planner.summary import CheckSummary, Range, slower, summarise
 from firmware_py.program.instructions import Leaf, Move, Program, Wait, WaitFor, visit
 from foundation.clock import NS_PER_S, ns
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.observations.sensor_clock import OwnTimes
+from diagnosis.plants.delta.sensor_clock import OwnTimes
 from recording.tables.flat import FlatRecording
 
 

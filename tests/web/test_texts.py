@@ -7,8 +7,8 @@ import yaml
 
 from firmware_py.job_file import JobFile
 from foundation.errors import ConfigError
-from web import motions
 from web.access.texts import kind_of
+from web.motion_card import to_angles, to_point
 
 HEART = {"name": "h", "robot": "zhao-2023.yaml", "path": {"shape": "heart"}}
 
@@ -39,7 +39,7 @@ def test_kinds_are_told_apart_and_long_texts_refused() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    [motions.to_point("r.yaml", (0.0, 0.1, -0.4)), motions.to_angles("r.yaml", (1.0, 2.0, 3.0))],
+    [to_point("r.yaml", (0.0, 0.1, -0.4)), to_angles("r.yaml", (1.0, 2.0, 3.0))],
 )
 def test_motions_are_jobs(text: str) -> None:
     assert JobFile.model_validate_json(yaml_as_json(text)).robot == "r.yaml"

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.observations.readings import FloatArray, gather
-from diagnosis.observations.sensor_clock import OwnTimes
 from diagnosis.plants.candidate import Candidate, Coordinate, Shape, Term
 from diagnosis.plants.delta.candidates import EVENTS, candidates_of, contact, runout, tolerances
 from diagnosis.plants.delta.near_singular import fragile
+from diagnosis.plants.delta.sensor_clock import OwnTimes
 from diagnosis.plants.delta.traits import delta_traits
 from diagnosis.plants.nuisance import Nuisance
 from diagnosis.plants.shared_parameters import groups_of

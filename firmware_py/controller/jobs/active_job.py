@@ -18,8 +18,8 @@ from firmware_py.job_file import Together
 from firmware_py.machine import Machine
 from firmware_py.planner.plan import Plan
 from firmware_py.planner.stream import MotionStream
+from firmware_py.planner.summary import slower
 from firmware_py.planner.time_scaling import TimeScaledMotion
-from firmware_py.planner.top_speed import slower
 from firmware_py.program.instructions import Move, SetOutputs, WaitFor
 from firmware_py.program.totals import totals
 from firmware_py.robot_file import RobotFile
