@@ -60,6 +60,11 @@ class StepSettings(StrictModel):
         return SHORTEST_PERIOD_S[self.backend]
 
     @property
+    def tick_s(self) -> float:
+        """Shortest time between two ticks of motors that step in their own time."""
+        return max(self.shortest_period_s, self.pulse_cycle_s)
+
+    @property
     def pulse_cycle_s(self) -> float:
         """What a pulse, the pause after it and the set-up of DIR take."""
         return (2.0 * self.pulse_width_us + self.direction_setup_us) * 1e-6

@@ -171,9 +171,7 @@ class RobotFile(DeltaRobot):
     @property
     def tick_s(self) -> float:
         """Shortest time between steps of different motors that are no one tick; 0: any will do."""
-        if isinstance(self.drive, ServoDrive):
-            return 0.0
-        return max(self.steps.shortest_period_s, self.steps.pulse_cycle_s)
+        return 0.0 if isinstance(self.drive, ServoDrive) else self.steps.tick_s
 
     @property
     def switches(self) -> Switches:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.admission.options import ADMISSION
-from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.contract import Model
 from foundation.errors import RecordingError
 
@@ -28,6 +27,7 @@ def check_input(model: Model) -> None:
     moved = np.ptp(predicted, axis=0)
     if moved.max() < ADMISSION.stands_still:
         raise RecordingError("nothing moves in this recording; nothing can be told from it")
+    sizes = np.median(np.abs(predicted), axis=0)
     for column, name in enumerate(readings.names):
         good = readings.valid[:, column]
         if good.sum() < ADMISSION.fewest_valid:
@@ -38,23 +38,23 @@ def check_input(model: Model) -> None:
                 f"{name} never changes (always {seen[0]:g}) though the platform moves; "
                 "is the sensor dead or the column wrong?"
             )
-        ratio = float(np.median(np.abs(seen)) / max(np.median(np.abs(expected)), 1e-9))
-        alike = [unit == readings.units[column] for unit in readings.units]
-        if _another_unit(seen, expected, float(np.median(np.abs(predicted), axis=0)[alike].max())):
-            unit = readings.units[column]
+        unit, size = readings.units[column], float(np.median(np.abs(seen)))
+        usual = float(np.median(np.abs(expected)))
+        alike = float(sizes[[other == unit for other in readings.units]].max())
+        if _another_unit(size, usual, alike):
+            times = size / max(usual, 1e-9)
             raise RecordingError(
-                f"{name} is about {ratio:.3g} times what robot and commands give; "
+                f"{name} is about {times:.3g} times what robot and commands give; "
                 f"it must be in {unit} (is it in m{unit}, or is this another robot's file?)"
             )
 
 
-def _another_unit(seen: FloatArray, expected: FloatArray, alike: float) -> bool:
-    """Whether readings are so much larger or smaller than expected that their unit is another.
+def _another_unit(size: float, usual: float, alike: float) -> bool:
+    """Whether readings are so much larger or smaller than is usual that their unit is another.
 
     alike: the largest of what is usually expected of channels in this unit. Of a platform that
     only moves up and down, x and y are noise about 0: no size can be expected of them.
     """
-    usual, size = float(np.median(np.abs(expected))), float(np.median(np.abs(seen)))
     if size < usual / ADMISSION.unit_factor:
         return usual > ADMISSION.stands_still
     return size > ADMISSION.unit_factor * alike

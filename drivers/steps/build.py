@@ -127,10 +127,9 @@ def build_step_output(
 
 def minimum_period_ns(settings: StepSettings, clock: Clock) -> int:
     """Shortest distance of two ticks: what backend and clock can keep, and what a pulse needs."""
-    least_ns = ns(SHORTEST_PERIOD_S["pulse"])
-    if not isinstance(clock, VirtualClock):
-        least_ns = ns(settings.shortest_period_s)
-    return max(least_ns, ns(settings.pulse_cycle_s))
+    if isinstance(clock, VirtualClock):
+        return ns(max(SHORTEST_PERIOD_S["pulse"], settings.pulse_cycle_s))
+    return ns(settings.tick_s)
 
 
 def task_output(

@@ -10,6 +10,7 @@ import numpy as np
 
 from drivers.steps.contract import Counts
 from firmware_py.job_file import JobFile, Together
+from firmware_py.job_timing import SLOWEST_MPS
 from firmware_py.paths.path import Space
 from firmware_py.paths.reach import Reach
 from firmware_py.planner.approach import approach
@@ -38,7 +39,7 @@ class TimedLap:
         """How far the platform travels [m]."""
         if self.lap.space is Space.JOINT:
             return float(self.reach.length_m.sum())
-        return float(np.linalg.norm(np.diff(self.lap.position_m, axis=0), axis=1).sum())
+        return self.lap.length_m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,10 +115,9 @@ def schedule_of(job: JobFile, robot: RobotFile, lap: Lap, reach: Reach) -> Sched
         return TogetherSchedule(lap.counts, lap.dwell_s, timing.t_pwm_s)
     at_speed = partial(_at_speed, motor_limits(job, robot), lap, reach)
     if timing.duration_s is not None:
-        length_m = float(np.linalg.norm(np.diff(lap.position_m, axis=0), axis=1).sum())
-        straight = lap.space is Space.CARTESIAN
-        known = {"mean_mps": length_m / timing.duration_s} if straight else {}
-        return timed_in(timing.duration_s, at_speed, **known)
+        known = lap.space is Space.CARTESIAN
+        mean_mps = lap.length_m / timing.duration_s if known else SLOWEST_MPS
+        return timed_in(timing.duration_s, at_speed, mean_mps)
     assert timing.speed_mps is not None
     return at_speed(timing.speed_mps)
 

@@ -50,6 +50,11 @@ class Lap:
         return len(self.targets)
 
     @property
+    def length_m(self) -> float:
+        """From target to target in straight lines [m]."""
+        return float(np.linalg.norm(np.diff(self.position_m, axis=0), axis=1).sum())
+
+    @property
     def mapped_counts(self) -> Int64Array:
         """What the inverse kinematics must answer again."""
         return self.counts if self.mapped is None else self.mapped

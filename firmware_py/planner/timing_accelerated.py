@@ -172,13 +172,11 @@ CLOSE = 1e-4
 MOST_HALVINGS = 40
 
 
-def timed_in(
-    duration_s: float, at_speed: Callable[[float], Schedule], mean_mps: float = SLOWEST_MPS
-) -> Schedule:
+def timed_in(duration_s: float, at_speed: Callable[[float], Schedule], mean_mps: float) -> Schedule:
     """The schedule that takes `duration_s`, rests included.
 
     at_speed: the schedule at a platform speed [m/s]. mean_mps: the speed that would take so long
-    without ramps, if it is known. Raises LimitExceeded naming the shortest time there is.
+    without ramps, or SLOWEST_MPS. Raises LimitExceeded naming the shortest time there is.
     """
     slow = min(max(mean_mps, SLOWEST_MPS), FASTEST_MPS)
     fast = FASTEST_MPS

@@ -126,8 +126,9 @@ OFFSET = EffectKind(
     parameters=(Parameter("offset", "N m", -_TORQUE, _TORQUE),),
     operate=_offset,
     says=lambda component, v: (
-        f"a current worth {1e3 * v['offset']:+.3g} mN m at the arm of {component} is there all the"
-        " time, whichever way it moves: it holds against something, or the current's zero is off"
+        f"a current that makes {1e3 * v['offset']:+.3g} mN m at the arm of {component} is there all"
+        " the time, whichever way it moves: it holds against something, or the current's zero is"
+        " off"
     ),
     order=2,
 )

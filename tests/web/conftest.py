@@ -28,6 +28,13 @@ READY_S = 60.0
 PATIENCE_S = 30.0
 NICE = 15
 DESK, PHONE = (1280, 900), (400, 800)
+CIRCLE = """name: {name}
+robot: {robot}
+path: {{shape: circle, centre_m: [0, 0, -0.45], radius_m: 0.05, turns: {turns}}}
+timing: {{mode: accelerated, speed_mps: 0.1}}
+inverse_kinematics: {{kind: geometry}}
+on_blind: warn
+"""
 
 
 @dataclass
@@ -50,6 +57,12 @@ class Browser:
         """Click a button once it can be clicked."""
         self.wait(lambda: self.find(name).is_enabled(), f"{name} stays disabled")
         self.find(name).click()
+
+    def open_file(self, path: Path) -> None:
+        """Give the browser a file of one's own, as its dialog would."""
+        place = "input[type=file]"
+        self.wait(lambda: self.driver.find_elements(By.CSS_SELECTOR, place), "no upload")
+        self.driver.find_element(By.CSS_SELECTOR, place).send_keys(str(path))
 
     def tab(self, name: str) -> None:
         """Turn to a tab."""
@@ -82,6 +95,9 @@ class Browser:
                 seen = "; ".join(one.text for one in latched if one.text)
                 pytest.fail(f"{otherwise if isinstance(otherwise, str) else otherwise()} {seen}")
             time.sleep(0.02)
+
+
+Open = Callable[..., Browser]
 
 
 @dataclass
@@ -170,7 +186,7 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebPage]:
 
 
 @pytest.fixture(scope="session")
-def chromium() -> Iterator[Callable[..., Browser]]:
+def chromium() -> Iterator[Open]:
     """Opens pages: `chromium(url, size)`. Skips where there is no Chromium."""
     binary, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if binary is None or driver is None:
@@ -196,3 +212,9 @@ def chromium() -> Iterator[Callable[..., Browser]]:
     yield make
     for one in opened:
         one.quit()
+
+
+@pytest.fixture(scope="module")
+def browser(simulated: WebPage, chromium: Open) -> Browser:
+    """The page at a desk, one for a file of tests."""
+    return chromium(simulated.url)

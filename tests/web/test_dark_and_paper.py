@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from tests.web.conftest import Browser, WebPage, switch_off
+from tests.web.conftest import Browser, Open, WebPage, switch_off
 
-Open = Callable[..., Browser]
 TABS = ("Robot", "Jobs", "Recordings")
 READABLE = 3.0
 """Contrast that WCAG 2.1 (1.4.11) asks of what is to be seen at all."""

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from selenium.webdriver.common.by import By
 
 from tests.web.conftest import (
+    CIRCLE,
     PHONE,
     Browser,
+    Open,
     WebPage,
     at_home,
     end_page,
@@ -18,27 +19,6 @@ from tests.web.conftest import (
     start_page,
     switch_off,
 )
-
-Open = Callable[..., Browser]
-CIRCLE = """name: little
-robot: {robot}
-path: {{shape: circle, centre_m: [0, 0, -0.45], radius_m: 0.05, turns: {turns}}}
-timing: {{mode: accelerated, speed_mps: 0.1}}
-inverse_kinematics: {{kind: geometry}}
-on_blind: warn
-"""
-
-
-@pytest.fixture(scope="module")
-def browser(simulated: WebPage, chromium: Open) -> Browser:
-    return chromium(simulated.url)
-
-
-def open_file(browser: Browser, path: Path) -> None:
-    """Give the browser a file of one's own, as its dialog would."""
-    place = "input[type=file]"
-    browser.wait(lambda: browser.driver.find_elements(By.CSS_SELECTOR, place), "no upload")
-    browser.driver.find_element(By.CSS_SELECTOR, place).send_keys(str(path))
 
 
 def platform_z_mm(browser: Browser) -> float:
@@ -65,9 +45,9 @@ def test_three_quick_presses_are_three_steps(browser: Browser, simulated: WebPag
 def test_a_file_of_ones_own_keeps_its_name(browser: Browser, tmp_path: Path) -> None:
     """In the list of files, and in what is said about it; the list leads back to it."""
     mine = tmp_path / "little circle.yaml"
-    mine.write_text(CIRCLE.format(robot="zhao-2023.yaml", turns="two"))
+    mine.write_text(CIRCLE.format(name="little", robot="zhao-2023.yaml", turns="two"))
     browser.tab("Jobs")
-    open_file(browser, mine)
+    browser.open_file(mine)
     browser.wait(lambda: browser.find("file").get_attribute("value") == mine.name
                  or mine.name in browser.find("file").find_element(By.XPATH, "..").text,
                  "the list still shows another file")  # fmt: skip
@@ -78,7 +58,9 @@ def test_a_file_of_ones_own_keeps_its_name(browser: Browser, tmp_path: Path) -> 
 def test_a_robot_of_ones_own_runs_its_job(chromium: Open, tmp_path: Path) -> None:
     """What `init` writes: a robot file and a job beside it, which the page shows first."""
     robot = patient_robot(tmp_path).rename(tmp_path / "my-delta.yaml")
-    (tmp_path / "my-circle.yaml").write_text(CIRCLE.format(robot=robot.name, turns=20))
+    (tmp_path / "my-circle.yaml").write_text(
+        CIRCLE.format(name="little", robot=robot.name, turns=20)
+    )
     (tmp_path / "another.yaml").write_text("robot: their-delta.yaml\n")
     page = start_page(tmp_path, "--simulate", "--robot", str(robot),
                       "--socket", str(tmp_path / "d.sock"))  # fmt: skip

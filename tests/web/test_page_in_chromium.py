@@ -6,7 +6,6 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,8 +13,10 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from tests.web.conftest import (
+    CIRCLE,
     PHONE,
     Browser,
+    Open,
     WebPage,
     at_home,
     end_page,
@@ -24,13 +25,6 @@ from tests.web.conftest import (
     switch_off,
 )
 from web.access.users import add_user
-
-Open = Callable[..., Browser]
-
-
-@pytest.fixture(scope="module")
-def browser(simulated: WebPage, chromium: Open) -> Browser:
-    return chromium(simulated.url)
 
 
 def test_a_heart_from_switching_on_to_the_stop(browser: Browser, simulated: WebPage) -> None:
@@ -86,14 +80,6 @@ def test_keys_jog_once_they_are_switched_on(browser: Browser, simulated: WebPage
     browser.press("jog-keys")
 
 
-JOB = """name: mine
-robot: zhao-2023.yaml
-path: {shape: circle, centre_m: [0, 0, -0.45], radius_m: 0.05, turns: 8}
-timing: {mode: accelerated, speed_mps: 0.1}
-inverse_kinematics: {kind: geometry}
-"""
-
-
 def test_going_to_a_point_and_a_job_of_ones_own_with_a_pause(
     browser: Browser, simulated: WebPage, tmp_path: Path
 ) -> None:
@@ -107,11 +93,9 @@ def test_going_to_a_point_and_a_job_of_ones_own_with_a_pause(
     browser.wait(lambda: near(platform_mm(browser), [5.0, 0.0, -445.0]), "it did not go there")
     browser.says("state", "ready")
     mine = tmp_path / "mine.yaml"
-    mine.write_text(JOB)
+    mine.write_text(CIRCLE.format(name="mine", robot="zhao-2023.yaml", turns=8))
     browser.tab("Jobs")
-    place = "input[type=file]"
-    browser.wait(lambda: browser.driver.find_elements(By.CSS_SELECTOR, place), "no upload")
-    browser.driver.find_element(By.CSS_SELECTOR, place).send_keys(str(mine))
+    browser.open_file(mine)
     browser.wait(lambda: "name: mine" in browser.text("text"), "the editor does not show it")
     browser.press("run")
     browser.says("job", "mine")
@@ -137,7 +121,7 @@ def test_what_follows_a_diagnosis_is_a_click_away(
              "components": ["motor2"]}  # fmt: skip
     (its / "diagnosis.json").write_text(json.dumps(found))
     (its / "corrected.yaml").write_text("name: better\n")
-    (its / "next.yaml").write_text(JOB.replace("mine", "telling"))
+    (its / "next.yaml").write_text(CIRCLE.format(name="telling", robot="zhao-2023.yaml", turns=8))
     (simulated.recordings / "asked.mcap").write_bytes(b"not a recording")
     send = {"behavior": "allow", "downloadPath": str(tmp_path)}
     browser.driver.execute_cdp_cmd("Browser.setDownloadBehavior", send)

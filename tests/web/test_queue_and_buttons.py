@@ -3,38 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 
-import pytest
 from selenium.webdriver.common.by import By
 
 from firmware_py.daemon.client import Client
-from tests.web.conftest import PHONE, Browser, WebPage, at_home, switch_off
-
-Open = Callable[..., Browser]
-JOB = """name: {name}
-robot: zhao-2023.yaml
-path: {{shape: circle, centre_m: [0, 0, -0.45], radius_m: 0.05, turns: {turns}}}
-timing: {{mode: accelerated, speed_mps: 0.1}}
-inverse_kinematics: {{kind: geometry}}
-on_blind: warn
-"""
-
-
-@pytest.fixture(scope="module")
-def browser(simulated: WebPage, chromium: Open) -> Browser:
-    return chromium(simulated.url)
+from tests.web.conftest import CIRCLE, PHONE, Browser, Open, WebPage, at_home, switch_off
 
 
 def run(browser: Browser, folder: Path, name: str, turns: int) -> None:
     """Open a job of one's own and run it."""
     path = folder / f"{name}.yaml"
-    path.write_text(JOB.format(name=name, turns=turns))
+    path.write_text(CIRCLE.format(name=name, robot="zhao-2023.yaml", turns=turns))
     browser.tab("Jobs")
-    place = "input[type=file]"
-    browser.wait(lambda: browser.driver.find_elements(By.CSS_SELECTOR, place), "no upload")
-    browser.driver.find_element(By.CSS_SELECTOR, place).send_keys(str(path))
+    browser.open_file(path)
     browser.wait(lambda: f"name: {name}" in browser.text("text"), "the editor does not show it")
     browser.press("run")
     browser.wait(lambda: browser.find("job").is_displayed(), "Run does not turn to the tab Robot")

@@ -20,7 +20,7 @@ CERTAIN = 0.995
 """A probability that would be rounded to all or nothing is said to lie above or below one percent
 of it: no engine knows its own mistakes better."""
 
-CHI_SQUARE = "chi-square, where chance alone makes up to about 10"
+CHI_SQUARE = "chi-square, where noise alone makes up to about 10"
 """The unit of what a fit gains or loses, with how to read it: 10 is what one or two sizes gain by
 chance in one recording of a few hundred."""
 
