@@ -60,7 +60,8 @@ class JobFile(StrictModel):
 def _clashes(sections: Mapping[str, Any]) -> Iterator[Clash]:
     """Where sections that are right by themselves contradict each other."""
     path, timing = sections.get("path"), sections.get("timing")
-    if path is None and isinstance(timing, Accelerated) and timing.duration_s is not None:
+    of_steps = "path" in sections and path is None
+    if of_steps and isinstance(timing, Accelerated) and timing.duration_s is not None:
         yield ("timing",), "duration_s is for one path; a job of steps needs speed_mps"
     if {"path", "steps"} <= sections.keys() and (path is None) == (sections["steps"] is None):
         yield (), "give either 'path' or 'steps'"

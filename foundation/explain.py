@@ -8,8 +8,8 @@ from collections.abc import Container, Sequence
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
-from pydantic.fields import FieldInfo
 
+from foundation.schema_keys import reason_of, valid_keys, where_known
 from foundation.yaml_tree import Location
 
 BOUNDS = (
@@ -31,6 +31,8 @@ LEAST_MM = 10.0
 """Lengths in metres, and speeds in m/s, from here on are rather mm."""
 MOST_IN_MM = 4
 """So many of them are written out in m."""
+EVIDENT, SIMILAR = 0.8, 0.5
+"""How alike a misspelt key and the one meant are, beyond doubt and for want of another."""
 _WITH_UNIT = re.compile(r"\s*([-+]?[.\d]+(?:[eE][-+]?\d+)?)\s*([a-z/]+)\s*")
 
 
@@ -93,8 +95,7 @@ def _explained(
     place = _place(found["loc"], in_file)
     kind = found["type"]
     if kind == "extra_forbidden":
-        valid = _valid_keys(model, found["loc"][:-1])
-        return place, f"unknown key{_nearest(str(place[-1]), valid)}"
+        return place, f"unknown key{_meant(model, found['loc'], place)}"
     if kind == "missing":
         part = found["loc"][-1]
         return place, f"item {part + 1} is missing" if isinstance(
@@ -193,63 +194,14 @@ def _short(value: object) -> str:
     return shown if len(shown) <= 60 else shown[:57] + "..."
 
 
-def _nearest(key: str, valid: list[str]) -> str:
-    close = difflib.get_close_matches(key, valid, n=1, cutoff=0.5)
-    if close:
-        return f"; did you mean '{close[0]}'?"
+def _meant(model: type[BaseModel], loc: Location, place: Location) -> str:
+    """What an unknown key may be: another name in its section, or a key of another section."""
+    key, valid = str(place[-1]), valid_keys(model, loc[:-1])
+    for least in (EVIDENT, SIMILAR):
+        close = difflib.get_close_matches(key, valid, n=1, cutoff=least)
+        if close:
+            return f"; did you mean '{close[0]}'?"
+        sections = tuple(str(part) for part in place[:-1] if isinstance(part, str))
+        if least == EVIDENT and (belongs := where_known(model, key, sections)):
+            return f" here; it belongs {belongs}"
     return f"; valid keys: {', '.join(valid)}" if valid else ""
-
-
-def _valid_keys(model: type[BaseModel], loc: Location) -> list[str]:
-    """Field names valid at `loc`, following nested models and tagged unions."""
-    candidates: list[Any] = [model]
-    for part in loc:
-        candidates = [inner for candidate in candidates for inner in _step_into(candidate, part)]
-    return sorted({name for found in candidates for name in getattr(found, "model_fields", {})})
-
-
-def reason_of(model: type[BaseModel], loc: Location) -> str | None:
-    """Why the value at `loc` is bounded: the description nearest to it, None where it has none."""
-    candidates: list[Any] = [model]
-    reason = None
-    for part in loc:
-        fields = [
-            candidate.model_fields[part]
-            for candidate in candidates
-            if part in getattr(candidate, "model_fields", {})
-        ]
-        if fields:
-            reason = next(filter(None, map(_reason, fields)), None)
-        candidates = [inner for candidate in candidates for inner in _step_into(candidate, part)]
-    return reason
-
-
-def _reason(annotated: Any) -> str | None:
-    """The description of a field, or of what its type is made of."""
-    own = annotated.description if isinstance(annotated, FieldInfo) else None
-    inner = annotated.annotation if isinstance(annotated, FieldInfo) else annotated
-    within = (*getattr(inner, "__metadata__", ()), *getattr(inner, "__args__", ()))
-    return own or next(filter(None, map(_reason, within)), None)
-
-
-def _step_into(candidate: Any, part: str | int) -> list[Any]:
-    fields = getattr(candidate, "model_fields", {})
-    if part in fields:
-        return _models_in(fields[part].annotation)
-    return [candidate] if _carries_tag(candidate, part) or isinstance(part, int) else []
-
-
-def _carries_tag(candidate: Any, part: str | int) -> bool:
-    """Whether `part` is the discriminator value (or class name) of this union member."""
-    if part == getattr(candidate, "__name__", None):
-        return True
-    for field in getattr(candidate, "model_fields", {}).values():
-        if part in getattr(field.annotation, "__args__", ()):
-            return True
-    return False
-
-
-def _models_in(annotation: Any) -> list[Any]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [found for inner in getattr(annotation, "__args__", ()) for found in _models_in(inner)]

@@ -55,7 +55,19 @@ WRONG_JOBS = [
     (HEART, "name: heart", "name:", "name: Input should be a valid string"),
     (HEART, "robot: zhao-2023.yaml", "", "'robot' is missing"),
     (MICRO, "speed_mps: 0.00377", "speed_mps: 0", "timing.speed_mps: Input should be greater"),
-    (MICRO, "speed_mps", "t_pwm_s", "timing.t_pwm_s: unknown key; valid keys: duration_s"),
+    (
+        MICRO,
+        "speed_mps",
+        "t_pwm_s",
+        "timing.t_pwm_s: unknown key here; it belongs to mode tog",
+    ),
+    (
+        HEART,
+        "turns: 1",
+        "repeats: 1",
+        "path.repeats: unknown key here; it belongs at the top l",
+    ),
+    (HEART, "repeats: 1", "t_pwm_s: 1", "t_pwm_s: unknown key here; it belongs in 'timing'"),
     (MICRO, "turns: 5", "turns: 0", "path: turns must not be 0"),
     (SPIRAL, "outer_radius_m: 0.12", "outer_radius_m: 0.02", "outer_radius_m must be larger"),
     (SURVEY, "[-20, 110]", "[110, -20]", "path: angle_deg must be [lowest, highest]"),
@@ -221,6 +233,13 @@ def test_contradictions_are_listed_with_mistakes_elsewhere(tmp_path, right, wron
     forearm, other = error.value.args
     assert "forarm_m" in forearm
     assert says in other
+
+
+def test_a_path_with_a_mistake_does_not_make_a_job_of_steps(tmp_path):
+    text = MICRO.replace("turns: 5", "turns: five").replace("speed_mps: 0.00377", "duration_s: 4")
+    message = refusal(tmp_path / "job.yaml", load_job, text)
+    assert "path.turns: Input should be a valid number" in message
+    assert "duration_s" not in message
 
 
 def test_a_section_with_a_mistake_contradicts_nothing(tmp_path):

@@ -39,7 +39,7 @@ def test_a_job_written_out_is_the_same_job() -> None:
     [
         ("{}", "timing: 't_pwm_s' is missing"),
         ("{t_pmw_s: 1}", "timing.t_pmw_s: unknown key; did you mean 't_pwm_s'?"),
-        ("{speed_mps: 1}", "timing.speed_mps: unknown key; valid keys: mode, t_pwm_s"),
+        ("{speed_mps: 1}", "timing.speed_mps: unknown key here; it belongs to mode accelerated"),
         ("{mode: fast}", "timing.mode: must be one of together, accelerated (got 'fast')"),
         ("{mode: }", "timing: 'mode' is empty"),
         (

@@ -159,7 +159,7 @@ def test_a_mistake_is_one_line(added: str, message: str | None) -> None:
         ),
         (
             "{shape: square, side_m: 1, radius_m: 1}",
-            "plan.yaml:2: outline.radius_m: unknown key; valid keys: corners, shape, side_m",
+            "plan.yaml:2: outline.radius_m: unknown key here; it belongs to shape round",
         ),
         (
             "{shape: round, radius_m: 3}",
