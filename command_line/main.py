@@ -83,6 +83,10 @@ foxglove.register(app)
 check_runs.register(app)
 
 
+INTERRUPTED = 130
+"""What Typer makes of Ctrl-C: 128 and the number of the signal, as shells have it."""
+
+
 def main() -> None:
     """Run the command line; used by the `deltactl` script."""
     if other := shadowed():
@@ -94,6 +98,8 @@ def main() -> None:
     one_thread_in_this_program()
     try:
         status = app(prog_name="deltactl", standalone_mode=False)
+        if status == INTERRUPTED:
+            print("deltactl: interrupted", file=sys.stderr)
         sys.exit(status if isinstance(status, int) else 0)
     except typer.TyperException as error:
         misused(error)

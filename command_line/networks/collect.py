@@ -85,12 +85,12 @@ def _by_jobs(
     socket: Path | None,
     show: Show,
 ) -> None:
+    from command_line.robot.follow import interrupted_between_sleeps
     from firmware_py.collecting.by_jobs import collect as run
     from firmware_py.collecting.settings import settings_of
     from firmware_py.controller.build import build_controller
     from firmware_py.daemon.client import Client, daemon_answers
     from firmware_py.machine import is_raspberry_pi
-    from foundation.clock import sleep_s
 
     if not simulate and daemon_answers(socket):
         with Client(socket) as client:
@@ -107,11 +107,11 @@ def _by_jobs(
         warn("No daemon, and this is not a Raspberry Pi: surveying the simulated robot.")
     controller = build_controller(path, simulated=True, realtime=False, recordings=out)
     try:
-        controller.power_on()
-        controller.home()
-        settings = settings_of(robot, "simulated", seed)
-        runner = _runner(controller, lambda s: sleep_s(controller.clock, s))
-        run(out, robot, path, settings, samples, runner, show)
+        with interrupted_between_sleeps(controller.clock) as sleep:
+            controller.power_on()
+            controller.home()
+            settings = settings_of(robot, "simulated", seed)
+            run(out, robot, path, settings, samples, _runner(controller, sleep), show)
     finally:
         controller.close()
 

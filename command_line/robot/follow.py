@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
 from command_line.output import errors, warn
 from firmware_py.controller.contract import JobResult, RobotController, Status
+from foundation.clock import Clock, sleep_s
 
 Sleep = Callable[[float], None]
 
@@ -48,3 +51,27 @@ def _draw(progress: Progress, bar: object, status: Status) -> None:
     left = "" if status.seconds_left is None else f"{status.seconds_left:.0f} s of robot time left"
     name = f"{status.state}: {status.job}" if status.job else status.state
     progress.update(bar, completed=status.progress, description=name, left=left)  # type: ignore[arg-type]
+
+
+@contextmanager
+def interrupted_between_sleeps(clock: Clock) -> Iterator[Sleep]:
+    """A sleep after which Ctrl-C or SIGTERM is raised as KeyboardInterrupt, and never within it.
+
+    On a virtual clock the robot's own loops run while the caller sleeps: an exception in one of
+    them would end it, and the robot could not decelerate.
+    """
+    asked: list[int] = []
+
+    def sleep(duration_s: float) -> None:
+        sleep_s(clock, duration_s)
+        if asked:
+            asked.clear()
+            raise KeyboardInterrupt
+
+    signals = (signal.SIGINT, signal.SIGTERM)
+    before = {one: signal.signal(one, lambda number, _: asked.append(number)) for one in signals}
+    try:
+        yield sleep
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -42,7 +43,7 @@ def stop_robot(reason: str, socket: Path | None) -> None:
 
 def show_status(watch: bool, json_out: bool, socket: Path | None) -> None:
     """Print the status once, or again and again until Ctrl-C."""
-    with Client(socket) as client:
+    with Client(socket) as client, suppress(KeyboardInterrupt):
         while True:
             status = client.status()
             if json_out:

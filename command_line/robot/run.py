@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import signal
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
 from command_line.output import print_json, say, waiting, warn
 from command_line.robot.check import say_covered
-from command_line.robot.follow import Sleep, follow
+from command_line.robot.follow import follow, interrupted_between_sleeps
 from command_line.robot.show import show_tracking, write_report
 from firmware_py.controller.contract import JobResult, Status
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.job_file import load_job
 from firmware_py.machine import is_raspberry_pi
 from firmware_py.robot_file import find
-from foundation.clock import Clock, sleep_s
 from foundation.errors import (
     ConfigError,
     DeltactlError,
@@ -151,34 +147,10 @@ def _in_this_process(
             controller.home(accept_unseen_deg)
         number = controller.submit(path, record)
         every_s = POLL_S if realtime else VIRTUAL_POLL_S
-        with _interrupted_between_sleeps(controller.clock) as sleep:
+        with interrupted_between_sleeps(controller.clock) as sleep:
             return follow(controller, number, sleep, every_s, quiet)
     finally:
         controller.close()
-
-
-@contextmanager
-def _interrupted_between_sleeps(clock: Clock) -> Iterator[Sleep]:
-    """A sleep after which Ctrl-C or SIGTERM is raised as KeyboardInterrupt, and never within it.
-
-    On a virtual clock the robot's own loops run while the caller sleeps: an exception in one of
-    them would end it, and the robot could not decelerate.
-    """
-    asked: list[int] = []
-
-    def sleep(duration_s: float) -> None:
-        sleep_s(clock, duration_s)
-        if asked:
-            asked.clear()
-            raise KeyboardInterrupt
-
-    signals = (signal.SIGINT, signal.SIGTERM)
-    before = {one: signal.signal(one, lambda number, _: asked.append(number)) for one in signals}
-    try:
-        yield sleep
-    finally:
-        for one, handler in before.items():
-            signal.signal(one, handler)
 
 
 def _show(result: JobResult, report: Path | None, json_out: bool, one_place: bool) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rich.live import Live
@@ -55,7 +55,7 @@ def _show(read, sleep, watch: bool, json_out: bool) -> None:  # type: ignore[no-
     if not watch:
         console.print(_table(read()))
         return
-    with Live(_table(read()), console=console) as live:
+    with suppress(KeyboardInterrupt), Live(_table(read()), console=console) as live:
         while True:
             sleep(EVERY_S)
             live.update(_table(read()))

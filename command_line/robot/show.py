@@ -10,7 +10,7 @@ from rich.table import Table
 
 from command_line.output import console, decimals, print_json, say, warn
 from firmware_py.run_report.report import write_report
-from firmware_py.run_report.tracking import RunTracking, robot_of, track
+from firmware_py.run_report.tracking import ENDED_EARLY, RunTracking, robot_of, track
 from models.robot import AXES
 from recording.reading.reader import read_run
 
@@ -24,6 +24,8 @@ def show_tracking(recording: Path, quiet: bool) -> dict[str, Any]:
     if not quiet:
         if any(min(one.samples) for one in tracking.all()):
             console.print(tracking_table(run.configuration.job_name, tracking))
+            if not tracking.whole:
+                say(ENDED_EARLY.format(tracking.on_path_s))
         else:
             say(
                 f"{run.configuration.job_name}: no readings between the first target of the path"

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from command_line.output import print_json, say, warn
-from command_line.robot.follow import follow
+from command_line.robot.follow import follow, interrupted_between_sleeps
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.contract import RobotController
 from firmware_py.controller.sensing.verify import Verification, verify
@@ -15,7 +15,6 @@ from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.job_file import load_job
 from firmware_py.machine import is_raspberry_pi
 from firmware_py.robot_file import RobotFile, find, load_robot
-from foundation.clock import sleep_s
 from foundation.errors import MotionError, ServiceError
 
 POLL_S = 0.1
@@ -50,8 +49,9 @@ def _simulated(robot_file: Path, robot: RobotFile, job: Path, quiet: bool) -> Ve
         robot_file, simulated=True, realtime=False, recordings=Path("recordings")
     )
     try:
-        controller.power_on()
-        return _verify(controller, robot, job, lambda s: sleep_s(controller.clock, s), quiet)
+        with interrupted_between_sleeps(controller.clock) as sleep:
+            controller.power_on()
+            return _verify(controller, robot, job, sleep, quiet)
     finally:
         controller.close()
 

@@ -14,7 +14,14 @@ from firmware_py.robot_file import RobotFile
 from firmware_py.run_report import curves
 from firmware_py.run_report.health import health_strip, sensor_health
 from firmware_py.run_report.servo import servo_section
-from firmware_py.run_report.tracking import RunTracking, Tracking, asked_path, robot_of, track
+from firmware_py.run_report.tracking import (
+    ENDED_EARLY,
+    RunTracking,
+    Tracking,
+    asked_path,
+    robot_of,
+    track,
+)
 from foundation.errors import RecordingError
 from models.robot import AXES
 from recording.reading.reader import read_run
@@ -72,6 +79,8 @@ def _warnings(run: Run, tracking: RunTracking) -> list[str]:
         found.append(paragraph("The recording has no end: it was cut off.", "warn"))
     if not tracking.windows_ns:
         found.append(paragraph("The path was never begun, so there are no errors.", "warn"))
+    elif not tracking.whole:
+        found.append(paragraph(f"{ENDED_EARLY.format(tracking.on_path_s)}.", "warn"))
     return found
 
 
@@ -83,8 +92,7 @@ def _facts(run: Run, robot: RobotFile, tracking: RunTracking) -> Iterable[tuple[
     if periods_s:
         yield "T_PWM", ", ".join(f"{period:g} s" for period in periods_s)
     yield "duration", f"{run.end_ns / 1e9:.2f} s"
-    on_path_ns = sum(end - start for start, end in tracking.windows_ns)
-    yield "on the path", f"{on_path_ns / 1e9:.2f} s"
+    yield "on the path", f"{tracking.on_path_s:.2f} s"
     yield "targets", f"{len(run.targets.t_ns)}"
     sent = "set-points passed" if len(run.servo.t_ns) else "step edges sent"
     yield sent, f"{int((run.edges.steps != 0).any(axis=1).sum())}"

@@ -18,6 +18,8 @@ from recording.reading.run import Run, Targets
 from recording.tables.rounds import gather
 
 JOINT_SHAPES = frozenset({"survey", "joints"})
+ENDED_EARLY = "The path was not run to its end: errors are of the {:.1f} s that were run"
+PATH_EVENTS = ("path_start", "path_end")
 _NS = 1e-9
 
 
@@ -76,6 +78,13 @@ class RunTracking:
     truth: Tracking | None
     measured: Tracking | None
     commanded: Tracking | None
+    whole: bool = True
+    """Whether the path was run to its end."""
+
+    @property
+    def on_path_s(self) -> float:
+        """How long the path was followed."""
+        return sum(end - start for start, end in self.windows_ns) * _NS
 
     def all(self) -> list[Tracking]:
         """Those there are."""
@@ -101,6 +110,12 @@ def path_windows(run: Run) -> tuple[tuple[int, int], ...]:
     if start_ns is not None:
         windows.append((start_ns, max(start_ns, run.end_ns)))
     return tuple(windows)
+
+
+def ran_to_its_end(run: Run) -> bool:
+    """Whether the last path that was begun was also done; one not begun is no partial one."""
+    last = next((one for one in reversed(run.events) if one.kind in PATH_EVENTS), None)
+    return last is None or (last.kind == "path_end" and last.text == "done")
 
 
 def asked_path(run: Run, robot: RobotFile) -> Run:
@@ -146,7 +161,7 @@ def track(run: Run, robot: RobotFile) -> RunTracking:
         meant_m = positions_of_counts(robot, run.targets.steps)
         error_m = meant_m - run.targets.position_m
         commanded = _against(run, windows_ns, "commanded", seconds(run.targets.t_ns), error_m)
-    return RunTracking(windows_ns, truth, measured, commanded)
+    return RunTracking(windows_ns, truth, measured, commanded, ran_to_its_end(run))
 
 
 def seconds(t_ns: Int64Array) -> FloatArray:

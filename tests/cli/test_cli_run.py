@@ -97,13 +97,14 @@ def test_an_interrupted_run_decelerates_and_ends(tmp_path: Path, word: int) -> N
     run = subprocess.Popen(
         [sys.executable, "-m", "command_line.main", "run", "long.yaml", "--simulate",
          "--record", str(recording)],
-        cwd=tmp_path, stderr=subprocess.PIPE, text=True,
+        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     while not recording.exists() or recording.stat().st_size < 200_000:
         assert run.poll() is None
         time.sleep(0.02)
     run.send_signal(word)
-    _, said = run.communicate(timeout=60.0)
+    table, said = run.communicate(timeout=60.0)
     assert run.returncode == 2
     assert "ended as cancelled" in said
+    assert "The path was not run to its end: errors are of the" in table
     assert read_run(recording).complete
