@@ -8,11 +8,12 @@ from functools import partial
 from pathlib import Path
 
 from diagnosis.admission.excerpt import excerpt, excerpts, most_rows, thinned
+from diagnosis.admission.joint_ranges import check_arm_angles, far_for_a_joint
 from diagnosis.admission.robot_match import check_belongs
 from diagnosis.admission.step_counts import check_steps
 from diagnosis.answer.records import Diagnosis
 from diagnosis.estimation.side_by_side import only_here
-from diagnosis.observations.machine_kind import of_another_kind
+from diagnosis.observations.machine_kind import of_another_kind, refuse_several_motors
 from diagnosis.pipelines.lone_machine import diagnose_axis
 from diagnosis.pipelines.nonlinear import diagnose_model
 from diagnosis.pipelines.servo_robot import diagnose_servo_robot, is_servo_run
@@ -89,13 +90,18 @@ def diagnose_recordings(
     holdout = excerpts(holdout, most_rows(belief))
     for recording in (*recordings, *holdout):
         check_steps(belief, recording, motion_limits)
+        check_arm_angles(belief, recording)
+        refuse_several_motors(belief, recording)
     try:
         answer = _diagnosed(
             belief, recordings, holdout, only_here(progress), motion_limits, thorough
         )
     except MissingColumns as error:
         raise _of_another_kind(error, belief, [*recordings, *holdout]) from None
-    return told(answer.model_copy(update={"thinned": thinned(recordings)}))
+    doubts = [one for recording in recordings for one in far_for_a_joint(belief, recording)]
+    says = [*doubts, *answer.says] if answer.says else []
+    update = {"thinned": thinned(recordings), "doubts": doubts, "says": says}
+    return told(answer.model_copy(update=update))
 
 
 def _diagnosed(

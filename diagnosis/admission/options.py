@@ -25,6 +25,9 @@ class AdmissionOptions:
     half_round_deg: float = 170.0
     """How far an arm may turn to either side where the robot file has no limits: half round, less
     what the base takes."""
+    most_of_arms: float = 0.99
+    """Share of the readings of an arm's angle that must lie within its limits: single readings go
+    astray, a wrong unit is wrong everywhere."""
     times_s: tuple[float, float] = (2e-5, 15.0)
     """Between a lone machine's samples: 50 000 a second are more than any drive logs, and steps of
     more than 15 s are milliseconds."""

@@ -311,6 +311,8 @@ class Diagnosis(_Record):
     """Recordings of which only stretches were used."""
     not_read: list[str] = Field(default_factory=list)
     """Why parts of the recording (torques) were left aside."""
+    doubts: list[str] = Field(default_factory=list)
+    """What of the recording looks like another unit than the one it was read in."""
     next_experiment: NextExperiment | None = None
     open_ties: list[OpenTie] = Field(default_factory=list)
     not_testable: list[NotTestable] = Field(default_factory=list)

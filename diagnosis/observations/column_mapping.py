@@ -28,9 +28,17 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from diagnosis.observations.column_names import UNIT_OF, read_name
+from diagnosis.observations.column_names import (
+    LINEAR,
+    PULLING,
+    ROTARY,
+    SPEEDS,
+    TIMES,
+    UNIT_OF,
+    unit_said,
+)
 from diagnosis.observations.readings import FloatArray
-from diagnosis.observations.unit_doubts import doubt
+from diagnosis.observations.unit_doubts import doubt, of_counts
 from foundation.errors import ConfigError, RecordingError
 from foundation.explain import explain
 from foundation.strict_yaml import Document, StrictModel
@@ -45,9 +53,6 @@ IN_SI = {
     "rad/s": 1.0, "deg/s": np.pi / 180.0, "m/s": 1.0, "mm/s": 1e-3, "rpm": np.pi / 30.0,
 }  # fmt: skip
 """Units by their size in the contract's."""
-ROTARY_SPEEDS, LINEAR_SPEEDS = ("rad/s", "deg/s", "rpm"), ("m/s", "mm/s")
-SPEEDS = (*ROTARY_SPEEDS, *LINEAR_SPEEDS)
-"""Of `velocity` alone."""
 STANDS_IN = {
     "t": "rate_hz (rows are evenly spaced), or any time column with its unit",
     "command": "effort, with `inertia` in the robot file",
@@ -159,12 +164,14 @@ def read_mapped(
             continue
         column = named_column(path, table, name, source)
         used.add(column)
-        unit = unit_of(column, source)
+        unit = unit_of(path, column, name, source)
         if IN_SI[unit] != IN_SI[source.unit]:
             tell(f"{path.name}: {name} is read in {unit}, as the heading '{column}' says")
-        said = source.unit != "1" or source.scale != 1.0
-        if not said and unit == "1" and (why := doubt(name, column, table[column])):
-            tell(f"{path.name}: {why}")
+        if "scale" not in source.model_fields_set:
+            if why := of_counts(name, column, unit, table[column]):
+                raise RecordingError(f"{path}: {why}")
+            if why := doubt(name, column, unit, table[column]):
+                tell(f"{path.name}: {why}")
         factor = source.scale * IN_SI[unit]
         named[name] = table[column] * factor + source.offset
     for name, values in table.items():
@@ -224,11 +231,33 @@ def named_column(path: Path, table: AnyMapping[str, AnyArray], name: str, source
     return alike[0]
 
 
-def unit_of(column: str, source: Source) -> str:
-    """The unit that was given; else that in brackets in the heading, where it is a known one."""
-    if "unit" in source.model_fields_set or source.scale != 1.0:
+def unit_of(path: Path, column: str, name: str, source: Source) -> str:
+    """The unit that was given; else the one that the heading says.
+
+    Raises RecordingError where both are said and are not the same. A factor that was given, 1 too,
+    is taken as it stands.
+    """
+    heading = unit_said(column, name)
+    if "scale" in source.model_fields_set:
         return source.unit
-    return read_name(column).unit or "1" if without_unit(column) != column else "1"
+    if "unit" not in source.model_fields_set:
+        return heading or "1"
+    if heading is not None and _contradict(heading, source.unit):
+        plain = without_unit(column)
+        raise RecordingError(
+            f"{path}: {name} is given in {source.unit}, and the heading '{column}' says {heading};"
+            f' type --set "{name}={plain}[{heading}]", or, where the heading is wrong,'
+            f' --set "{name}={plain}[{source.unit}]*1"'
+        )
+    return source.unit
+
+
+def _contradict(heading: str, given: str) -> bool:
+    """Whether two units differ in size; a single letter (theta_m: of the motor) may be no unit."""
+    if IN_SI[heading] == IN_SI[given]:
+        return False
+    alike = any(heading in units and given in units for units in (TIMES, ROTARY, LINEAR, PULLING))
+    return alike or len(heading) > 1
 
 
 def without_unit(name: str) -> str:
@@ -271,15 +300,15 @@ def _source(option: str) -> Source:
         raise ConfigError(f"--set {option}: {no_unit(unit)}")
     if unit in SPEEDS and match["name"] != "velocity":
         raise ConfigError(f"--set {option}: {unit} is a unit of velocity, not of {match['name']}")
-    given = {} if match["unit"] is None else {"unit": unit}
-    scale = 1.0 if match["scale"] is None else _number(match["scale"], option)
+    given: dict[str, Any] = {} if match["unit"] is None else {"unit": unit}
+    scale = 1.0
+    if match["scale"] is not None:
+        given["scale"] = scale = _number(match["scale"], option)
     offset = 0.0 if match["offset"] is None else _number(match["offset"], option)
     try:
         return Source(value=float(match["from"]) * scale * IN_SI[unit] + offset)
     except ValueError:
-        return Source.model_validate(
-            {"from": match["from"].strip(), "scale": scale, "offset": offset, **given}
-        )
+        return Source.model_validate({"from": match["from"].strip(), "offset": offset, **given})
 
 
 def _number(text: str, option: str) -> float:

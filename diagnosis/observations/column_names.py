@@ -42,6 +42,22 @@ UNIT_WORDS: dict[str, str] = {
 }  # fmt: skip
 """Unit of a mapping -> how it is written in names, in lower case."""
 UNIT_OF = {word: unit for unit, words in UNIT_WORDS.items() for word in words.split()}
+TIMES, ROTARY = ("s", "ms", "us", "ns", "min"), ("rad", "mrad", "deg", "turn")
+LINEAR = ("m", "mm", "cm", "um", "inch")
+ROTARY_SPEEDS, LINEAR_SPEEDS = ("rad/s", "deg/s", "rpm"), ("m/s", "mm/s")
+SPEEDS = (*ROTARY_SPEEDS, *LINEAR_SPEEDS)
+"""Of `velocity` alone."""
+PULLING = ("N", "mN", "Nm", "mNm", "Ncm")
+UNITS_OF: dict[str, tuple[str, ...]] = {
+    "t": TIMES,
+    **dict.fromkeys(("command", "position", "theta"), (*ROTARY, *LINEAR)),
+    **dict.fromkeys(("pos", "range", "distance"), LINEAR),
+    "velocity": SPEEDS,
+    "effort": (*PULLING, "A", "mA"),
+    "load": PULLING,
+    **dict.fromkeys(("current", "disturbance"), ("A", "mA")),
+}
+"""What each kind of column is measured in; of a position only the machine says if it turns."""
 ROLES_IN_NAMES = frozenset(ROLE_OF)
 PULLS = frozenset(
     [
@@ -62,6 +78,8 @@ PULLS = frozenset(
 )
 """Words of what pulls or drives, in names of columns that are not used."""
 _BRACKETED = re.compile(r"\s*[\[(]\s*([^\])]+?)\s*[\])]\s*$")
+_MILLI = re.compile(r"(?<![A-Za-z])(mA|mN|mNm)$")
+"""Units in which a capital begins no word."""
 _NUMBERED = re.compile(r"^(.*?)(?:_?(?=[0-3])|_(?=[xyz]))([0-3xyz])$")
 
 
@@ -80,10 +98,10 @@ def read_name(name: str, unit_line: str = "") -> Named:
     if bracketed := _BRACKETED.search(name):
         unit = unit or UNIT_OF.get(bracketed[1].lower())
         name = name[: bracketed.start()]
-    plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name.strip())
+    plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", _MILLI.sub(lambda at: at[0].lower(), name.strip()))
     words = [word for word in re.split(r"[^0-9a-zµ°]+", plain.lower()) if word]
-    if len(words) > 1 and words[-1] in UNIT_OF:
-        unit = unit or UNIT_OF[words.pop()]
+    words, ending = _without_unit(words)
+    unit = unit or ending
     role, index = _role(words), None
     numbered = _NUMBERED.match("_".join(words))
     if numbered and numbered[1]:
@@ -91,6 +109,30 @@ def read_name(name: str, unit_line: str = "") -> Named:
         if (stemmed := _role(stem)) is not None:
             role, index = stemmed, numbered[2]
     return Named(role, unit, index)
+
+
+def _without_unit(words: list[str]) -> tuple[list[str], str | None]:
+    """Words less a unit at their end, as in q_deg, dq_rad_s and dq_mm_per_s; and the unit."""
+    for end in (["per", "s"], ["s"]):
+        stem = words[: -len(end)]
+        if words[-len(end) :] == end and len(stem) > 1 and stem[-1] in UNIT_OF:
+            speed = f"{UNIT_OF[stem[-1]]}/s"
+            if speed in UNIT_WORDS:
+                return stem[:-1], speed
+    if len(words) > 1 and words[-1] in UNIT_OF:
+        return words[:-1], UNIT_OF[words[-1]]
+    return words, None
+
+
+def unit_said(heading: str, name: str) -> str | None:
+    """The unit that a heading says of a column of the contract; None where it says none that such
+    a column has, as `_s` of a position.
+    """
+    unit = read_name(heading).unit
+    role = re.sub(r"_[123xyz]$", "", name)
+    if role == "velocity" and unit is not None:
+        unit = f"{unit}/s" if f"{unit}/s" in UNIT_WORDS else unit
+    return unit if unit in UNITS_OF.get(role, ()) else None
 
 
 def pulls(name: str) -> bool:

@@ -94,7 +94,7 @@ class Inspection:
             plain = without_unit(source.from_)
             alike = [column for column in self.table if without_unit(column) == plain]
             unit = f"[{source.unit}]" if IN_SI[source.unit] != 1.0 else ""
-            scale = f"*{source.scale:.12g}" if source.scale != 1.0 else ""
+            scale = f"*{source.scale:.12g}" if "scale" in source.model_fields_set else ""
             offset = f"{source.offset:+.12g}" if source.offset else ""
             where = plain if len(alike) == 1 else source.from_
             said.append(f"{name}={where}{unit}{scale}{offset}")
@@ -108,6 +108,7 @@ class Inspection:
         """The mapping as a file for `--columns`."""
         columns = {
             name: source.model_dump(by_alias=True, exclude_defaults=True)
+            | ({"scale": source.scale} if "scale" in source.model_fields_set else {})
             for name, source in self.mapping.columns.items()
         }
         plain: dict[str, Any] = {"columns": columns}
@@ -185,7 +186,8 @@ def inspect_table(
     kind, motion, why = kind_of(guesses, [name for name in known if name not in guesses])
     columns = {
         guess.name: Source.model_validate(
-            {"from": name, "unit": guess.unit or "1", "scale": guess.scale}
+            {"from": name, "unit": guess.unit or "1"}
+            | ({"scale": guess.scale} if guess.scale != 1.0 else {})
         )
         for name, guess in sorted(guesses.items(), key=lambda one: list(UNITS).index(one[1].name))
     }
@@ -197,7 +199,7 @@ def inspect_table(
     columns |= {
         name: one
         for name, one in said.items()
-        if one.from_ is None or one.scale != 1.0 or one.offset
+        if one.from_ is None or "scale" in one.model_fields_set or one.offset
     }
     if base.heading and not named:
         base, columns = _headed(base, columns)
@@ -226,7 +228,7 @@ def _as_said(
         column = named_column(path, table, name, source)
         numbered = _LAST.fullmatch(name)
         role, index = (numbered[1], numbered[2]) if numbered else (name, None)
-        said_unit = unit_of(column, source)
+        said_unit = unit_of(path, column, name, source)
         unit = None if said_unit == "1" else said_unit
         sure[column] = Guess(column, role, index, unit, "as you say", source.scale)
     names = {guess.name for guess in sure.values()}

@@ -7,13 +7,15 @@ from collections.abc import Mapping, Sequence
 
 from diagnosis.observations.column_guess import Guess, guess_columns
 from diagnosis.observations.column_mapping import without_unit
-from diagnosis.observations.column_names import pulls, read_name
-from diagnosis.observations.unit_doubts import LINEAR, ROTARY
-from foundation.errors import MissingColumns
-from models.robot import RobotModel
+from diagnosis.observations.column_names import LINEAR, ROTARY, pulls, read_name
+from diagnosis.observations.needed_columns import first_of
+from foundation.errors import MissingColumns, RecordingError
+from models.robot import DeltaRobot, RobotModel
 from recording.tables.flat import UNITS, FlatRecording
 
 COMMANDED = ("command", "position")
+OF_MOTORS = ("command", "theta", "steps")
+"""What several motors have each, with their number."""
 
 
 def of_another_kind(
@@ -32,12 +34,36 @@ def of_another_kind(
     kind, _, why = kind_of(guesses, [])
     if kind is None or kind == robot.kind:
         return error
-    return MissingColumns(
-        f"{error}. It looks like a table of a {kind} ({why}), and the robot file describes a"
+    return MissingColumns(f"{error}. It {_looks_like(kind, why, robot, recording)}")
+
+
+def _looks_like(kind: str, why: str, robot: RobotModel, recording: FlatRecording) -> str:
+    """Which kind of machine a table is of and what to type, after the table's name."""
+    return (
+        f"looks like a table of a {kind} ({why}), and the robot file describes a"
         f" {robot.kind}. To look at it, type: deltactl diagnose {shlex.quote(recording.source)}"
         f" --inspect; to describe such a machine: deltactl init my-{kind.replace('_', '-')}.yaml"
         f" --kind {kind}"
     )
+
+
+def refuse_several_motors(robot: RobotModel, recording: FlatRecording) -> None:
+    """Refuse motors beside the first where the robot file knows one axis. Raises RecordingError.
+
+    Columns without a number, which somebody chose, are those of the axis.
+    """
+    named = "position" in recording.columns and {"command", "effort"} & set(recording.columns)
+    if isinstance(robot, DeltaRobot) or named:
+        return
+    others = [f"{stem}_{motor}" for stem in OF_MOTORS for motor in (2, 3)]
+    there = [name for name in others if first_of(recording, [name])]
+    listed = ", ".join(there)
+    if there:
+        raise RecordingError(
+            f"{recording.source}: {_looks_like('delta', f'it has {listed}', robot, recording)}. To"
+            " diagnose one of its motors alone, choose the columns: --set command=COLUMN[unit]"
+            " --set position=COLUMN[unit]"
+        )
 
 
 def kind_of(

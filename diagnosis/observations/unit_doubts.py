@@ -1,4 +1,4 @@
-"""What looks like another unit than the one a column was read in, where nobody said the unit."""
+"""What looks like another unit than the one a column was read in."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from diagnosis.observations.column_names import LINEAR, ROTARY
+from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
 
 TURNS_RAD = 4.0 * np.pi
@@ -13,26 +15,59 @@ TURNS_RAD = 4.0 * np.pi
 LONG_STEP_S = 2.0
 """Whole steps of time from here on are more often ms or us."""
 ANGULAR = ("command", "position", "theta")
-ROTARY, LINEAR = ("rad", "mrad", "deg", "turn"), ("m", "mm", "cm", "um", "inch")
 
 
-def doubt(name: str, column: str, values: FloatArray) -> str:
-    """A sentence for a column read in the contract's unit; empty where it looks right."""
+def doubt(name: str, column: str, unit: str, values: FloatArray) -> str:
+    """A sentence for values (n,) that look like another unit; empty where they look right.
+
+    unit: in which the column was read, 1 where nobody said one.
+    """
     known = values[np.isfinite(values)]
-    if name == "t" and len(known) > 1:
+    if name == "t" and unit == "1" and len(known) > 1:
         step_s = float(np.median(np.diff(known)))
         if step_s >= LONG_STEP_S and bool((known == np.round(known)).all()):
             return (
                 f't was read in s, in steps of {step_s:g} s; if it is in ms, --set "t={column}[ms]"'
             )
-    if name.split("_")[0] in ANGULAR and len(known):
+    if name.split("_")[0] in ANGULAR and unit in ("1", "rad") and len(known):
         farthest = float(np.max(np.abs(known)))
-        if farthest > TURNS_RAD:
+        if farthest > TURNS_RAD * (1.0 if unit == "1" else GUESSES.said_factor):
+            read = "rad (or m)" if unit == "1" else f"rad ({turns(farthest)})"
             return (
-                f"{name} was read in rad (or m), up to {farthest:.4g}; if it is in degrees,"
+                f"{name} was read in {read}, up to {farthest:.4g}; if it is in degrees,"
                 f' --set "{name}={column}[deg]"'
             )
     return ""
+
+
+def turns(angle_rad: float) -> str:
+    """An angle [rad] as turns."""
+    return f"{angle_rad / (2.0 * np.pi):.3g} turns"
+
+
+def counts_like(values: FloatArray) -> bool:
+    """Whether values (n,) are whole numbers beyond a turn of degrees, as an encoder counts."""
+    known = values[np.isfinite(values)]
+    return bool(
+        len(known)
+        and (known == np.round(known)).all()
+        and np.max(np.abs(known)) > GUESSES.least_counts
+    )
+
+
+def of_counts(name: str, column: str, unit: str, values: FloatArray) -> str:
+    """Why readings (n,) given in degrees are refused as counts; empty where they are none.
+
+    Commands may be whole degrees over many turns, readings of an angle hardly ever are.
+    """
+    if unit != "deg" or name.split("_")[0] not in ("position", "theta") or not counts_like(values):
+        return ""
+    return (
+        f"{name} is given in degrees, and '{column}' has only whole numbers, up to"
+        f" {np.nanmax(np.abs(values)):g}: these look like counts of an encoder. If it has 4096 a"
+        f' turn, type --set "{name}={column}*{GUESSES.count_rad}" (the rad of one count; the same'
+        f' for the command, if that is counted too); if they are degrees, "{name}={column}[deg]*1"'
+    )
 
 
 def other_motion(units: Mapping[str, str], motion: str) -> str:

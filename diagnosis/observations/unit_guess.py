@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.observations.column_guess import Guess
-from diagnosis.observations.column_mapping import IN_SI, LINEAR_SPEEDS, ROTARY_SPEEDS, SPEEDS
+from diagnosis.observations.column_mapping import IN_SI
+from diagnosis.observations.column_names import LINEAR, LINEAR_SPEEDS, ROTARY, ROTARY_SPEEDS, SPEEDS
 from diagnosis.observations.needed_columns import travel
 from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
 from diagnosis.observations.slope import slope_ratio
-from diagnosis.observations.unit_doubts import ANGULAR, LINEAR, ROTARY
+from diagnosis.observations.unit_doubts import ANGULAR, counts_like, of_counts, turns
 
 RATIOS: tuple[tuple[float, str, str], ...] = (
     (1.0 / IN_SI["deg"], "deg", "rad"), (1.0 / IN_SI["mm"], "mm", "m"),
@@ -42,6 +43,7 @@ def with_units(
     guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
 ) -> tuple[dict[str, Guess], list[str]]:
     """Guesses with a unit where the values tell one, and what to be warned of."""
+    guesses = {name: _per_second(guess) for name, guess in guesses.items()}
     out, warnings = dict(guesses), list[str]()
     for name, guess in guesses.items():
         values = table[name]
@@ -58,6 +60,12 @@ def with_units(
     warnings += _pairs(out, table)
     warnings += _of_slope(out, table)
     return out, warnings
+
+
+def _per_second(guess: Guess) -> Guess:
+    """A velocity whose heading names the unit of its way: dq_deg is in deg/s."""
+    speed = f"{guess.unit}/s"
+    return replace(guess, unit=speed) if guess.role == "velocity" and speed in SPEEDS else guess
 
 
 def _alike(guess: Guess, guesses: Mapping[str, Guess]) -> list[str]:
@@ -106,22 +114,26 @@ def _of_motion(guess: Guess, values: FloatArray) -> tuple[Guess, str]:
         if linear and largest > GUESSES.longest_m:
             return replace(guess, unit="mm"), f"{guess.source}: up to {largest:g}, taken for mm"
         if not linear and largest > GUESSES.widest_rad:
-            whole = bool((values[np.isfinite(values)] % 1.0 == 0.0).all())
-            if whole and largest > GUESSES.least_counts:
+            if counts_like(values):
                 return replace(guess, unit="rad", scale=GUESSES.count_rad), (
                     f"{guess.source}: whole numbers up to {largest:g}, taken for encoder counts,"
                     f" 4096 a turn; if it has others, put what one is [rad] in place of"
                     f" {GUESSES.count_rad} into the command below"
                 )
+            other = "; if it is mm, put [mm] in place of [deg] into the command below"
+            if guess.index is not None:
+                other = ", as all angles of the arms"  # which no machine has in mm
             return replace(guess, unit="deg"), (
-                f"{guess.source}: up to {largest:g}, taken for degrees; if it is mm, put"
-                " [mm] in place of [deg] into the command below"
+                f"{guess.source}: up to {largest:g}, taken for degrees{other}"
             )
         return guess, ""
     if guess.unit == "rad" and largest > GUESSES.said_factor * GUESSES.widest_rad:
-        return guess, f"{guess.source}: is said to be rad and goes up to {largest:g}; degrees?"
+        far = f"{largest:g} ({turns(largest)})"
+        return guess, f"{guess.source}: is said to be rad and goes up to {far}; degrees?"
     if guess.unit == "m" and largest > GUESSES.longest_m:
         return guess, f"{guess.source}: is said to be m and goes up to {largest:g}; millimetres?"
+    if guess.unit is not None and (why := of_counts(guess.name, guess.source, guess.unit, values)):
+        return guess, why
     if guess.unit == "deg" and largest < GUESSES.narrowest_deg:
         return guess, f"{guess.source}: is said to be deg and stays below {largest:.3g}; radians?"
     return guess, ""

@@ -103,7 +103,7 @@ def _another_run(columns: Columns) -> None:
         (_empty_cells, "nothing observed"),
         (_constant, "never changes"),
         (_thousandfold, "must be in m"),
-        (_degrees, "do not belong together"),
+        (_degrees, "look like degrees"),
         (_still, "nothing moves"),
         (_nothing_commanded, "steps_1..3"),
         (_another_run, "do not belong together"),

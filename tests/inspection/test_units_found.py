@@ -91,7 +91,7 @@ def test_a_velocity_in_the_unit_of_its_position_passes() -> None:
     check_velocity([from_columns({"t": T_S, "position": ANGLE, "velocity": 1.05 * SPEED}, "a")])
 
 
-def test_the_unit_in_the_heading_counts_unless_another_is_given(tmp_path: Path) -> None:
+def test_the_unit_in_the_heading_counts_unless_a_factor_is_given(tmp_path: Path) -> None:
     path = write(tmp_path / "a.csv", "t,Ist [deg],Soll (deg)", T_S, ANGLE, ANGLE)
     told: list[str] = []
     read = read_mapped(path, load_mapping(None, ["position=Ist", "command=Soll"]), told.append)
@@ -101,7 +101,7 @@ def test_the_unit_in_the_heading_counts_unless_another_is_given(tmp_path: Path) 
         "a.csv: position is read in deg, as the heading 'Ist [deg]' says",
         "a.csv: command is read in deg, as the heading 'Soll (deg)' says",
     ]
-    for option, factor in (("position=Ist[rad]", 1.0), ("position=Ist*0.5", 0.5)):
+    for option, factor in (("position=Ist[rad]*1", 1.0), ("position=Ist*0.5", 0.5)):
         other = read_mapped(path, load_mapping(None, [option]), told.append)
         np.testing.assert_allclose(other.column("position"), factor * ANGLE, atol=1e-6)
     assert len(told) == 2
@@ -112,7 +112,7 @@ def test_degrees_and_milliseconds_that_nobody_said_are_asked_about(tmp_path: Pat
     told: list[str] = []
     read_mapped(path, load_mapping(None, ["t=ms", "position=q"]), told.append)
     assert [line.rsplit("--set ")[1] for line in told] == ['"t=ms[ms]"', '"position=q[deg]"']
-    read_mapped(path, load_mapping(None, ["t=ms[ms]", "position=q[rad]"]), told.append)
+    read_mapped(path, load_mapping(None, ["t=ms[ms]", "position=q[deg]"]), told.append)
     read_mapped(path, load_mapping(None, ["t=ms*0.001", "position=q*0.0001"]), told.append)
     assert len(told) == 2
 

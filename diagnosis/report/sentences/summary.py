@@ -108,6 +108,7 @@ def _enters(finding: Finding) -> str:
 
 def _summary(diagnosis: Diagnosis, robot: RobotModel | None) -> Iterator[tuple[str, str]]:
     yield "head", headline(diagnosis)
+    yield from (("", f"Look at this first: {line}") for line in diagnosis.doubts)
     if do := remedies(diagnosis, robot):
         yield "head", "Do this"
         yield from (("", f"- {line}") for line in do)
