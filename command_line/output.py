@@ -89,11 +89,6 @@ def facts(title: str, rows: list[tuple[str, str]]) -> Table:
     return table
 
 
-def times(count: int) -> str:
-    """'once', '3 times'."""
-    return "once" if count == 1 else f"{count} times"
-
-
 def millimetres(value_m: float) -> str:
     """A length for people."""
     return "-" if not math.isfinite(value_m) else f"{value_m * 1e3:.{decimals([value_m])}f} mm"

@@ -13,6 +13,8 @@ from firmware_py.planner.plan import Plan
 from firmware_py.planner.stream import MotionStream
 from firmware_py.program.instructions import Leaf, Move, Program, visit
 from foundation.clock import NS_PER_S
+from models.linkage import Linkage, jacobian
+from models.robot import AXES, FloatArray
 from repair.coverage import coverage
 from repair.limit import MOST_S, Limit, limit_of
 
@@ -41,6 +43,20 @@ def limit_of_program(program: Program, job_path: Path) -> Limit | str:
             left_s -= MotionStream(plan, counts).end_ns / NS_PER_S
             found.append((limit, float(moves.targets[id(plan)])))
     return _together(found) if found else IN_ANGLES
+
+
+def microstep_m(program: Program) -> FloatArray:
+    """How far one microstep of every arm moves the platform at most in x, y and z, (3,) [m].
+
+    Where it moves it farthest on any of the paths.
+    """
+    linkage = Linkage.of(program.robot.geometry)
+    farthest = np.zeros(len(AXES))
+    for plan in program.plans():
+        lap = plan.first.lap
+        moved = np.abs(jacobian(linkage, lap.angles_rad, lap.position_m)).sum(axis=-1)
+        farthest = np.maximum(farthest, np.nanmax(moved, axis=0, initial=0.0))
+    return farthest * program.robot.drive.rad_per_step
 
 
 @dataclass

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from command_line.output import console, duration, facts, millimetres, print_json, say, times, warn
+from command_line.output import console, duration, facts, millimetres, print_json, say, warn
 from firmware_py.feedback.reach import farthest_m as farthest_m_of
 from firmware_py.planner.check import home_counts
 from firmware_py.planner.summary import CheckSummary
@@ -12,10 +12,10 @@ from firmware_py.program.dry_run import program_of
 from firmware_py.program.instructions import Program
 from firmware_py.program.totals import summarise_program
 from firmware_py.robot_file import find, load_robot
-from models.robot import DeltaRobot, per_arm
+from models.robot import AXES, FloatArray
 from repair.coverage import Coverage, coverage_of
 from repair.limit import Limit
-from repair.program_limit import limit_of_program
+from repair.program_limit import limit_of_program, microstep_m
 
 
 def check_job(job: Path, robot: str | None, json_out: bool) -> None:
@@ -26,6 +26,7 @@ def check_job(job: Path, robot: str | None, json_out: bool) -> None:
     summary = summarise_program(program, home_counts(program.robot))
     covered = coverage_of(path, robot_file)
     limit, farthest_m = limit_of_program(program, path), _farthest_m(program)
+    moved_m = microstep_m(program)
     if json_out:
         print_json(
             summary.as_json()
@@ -34,11 +35,12 @@ def check_job(job: Path, robot: str | None, json_out: bool) -> None:
                 "warning": covered.warning or None,
                 "limit": limit.as_json() if isinstance(limit, Limit) else None,
                 "no_limit": limit if isinstance(limit, str) else None,
+                "microstep_m": moved_m.tolist(),
                 "feedback_moves_at_most_m": farthest_m,
             }
         )
         return
-    rows = [*_rows(summary), *limit_rows(limit), *_single_steps(program.robot, limit)]
+    rows = [*_rows(summary), *limit_rows(limit), *_single_steps(moved_m, limit)]
     if farthest_m is not None:
         rows.append(("feedback", f"moves the platform by at most {millimetres(farthest_m)}"))
     console.print(facts(f"{summary.job} may run", rows))
@@ -59,19 +61,21 @@ def limit_rows(limit: Limit | str) -> list[tuple[str, str]]:
     said = ", ".join(
         f"{millimetres(size_m)} from {why}" for why, size_m in parts.items() if size_m > 0.0
     )
-    return [("limit of tracking", f"{millimetres(limit.rms_m)} RMS: {said}")]
+    evenly = "while the rotors turn evenly from step to step"
+    return [("limit of tracking", f"{millimetres(limit.rms_m)} RMS, {evenly}: {said}")]
 
 
-def _single_steps(robot: DeltaRobot, limit: Limit | str) -> list[tuple[str, str]]:
+def _single_steps(moved_m: FloatArray, limit: Limit | str) -> list[tuple[str, str]]:
     """What a run's table shows beside the limit, for which rotors turn evenly between steps."""
-    if isinstance(limit, str) or robot.drive is None:
+    if isinstance(limit, str):
         return []
-    at_elbow_m = float(per_arm(robot.geometry.upper_arm_m).max()) * robot.drive.rad_per_step
-    most_m = limit.rms_m + at_elbow_m
+    each = ", ".join(
+        f"{millimetres(size_m)} in {axis}" for axis, size_m in zip(AXES, moved_m, strict=True)
+    )
     said = (
-        f"{millimetres(at_elbow_m)} at the elbow. The limit above leaves it out; the report after a"
-        f" run does not: there an error of up to {millimetres(most_m)}"
-        f" ({millimetres(limit.rms_m)} and one microstep) is as good as this robot can do"
+        f"of all three arms moves the platform by up to {each}. The table after a run compares"
+        " whole steps with the target: its largest errors are about so far above the limit even"
+        " where nothing is wrong"
     )
     return [("one microstep", said)]
 
@@ -113,11 +117,12 @@ def _rows(summary: CheckSummary) -> list[tuple[str, str]]:
     rates = ", ".join(f"{rate:.0f}" for rate in summary.peak_step_rate_hz)
     angles = ", ".join(f"{low:.1f} to {high:.1f}" for low, high in summary.arm_range_deg)
     box = ", ".join(f"{low * 1e3:z.0f} to {high * 1e3:z.0f}" for low, high in summary.box_m)
+    repeats = f" in {summary.repeats} repeats" if summary.repeats > 1 else ""
     rows = [
         ("robot", summary.robot),
         ("inverse kinematics", summary.inverse_kinematics),
         ("timing", summary.timing),
-        ("targets", f"{summary.targets}, {times(summary.repeats)}"),
+        ("targets", f"{summary.targets_in_all}{repeats}"),
         *_steps(summary),
         ("path length", f"{summary.path_length_m:.3f} m"),
         (

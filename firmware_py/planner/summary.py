@@ -32,6 +32,8 @@ class CheckSummary:
     targets: int
     """Targets of one repeat."""
     repeats: int
+    targets_in_all: int
+    """Of all repeats, as a run records them: one that begins where the last ended shares that."""
     path_length_m: float
     """All repeats and the ways back between them."""
     duration_s: float
@@ -81,6 +83,7 @@ def summarise(plan: Plan, from_counts: Counts) -> CheckSummary:
         timing=_timing_in_words(plan),
         targets=len(plan.first.lap),
         repeats=job.repeats,
+        targets_in_all=_targets_in_all(plan),
         path_length_m=length_m,
         duration_s=stream.end_ns / NS_PER_S,
         approach_s=stream.path_start_ns / NS_PER_S,
@@ -96,6 +99,11 @@ def summarise(plan: Plan, from_counts: Counts) -> CheckSummary:
         box_m=_box(timed),
         slower=slower([plan]),
     )
+
+
+def _targets_in_all(plan: Plan) -> int:
+    again = 0 if plan.again is None else int((plan.again.lap.number[1:] >= 0).sum())
+    return len(plan.first.lap) + (plan.job.repeats - 1) * again
 
 
 def _laps(plan: Plan) -> list[TimedLap]:

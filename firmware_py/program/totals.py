@@ -59,13 +59,15 @@ def summarise_program(program: Program, from_counts: Counts) -> CheckSummary:
     ones = [one for one, _ in each]
     moving_s = sum(times * one.moving_s for one, times in each)
     length_m = sum(times * one.path_length_m for one, times in each)
+    in_all = sum(times * one.targets_in_all for one, times in each)
     return replace(
         ones[0],
         job=program.job.name,
         inverse_kinematics=_either([one.inverse_kinematics for one in ones]),
         timing=_either([one.timing for one in ones]),
-        targets=sum(times * one.targets * one.repeats for one, times in each),
+        targets=in_all,
         repeats=1,
+        targets_in_all=in_all,
         path_length_m=length_m,
         duration_s=found.duration_ns / NS_PER_S,
         approach_s=sum(times * one.approach_s for one, times in each),
@@ -87,7 +89,8 @@ def _without_moves(program: Program, found: Totals) -> CheckSummary:
     nowhere: Range = (0.0, 0.0)
     return CheckSummary(
         job=program.job.name, robot=program.robot.name, inverse_kinematics="none", timing="none",
-        targets=0, repeats=1, path_length_m=0.0, duration_s=found.duration_ns / NS_PER_S,
+        targets=0, repeats=1, targets_in_all=0, path_length_m=0.0,
+        duration_s=found.duration_ns / NS_PER_S,
         approach_s=0.0, moving_s=0.0, mean_speed_mps=0.0, path_per_step_period_m=None,
         peak_step_rate_hz=(0.0, 0.0, 0.0), approach_step_rate_hz=0.0,
         arm_range_deg=(nowhere,) * 3, smallest_margin=1.0, box_m=(nowhere,) * 3,

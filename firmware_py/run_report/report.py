@@ -91,7 +91,7 @@ def _facts(run: Run, robot: RobotFile, tracking: RunTracking) -> Iterable[tuple[
     yield "job", configuration.job_name
     if periods_s:
         yield "T_PWM", ", ".join(f"{period:g} s" for period in periods_s)
-    yield "duration", f"{run.end_ns / 1e9:.2f} s"
+    yield "recorded", f"{run.end_ns / 1e9:.2f} s"
     yield "on the path", f"{tracking.on_path_s:.2f} s"
     yield "targets", f"{len(run.targets.t_ns)}"
     sent = "set-points passed" if len(run.servo.t_ns) else "step edges sent"

@@ -1,0 +1,33 @@
+"""What `check` says of a job is what a run of it then shows."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+from recording.reading.reader import read_run
+
+Deltactl = Callable[..., subprocess.CompletedProcess[str]]
+ROBOT = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
+JOB = f"""name: rings
+robot: {ROBOT}
+path: {{shape: circle, centre_m: [0, 0, -0.45], radius_m: 0.05}}
+timing: {{mode: accelerated, duration_s: 4}}
+inverse_kinematics: {{kind: geometry}}
+repeats: 3
+"""
+
+
+def test_targets_and_largest_errors(deltactl: Deltactl, tmp_path: Path) -> None:
+    (tmp_path / "rings.yaml").write_text(JOB)
+    said = json.loads(deltactl("check", "rings.yaml", "--json").stdout)
+    run = deltactl("run", "rings.yaml", "--simulate", "--record", "rings.mcap", "--json")
+    targets = len(read_run(tmp_path / "rings.mcap").targets.t_ns)
+    assert targets == said["targets_in_all"] == 3 * said["targets"] - 2
+    assert f"{targets} in 3 repeats" in deltactl("check", "rings.yaml").stdout
+    truth = json.loads(run.stdout)["tracking"]["simulated truth"]
+    for axis, moved_m in zip("xyz", said["microstep_m"], strict=True):
+        above_m = truth[axis]["max_m"] - said["limit"]["rms_m"]
+        assert 0.3 * moved_m < above_m < 1.2 * moved_m
