@@ -11,6 +11,7 @@ from foundation.errors import DeltactlError
 from web.access.texts import MAX_CHARACTERS, kind_of
 from web.offers import why_not
 from web.state_card import NEXT
+from web.whose_job import of_another_robot
 
 if TYPE_CHECKING:
     from web.page import RobotPage
@@ -23,6 +24,12 @@ FACTS: tuple[tuple[str, str, str, float], ...] = (
     ("smallest_margin", "singularity margin", "", 1.0),
 )
 """Of a dry run: key, name, unit, factor."""
+MEANT = {
+    "smallest_margin": "1 is well away from poses in which the arms cannot hold or steer the"
+    " platform (all stretched, or all flat), 0 is there; less than the robot file's"
+    " limits.singularity_margin is refused"
+}
+"""Figures that are not their own explanation."""
 SIMULATE = ". To see that robot here, start this page with: deltactl web --simulate --robot {name}"
 LONGEST_NAME = 60
 
@@ -79,6 +86,10 @@ class FilesTab:
         self._spinner.set_visibility(True)
         try:
             kind = kind_of(text)
+            another = of_another_robot(self._page.site, self._name, text) if kind == "job" else ""
+            if another:
+                self._say(another, "text-red-800")
+                return False
             draft = self._page.site.draft(text)
             try:
                 facts = await self._page.site.tasks.run(f"check_{kind}", draft)
@@ -159,7 +170,9 @@ class FilesTab:
         with self._facts:
             for key, name, unit, factor in FACTS:
                 if isinstance(value := facts.get(key), int | float):
-                    ui.label(f"{name}: {value * factor:.4g} {unit}")
+                    ui.label(f"{name}: {value * factor:.4g} {unit}".rstrip())
+                    if key in MEANT:
+                        ui.label(MEANT[key]).classes("text-xs text-gray-600 pl-4 max-w-md")
             if "arm_range_deg" in facts:
                 ranges = ", ".join(
                     f"{low:.1f} to {high:.1f}" for low, high in facts["arm_range_deg"]

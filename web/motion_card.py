@@ -29,6 +29,7 @@ KEYS: dict[str, tuple[int, int]] = {
     "PageUp": (2, 1), "PageDown": (2, -1),
 }  # fmt: skip
 """Key to axis and direction."""
+KEYS_SAY = "also by keys: arrows for x and y, page up and down for z"
 JOG_TEXTS = (("X−", "X+"), ("Y−", "Y+"), ("Z− down", "Z+ up"))
 
 
@@ -79,7 +80,7 @@ class MotionCard:
                     for sign in (-1, 1):
                         self._button(JOG_TEXTS[axis][sign > 0], f"jog-{name}{sign:+d}",
                                      lambda _, a=axis, s=sign: self.jog(a, s))  # fmt: skip
-            self._keys = ui.switch("arrow keys and page up, page down", value=False)
+            self._keys = ui.switch(KEYS_SAY, value=False).classes("with-keys")
             self._keys.props("data-testid=jog-keys")
             self._keys.on_value_change(lambda event: setattr(self._keyboard, "active", event.value))
 

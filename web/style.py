@@ -20,6 +20,7 @@ STYLE = """
 .q-btn.disabled::before { border-color: transparent; box-shadow: none; }
 .q-btn.disabled .block { text-decoration: line-through; }
 .jog .q-btn { min-width: 46px; min-height: 42px; }
+@media (hover: none) and (pointer: coarse) { .with-keys { display: none; } }
 @media (max-width: 599px) { .scene-box { height: 36vh; min-height: 220px; }
   .editor { height: 24rem; }
   .stop-button { top: auto; bottom: 12px; right: 12px; height: 60px; min-width: 9rem; }
