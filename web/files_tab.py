@@ -9,9 +9,9 @@ from nicegui import events, ui
 from firmware_py.controller.states import ALLOWED, Request
 from foundation.errors import DeltactlError
 from web.access.texts import MAX_CHARACTERS, kind_of
+from web.behind.whose_job import of_another_robot
 from web.offers import why_not
 from web.state_card import NEXT
-from web.whose_job import of_another_robot
 
 if TYPE_CHECKING:
     from web.page import RobotPage

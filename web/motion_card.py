@@ -12,7 +12,7 @@ from nicegui import events, ui
 from firmware_py.controller.contract import Status
 from firmware_py.controller.states import State
 from models.linkage.vectors import Vector
-from web.belief import Belief
+from web.behind.belief import Belief
 from web.offers import offer, why_not
 
 if TYPE_CHECKING:

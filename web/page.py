@@ -11,11 +11,11 @@ from nicegui import run, ui
 
 from fleet.checks import read_announced
 from foundation.errors import DeltactlError
+from web.behind.link import STALE_S, Seen
+from web.behind.site import Site
 from web.files_tab import FilesTab
-from web.link import STALE_S, Seen
 from web.motion_card import MotionCard
 from web.recordings_tab import RecordingsTab
-from web.site import Site
 from web.state_card import StateCard
 from web.style import DARK, PAPER, STYLE, WEBGL
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from foundation.errors import DeltactlError
+from web.behind.site import Listed
 from web.offers import offer
-from web.site import Listed
 
 if TYPE_CHECKING:
     from web.page import RobotPage

@@ -10,7 +10,7 @@ from nicegui import ui
 
 from models.linkage.skeleton import Matrix, Skeleton, placed
 from models.linkage.vectors import Vector
-from web.belief import Belief
+from web.behind.belief import Belief
 
 ARM, ROD, PLATE, SENSED, CULPRIT = "#3b82f6", "#94a3b8", "#1e293b", "#f59e0b", "#dc2626"
 LINK_RADIUS_M, ROD_RADIUS_M, JOINT_RADIUS_M = 0.012, 0.005, 0.022

@@ -22,10 +22,10 @@ from web.access.guard import LOCAL, MAX_BODY, Guard
 from web.access.login import add_login
 from web.access.sessions import Session, Sessions
 from web.access.users import load_users
-from web.belief import Beliefs
-from web.link import DaemonLink
+from web.behind.belief import Beliefs
+from web.behind.link import DaemonLink
+from web.behind.site import Site
 from web.page import RobotPage
-from web.site import Site
 
 TITLE = "deltactl"
 RECONNECT_S = 8.0

@@ -8,8 +8,8 @@ from nicegui import ui
 
 from firmware_py.controller.contract import SensorStatus, Status
 from firmware_py.controller.states import ALLOWED, Request
-from web.belief import Belief
-from web.link import Seen
+from web.behind.belief import Belief
+from web.behind.link import Seen
 from web.motion_card import MotionCard
 from web.offers import offer, why_not
 from web.scene import RobotScene

@@ -150,6 +150,20 @@ def test_the_mismatch_after_reversals_is_told_from_the_rest() -> None:
     assert "motor 1 stands" not in found
 
 
+def test_what_a_delta_was_doing_names_its_motors_and_its_platform_each_once() -> None:
+    picture = picture_of_reversals()
+    (way,) = (v for n, v in picture.covariates.items() if n == "speed_1")
+    moving = {f"speed_range_{axis}": way * k for k, axis in enumerate("xyz", 1)}
+    found = regimes(picture.t_s, picture.covariates | moving, mismatches(picture))
+    names = [one.name for one in found]
+    assert len(names) == len(set(names))
+    assert not [name for name in names if "the axis" in name]
+    assert {"motor 1 moves forward", "the platform moves towards -z"} <= set(names)
+    assert "within 1 s after the platform reversed along y" in names
+    alone = regimes(picture.t_s, {"velocity": way}, mismatches(picture))
+    assert "the axis moves forward" in [one.name for one in alone]
+
+
 def test_far_outliers_are_left_out_and_counted() -> None:
     picture = picture_of_reversals()
     picture.channels[0].observed[[100, 200]] = 5.0

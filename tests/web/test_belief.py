@@ -13,7 +13,7 @@ from firmware_py.controller.contract import SensorStatus
 from firmware_py.robot_file import CONFIG_FOLDER
 from models.linkage import forward
 from models.linkage.skeleton import Skeleton
-from web.belief import Belief
+from web.behind.belief import Belief
 
 BELIEF = Belief.of(CONFIG_FOLDER / "zhao-2023.yaml")
 HOME = (0.0, 0.0, -0.45)

@@ -26,10 +26,10 @@ from models.linkage.skeleton import quaternion
 from recording.format.configuration import RunConfiguration
 from recording.reading.reader import read_run
 from recording.writing.writer import RunRecorder
-from web.belief import Beliefs
+from web.behind.belief import Beliefs
+from web.behind.link import Seen
 from web.foxglove.convert import convert
 from web.foxglove.live import LiveServer
-from web.link import Seen
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"
 HOME = (1333, 1333, 1333)

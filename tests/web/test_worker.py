@@ -12,9 +12,9 @@ import pytest
 from firmware_py.robot_file import CONFIG_FOLDER
 from recording.format.configuration import RunConfiguration
 from recording.writing.writer import RunRecorder
-from web.belief import Beliefs
-from web.link import DaemonLink
-from web.site import Site
+from web.behind.belief import Beliefs
+from web.behind.link import DaemonLink
+from web.behind.site import Site
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def test_a_recording_cut_off_is_one_line_or_a_report_that_says_so(
     out = tmp_path / "made"
     out.mkdir()
     made = out if kind == "diagnose" else out / "run.html"
-    call = [sys.executable, "-P", "-m", "web.worker", kind, str(torn), str(made)]
+    call = [sys.executable, "-P", "-m", "web.behind.worker", kind, str(torn), str(made)]
     done = subprocess.run(call, capture_output=True, text=True, timeout=60.0)
     said = [json.loads(line) for line in done.stdout.splitlines()]
     assert "Traceback" not in done.stderr

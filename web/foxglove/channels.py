@@ -36,7 +36,7 @@ from models.linkage import skeleton
 from models.linkage.skeleton import Placed, Skeleton
 from models.linkage.vectors import Vector
 from models.robot import AXES, FloatArray
-from web.belief import Belief
+from web.behind.belief import Belief
 
 BASE: Final = "base"
 ARM_M, ROD_M, PLATE_M = 0.024, 0.010, 0.012

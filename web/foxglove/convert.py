@@ -13,7 +13,7 @@ from models.linkage import Linkage
 from models.robot import AXES
 from recording.reading.reader import read_run
 from recording.reading.run import Run
-from web.belief import Belief
+from web.behind.belief import Belief
 from web.foxglove.channels import RobotChannels
 
 SCENE_HZ = 25.0

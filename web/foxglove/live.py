@@ -9,9 +9,9 @@ import foxglove
 
 from firmware_py.controller.contract import Status
 from foundation.errors import ServiceError
-from web.belief import Beliefs
+from web.behind.belief import Beliefs
+from web.behind.link import DaemonLink
 from web.foxglove.channels import RobotChannels
-from web.link import DaemonLink
 
 PORT = 8765
 LOOK_S = 0.02

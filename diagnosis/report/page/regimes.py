@@ -17,6 +17,16 @@ STILL_SHARE = 0.02
 AFTER_REVERSAL_S = 1.0
 TOP_QUANTILE = 0.95
 FEWEST = 30
+WAYS: tuple[tuple[str, tuple[str, str, str, str]], ...] = (
+    (r".*_([123])",
+     ("motor {} moves forward", "motor {} moves backward", "motor {} stands", "motor {} reversed")),
+    (r".*_([xyz])",
+     ("the platform moves towards +{}", "the platform moves towards -{}",
+      "the platform does not move along {}", "the platform reversed along {}")),
+    (r".*",
+     ("the axis moves forward", "the axis moves backward", "the axis stands", "the axis reversed")),
+)  # fmt: skip
+"""Covariates by their end: forward, backward, standing, and what it did shortly before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,23 +71,27 @@ def _selections(
         if re.match(r"(speed|velocity)", words.bare(name))
     }
     for name, speed in speeds.items():
-        yield from _of_speed(t_s, _who(name), speed)
+        yield from _of_speed(t_s, _ways(name), speed)
     if speeds:
-        yield from _slow_and_fast(speeds)
+        joints = {name: speed for name, speed in speeds.items() if name[-1] in "123"}
+        yield from _slow_and_fast(joints or speeds)
     for name, values in covariates.items():
         if re.match(r"(torque|load|effort)", words.bare(name)):
             yield from _of_load(_who(words.bare(name)), np.nan_to_num(values))
 
 
-def _of_speed(t_s: FloatArray, who: str, speed: FloatArray) -> Iterator[tuple[str, BoolArray]]:
+def _of_speed(
+    t_s: FloatArray, ways: list[str], speed: FloatArray
+) -> Iterator[tuple[str, BoolArray]]:
     top = float(np.quantile(np.abs(speed), TOP_QUANTILE)) if len(speed) else 0.0
     if top <= 0.0:
         return
     way = np.where(np.abs(speed) > STILL_SHARE * top, np.sign(speed), 0.0)
-    yield f"{who} moves forward", way > 0
-    yield f"{who} moves backward", way < 0
-    yield f"{who} stands", way == 0
-    yield f"within {AFTER_REVERSAL_S:.0f} s after {who} reversed", _after_reversal(t_s, way)
+    forward, backward, stands, reversed_ = ways
+    yield forward, way > 0
+    yield backward, way < 0
+    yield stands, way == 0
+    yield f"within {AFTER_REVERSAL_S:.0f} s after {reversed_}", _after_reversal(t_s, way)
 
 
 def _after_reversal(t_s: FloatArray, way: FloatArray) -> BoolArray:
@@ -106,6 +120,13 @@ def _of_load(who: str, load: FloatArray) -> Iterator[tuple[str, BoolArray]]:
     if high > low:
         yield f"{who} under low load", size <= low
         yield f"{who} under high load", size >= high
+
+
+def _ways(name: str) -> list[str]:
+    """What a covariate of speed is about: a motor, the platform along an axis, or a lone axis."""
+    fitting = ((re.fullmatch(pattern, name), texts) for pattern, texts in WAYS)
+    found, texts = next((found, texts) for found, texts in fitting if found)
+    return [text.format(*found.groups()) for text in texts]
 
 
 def _who(name: str) -> str:

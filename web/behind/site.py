@@ -15,9 +15,9 @@ from typing import Any
 
 from firmware_py.robot_file import CONFIG_FOLDER
 from recording.writing.names import ENDING
-from web.belief import Belief, Beliefs
-from web.link import DaemonLink, Seen
-from web.tasks import Tasks
+from web.behind.belief import Belief, Beliefs
+from web.behind.link import DaemonLink, Seen
+from web.behind.tasks import Tasks
 
 FIRST = "heart.yaml"
 SHOWN = 40
@@ -46,7 +46,7 @@ class Listed:
 
     @property
     def diagnosis(self) -> dict[str, Any] | None:
-        """What `web.worker diagnose` answered, if it was asked."""
+        """What `web.behind.worker diagnose` answered, if it was asked."""
         try:
             found = json.loads((self.made / "diagnosis.json").read_text(encoding="utf-8"))
         except (OSError, ValueError):

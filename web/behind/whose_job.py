@@ -6,8 +6,8 @@ from pathlib import Path
 
 from foundation.errors import DeltactlError
 from foundation.strict_yaml import Document
-from web.belief import Belief
-from web.site import Site
+from web.behind.belief import Belief
+from web.behind.site import Site
 
 
 def of_another_robot(site: Site, name: str, text: str) -> str:

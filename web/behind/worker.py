@@ -1,8 +1,8 @@
 """Work that takes the processor for seconds, in a process of its own and at low priority.
 
-`python -m web.worker KIND FILE...` writes one JSON object a line: {"progress": text} any number
-of times, then {"result": {...}} or {"error": text}. The files are named by the page, never by
-a browser.
+`python -m web.behind.worker KIND FILE...` writes one JSON object a line: {"progress": text} any
+number of times, then {"result": {...}} or {"error": text}. The files are named by the page, never
+by a browser.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ OTHERS_AT_ONCE = 2
 
 
 class Tasks:
-    """Runs `web.worker` processes; what is too much waits its turn."""
+    """Runs `web.behind.worker` processes; what is too much waits its turn."""
 
     def __init__(self) -> None:
         self._places: dict[str, asyncio.Semaphore] = {}
@@ -35,7 +35,7 @@ class Tasks:
 
     async def _run(self, kind: str, files: tuple[Path, ...], progress: Progress) -> dict[str, Any]:
         process = await asyncio.create_subprocess_exec(
-            sys.executable, "-P", "-m", "web.worker", kind, *(str(file) for file in files),
+            sys.executable, "-P", "-m", "web.behind.worker", kind, *(str(file) for file in files),
             stdout=asyncio.subprocess.PIPE, stdin=asyncio.subprocess.DEVNULL,
             limit=LONGEST_LINE,
         )  # fmt: skip
