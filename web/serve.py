@@ -23,6 +23,7 @@ from web.access.login import add_login
 from web.access.sessions import Session, Sessions
 from web.access.users import load_users
 from web.behind.belief import Beliefs
+from web.behind.concealment import Concealment
 from web.behind.link import DaemonLink
 from web.behind.site import Site
 from web.page import RobotPage
@@ -46,6 +47,8 @@ class Where:
     users: Path | None = None
     certificate: Path | None = None
     key: Path | None = None
+    as_built: Path | None = None
+    """Where to write what the simulated robot conceals; its daemon reads it there."""
 
     @property
     def local(self) -> bool:
@@ -126,6 +129,7 @@ def _linked(where: Where) -> Iterator[Site]:
     link = DaemonLink(where.socket)
     link.start()
     try:
-        yield Site(link, Beliefs(where.robot), where.recordings, where.work)
+        concealment = None if where.as_built is None else Concealment(where.as_built)
+        yield Site(link, Beliefs(where.robot), where.recordings, where.work, concealment)
     finally:
         link.close()

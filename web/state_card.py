@@ -10,6 +10,7 @@ from firmware_py.controller.contract import SensorStatus, Status
 from firmware_py.controller.states import ALLOWED, Request
 from web.behind.belief import Belief
 from web.behind.link import Seen
+from web.concealing_card import ConcealingCard
 from web.motion_card import MotionCard
 from web.offers import offer, why_not
 from web.scene import RobotScene
@@ -70,17 +71,23 @@ class StateCard:
             with ui.column().classes("grow basis-80 gap-2"):
                 self._state_and_buttons()
                 self._figures()
+                hidden = page.site.concealment
+                self._concealing = (
+                    ConcealingCard(page, hidden) if hidden is not None and page.operates else None
+                )
         if page.operates:
             self.motion = MotionCard(page)
 
     def update(self, seen: Seen) -> None:
         """Show a status, or why there is none."""
         status = seen.status
+        belief = self._page.site.belief(seen)
+        if self._concealing is not None:
+            self._concealing.update(belief, "" if status is None else status.state)
         if status is None:
             self._set("next", seen.problem)
             self._set_state("")
             return
-        belief = self._page.site.belief(seen)
         self._draw(status, belief)
         if self.motion is not None and belief is not None:
             self.motion.suggest(belief)

@@ -124,9 +124,16 @@ def daemon(
     robot: Annotated[str, typer.Argument(help="Robot file; sought here, then in config/.")],
     simulate: Annotated[bool, typer.Option("--simulate", help="Run the simulated robot.")] = False,
     recordings: Annotated[Path, typer.Option(help="Folder for recordings.")] = Path("recordings"),
+    as_built: Annotated[
+        Path | None,
+        typer.Option(help="What the simulated robot is really like; goes into no recording."),
+    ] = None,
     socket: SocketOption = None,
 ) -> None:
     """Run the daemon that owns the robot (systemd starts it so).
+
+    `--as-built` names a file with `effects: [...]`, as under `as_built` of a robot file; it is
+    read whenever the robot is homed, and may come, change and go while the daemon runs.
 
     ```
     deltactl daemon zhao-2023.yaml --simulate
@@ -136,8 +143,11 @@ def daemon(
     from firmware_py.daemon.main import serve
     from firmware_py.machine import is_raspberry_pi
     from firmware_py.robot_file import find
+    from foundation.errors import ConfigError
 
     if not simulate and not is_raspberry_pi():
         simulate = True
         errors.print("This is not a Raspberry Pi: the daemon runs the simulated robot.")
-    raise typer.Exit(serve(find(robot), socket, simulate, recordings))
+    if as_built is not None and not simulate:
+        raise ConfigError("--as-built: of a simulated robot; add --simulate, or leave it out")
+    raise typer.Exit(serve(find(robot), socket, simulate, recordings, as_built))

@@ -15,7 +15,7 @@ import typer
 
 from command_line.output import say, warn
 from firmware_py.daemon.client import daemon_answers
-from firmware_py.robot_file import find
+from firmware_py.robot_file import find, load_robot
 from foundation.errors import ServiceError
 from foundation.extras import needs
 
@@ -39,14 +39,15 @@ def serve_page(
     file = find(robot)
     with needs("web", "the page"):
         from web.serve import Where, serve
-    with _simulated(file, recordings, socket) if simulate else nullcontext(socket) as where:
+    here = _simulated(file, recordings, socket) if simulate else nullcontext((socket, None))
+    with here as (where, as_built):
         if not simulate and not daemon_answers(where):
             warn("No daemon answers yet; the page will look for one until it comes.")
         scheme = "http" if certificate is None else "https"
         what = "the page and the robot" if simulate else "the page"
         say(f"{scheme}://{host}:{port}  (Ctrl-C ends {what})")
         work = _work(recordings)
-        serve(Where(host, port, where, recordings, work, file, users, certificate, key))
+        serve(Where(host, port, where, recordings, work, file, users, certificate, key, as_built))
 
 
 def add_web_user(name: str, file: Path, viewer: bool, token: bool) -> None:
@@ -71,12 +72,17 @@ def _work(recordings: Path) -> Path:
 
 
 @contextmanager
-def _simulated(robot: Path, recordings: Path, given: Path | None) -> Iterator[Path]:
-    """A simulated daemon in a process of its own."""
+def _simulated(
+    robot: Path, recordings: Path, given: Path | None
+) -> Iterator[tuple[Path, Path | None]]:
+    """A simulated daemon in a process of its own: its socket, and the file of what is concealed."""
     with tempfile.TemporaryDirectory(prefix="deltactl-web-") as folder:
         socket = given or Path(folder) / "d.sock"
         call = ["daemon", str(robot), "--simulate", "--socket", str(socket)]
         call += ["--recordings", str(recordings)]
+        servo = load_robot(robot).drive.kind == "servo"
+        as_built = None if servo else Path(folder) / "as-built.yaml"
+        call += [] if as_built is None else ["--as-built", str(as_built)]
         with (Path(folder) / "daemon.log").open("wb") as log:
             daemon = subprocess.Popen(
                 [sys.executable, "-P", "-m", "command_line.main", *call], stderr=log,
@@ -84,7 +90,7 @@ def _simulated(robot: Path, recordings: Path, given: Path | None) -> Iterator[Pa
             )  # fmt: skip
         try:
             _wait_for(socket, daemon, Path(folder) / "daemon.log")
-            yield socket
+            yield socket, as_built
         finally:
             daemon.terminate()
             try:

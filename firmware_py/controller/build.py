@@ -17,6 +17,7 @@ from firmware_py.controller.servo_machine import servo_machine
 from firmware_py.machine import Machine
 from firmware_py.planning.prepared import Prepare, prepare_here
 from firmware_py.robot_file import RobotFile, check_said, load_robot
+from firmware_py.simulation.concealed import Concealed, nothing_apart
 from firmware_py.simulation.noise import range_noise, with_seed
 from firmware_py.simulation.world import SimulatedRobot
 from foundation.clock import Clock, RealClock, VirtualClock
@@ -31,8 +32,11 @@ def build_controller(
     recordings: Path,
     prepare: Prepare = prepare_here,
     seed: int | None = None,
+    as_built: Path | None = None,
 ) -> Controller:
     """A controller, switched off. `realtime` and `seed` (of the noise) matter in simulation only.
+
+    as_built: a file apart that says what the simulated robot is really like (`Concealed`).
 
     prepare: who reads and plans jobs.
 
@@ -42,7 +46,7 @@ def build_controller(
     if realtime or not simulated:
         _load_ahead()
     if simulated:
-        machine = simulated_machine(with_seed(robot, seed), realtime)
+        machine = simulated_machine(with_seed(robot, seed), realtime, as_built)
     else:
         machine = real_machine(robot)
     return Controller(robot, robot_file, machine, recordings, prepare)
@@ -63,15 +67,18 @@ def _load_ahead() -> None:
     gc.freeze()
 
 
-def simulated_machine(robot: RobotFile, realtime: bool) -> Machine:
-    """The fakes with the simulated robot behind them."""
+def simulated_machine(robot: RobotFile, realtime: bool, as_built: Path | None = None) -> Machine:
+    """The fakes with the simulated robot behind them. Raises ConfigError."""
     clock: Clock = RealClock() if realtime else VirtualClock()
+    apart = nothing_apart if as_built is None else Concealed(as_built).effects
     if robot.drive.kind == "servo":
+        if as_built is not None:
+            raise ConfigError(f"{as_built}: only for steppers; a servo robot has as_built.servo")
         return servo_machine(robot, clock)
     steps = simulated_step_output(
         robot.steps, robot.inputs, clock, realtime=realtime, switches=robot.switches
     )
-    world = SimulatedRobot(robot, steps.bench.counts_at, clock.now_ns)
+    world = SimulatedRobot(robot, steps.bench.counts_at, clock.now_ns, apart)
     rig = build_rig(
         robot.ranging,
         clock,

@@ -33,8 +33,16 @@ LATCHED = (State.STOPPED.value, State.FAULT.value)
 _log = logging.getLogger(__name__)
 
 
-def serve(robot: Path, socket: Path | None, simulated: bool, recordings: Path) -> int:
+def serve(
+    robot: Path,
+    socket: Path | None,
+    simulated: bool,
+    recordings: Path,
+    as_built: Path | None = None,
+) -> int:
     """Run the daemon until SIGTERM or SIGINT; returns its exit status.
+
+    as_built: what the simulated robot is really like, in a file apart.
 
     Raises ServiceError when the socket is taken, and what `build_controller` raises.
     """
@@ -56,6 +64,7 @@ def serve(robot: Path, socket: Path | None, simulated: bool, recordings: Path) -
                     realtime=True,
                     recordings=recordings,
                     prepare=planning.prepare,
+                    as_built=as_built,
                 )
             except BaseException:
                 planning.close()

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from firmware_py.robot_file import RobotFile
+from firmware_py.simulation.concealed import Effects, nothing_apart
 from firmware_py.simulation.nominal import NominalRobot
 from foundation.clock import NS_PER_S, ns
 from models.chain import OnlineChain
@@ -60,8 +61,16 @@ class _Sample(NamedTuple):
 class SimulatedRobot:
     """Advances the chain lazily, whenever somebody looks at it."""
 
-    def __init__(self, robot: RobotFile, counts_at: CountsAt, now_ns: Callable[[], int]):
+    def __init__(
+        self,
+        robot: RobotFile,
+        counts_at: CountsAt,
+        now_ns: Callable[[], int],
+        apart: Callable[[], Effects | None] = nothing_apart,
+    ):
+        """apart: the effects it really has, where they do not stand in the robot file."""
         self._robot = robot
+        self._apart = apart
         self._now_ns = now_ns
         start_ns = now_ns()
         self._counts_at = counts_at
@@ -81,7 +90,9 @@ class SimulatedRobot:
             self._put(np.asarray(self._counts_at(t_ns), dtype=np.float64))
 
     def rests(self, t_ns: int) -> bool:
-        """Whether the arms are where `put_to_stops` would put them."""
+        """Whether the arms are where `put_to_stops` would put them, and it was not built anew."""
+        if self._effects() != self._built:
+            return False
         with self._lock:
             self._advance(t_ns)
             counts = np.asarray(self._counts_at(t_ns), dtype=np.float64)
@@ -99,11 +110,15 @@ class SimulatedRobot:
 
     def _put(self, counts: FloatArray) -> None:
         self._zero_steps = self._zero_at(counts)
-        robot = self._robot
-        real = tuple(without_swing(one) for one in robot.effects_as_built)
+        robot, self._built = self._robot, self._effects()
+        real = tuple(without_swing(one) for one in self._built)
         self._chain = OnlineChain(robot.model_copy(update={"effects": ()}), real)
         plain = robot.sensors is not None and not real
         self._nominal = NominalRobot(robot) if plain else None
+
+    def _effects(self) -> Effects:
+        apart = self._apart()
+        return self._robot.effects_as_built if apart is None else apart
 
     def _zero_at(self, counts: FloatArray) -> FloatArray:
         """Where count 0 is, in steps, while the arms rest at these counts."""

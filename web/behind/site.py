@@ -16,6 +16,7 @@ from typing import Any
 from firmware_py.robot_file import CONFIG_FOLDER
 from recording.writing.names import ENDING
 from web.behind.belief import Belief, Beliefs
+from web.behind.concealment import Concealment
 from web.behind.link import DaemonLink, Seen
 from web.behind.tasks import Tasks
 
@@ -63,6 +64,8 @@ class Site:
     recordings: Path
     work: Path
     """A folder of the page's own: reports, answers, texts on their way to a check."""
+    concealment: Concealment | None = None
+    """Of a simulated robot whose daemon this page has started."""
     tasks: Tasks = field(default_factory=Tasks)
     numbers: itertools.count[int] = field(default_factory=itertools.count)
     _made: dict[str, Path] = field(default_factory=dict)

@@ -1,0 +1,133 @@
+"""A defect that the simulated robot conceals: a run of the heart, and its diagnosis names it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from selenium.webdriver.common.by import By
+
+from firmware_py.controller.build import build_controller
+from firmware_py.controller.controller import Controller
+from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from foundation.clock import sleep_s
+from foundation.errors import ConfigError
+from recording.reading.reader import read_run
+from tests.web.conftest import Browser, WebPage, at_home, switch_off
+from web.behind.concealment import DEFECTS, NOTHING, SURPRISE, Concealment
+
+Open = Callable[..., Browser]
+ROBOT, HEART = CONFIG_FOLDER / "zhao-2023.yaml", CONFIG_FOLDER / "heart.yaml"
+
+
+def simulated_robot(folder: Path) -> Controller:
+    return build_controller(
+        ROBOT, simulated=True, realtime=False, recordings=folder, as_built=folder / "built.yaml"
+    )
+
+
+def off_target_m(controller: Controller) -> float:
+    """How far the simulated platform is from where the counts put it."""
+    world, believed = controller.machine.world, controller.status().position_m
+    assert world is not None
+    assert believed is not None
+    true = world.truth(controller.clock.now_ns()).position_m
+    return max(abs(one - other) for one, other in zip(true, believed, strict=True))
+
+
+def run_heart(controller: Controller) -> Path:
+    controller.power_on()
+    controller.home()
+    number = controller.submit(HEART)
+    while (result := controller.result(number)) is None:
+        sleep_s(controller.clock, 0.5)
+    assert result.outcome == "done", result
+    assert result.recording is not None
+    return Path(result.recording)
+
+
+@pytest.mark.parametrize("defect", DEFECTS)
+def test_a_heart_is_enough_to_name_what_is_concealed(defect: str, tmp_path: Path) -> None:
+    """By what the page starts; neither recording nor robot file tells it."""
+    hidden = Concealment(tmp_path / "built.yaml")
+    hidden.conceal(defect, load_robot(ROBOT))
+    controller = simulated_robot(tmp_path)
+    recording = run_heart(controller)
+    controller.close()
+    configuration = read_run(recording).configuration
+    assert configuration.robot_text == ROBOT.read_text(encoding="utf-8")
+    entry = DEFECTS[defect](load_robot(ROBOT))
+    assert b"built.yaml" not in recording.read_bytes()
+    (tmp_path / "built.yaml").unlink()
+    made = tmp_path / "made"
+    made.mkdir()
+    call = [sys.executable, "-P", "-m", "web.behind.worker", "diagnose", str(recording), str(made)]
+    subprocess.run(call, capture_output=True, check=True, timeout=120.0)
+    first = json.loads((made / "answer.json").read_text())["findings"][0]
+    assert (first["effect"], first["component"]) == (entry["effect"], entry["component"])
+
+
+def test_a_choice_is_in_force_from_the_next_homing_and_can_be_taken_back(tmp_path: Path) -> None:
+    hidden, robot = Concealment(tmp_path / "built.yaml"), load_robot(ROBOT)
+    controller = simulated_robot(tmp_path)
+    controller.power_on()
+    controller.home()
+    assert off_target_m(controller) < 1e-4
+    controller.power_off()
+    controller.power_on()
+    hidden.conceal("motor 2 stands off its home", robot)
+    controller.home()
+    assert off_target_m(controller) > 1e-3
+    controller.power_off()
+    hidden.conceal(NOTHING, robot)
+    controller.power_on()
+    controller.home()
+    assert off_target_m(controller) < 1e-4
+    controller.close()
+
+
+def test_a_surprise_is_one_of_them(tmp_path: Path) -> None:
+    hidden = Concealment(tmp_path / "built.yaml")
+    hidden.conceal(SURPRISE, load_robot(ROBOT))
+    assert hidden.chosen == SURPRISE
+    assert hidden.really in DEFECTS
+    with pytest.raises(KeyError):
+        hidden.conceal("../../etc/passwd", load_robot(ROBOT))
+
+
+def test_a_servo_robot_has_its_own_place_for_that(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"only for steppers"):
+        build_controller(
+            CONFIG_FOLDER / "uzunovic-2013.yaml", simulated=True, realtime=False,
+            recordings=tmp_path, as_built=tmp_path / "built.yaml",
+        )  # fmt: skip
+
+
+def choose(browser: Browser, choice: str) -> None:
+    field = browser.find("conceal").find_element(By.XPATH, "ancestor::label")
+    browser.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", field)
+    field.click()
+    place = f'//*[contains(@class, "q-menu")]//*[contains(@class, "q-item")][.="{choice}"]'
+    browser.wait(lambda: browser.driver.find_elements(By.XPATH, place), f"no {choice!r}")
+    browser.driver.find_element(By.XPATH, place).click()
+
+
+def test_the_page_conceals_while_the_robot_is_at_rest(simulated: WebPage, chromium: Open) -> None:
+    switch_off(simulated)
+    browser = chromium(simulated.url)
+    browser.says("state", "off")
+    choose(browser, SURPRISE)
+    browser.says("conceal-why", "press diagnose on the tab recordings")
+    assert browser.find("conceal-tell").is_displayed()
+    other = chromium(simulated.url)
+    other.says("conceal-why", "press diagnose on the tab recordings")
+    at_home(simulated)
+    browser.says("conceal-why", "not now, the robot is ready")
+    switch_off(simulated)
+    browser.says("state", "off")
+    choose(browser, NOTHING)
+    browser.wait(lambda: not browser.text("conceal-why"), "the choice is not taken back")
