@@ -43,8 +43,8 @@ NAMED: tuple[Named, ...] = (
     Named(
         "homing on one sensor",
         "firmware_py/controller/sensing/home_check.py",
-        "    if determine(robot, good) or unseen_deg <= accepted_deg:",
-        "    if good.any() or unseen_deg <= accepted_deg:",
+        "    if determine(robot, good) or off_deg <= accepted_deg:",
+        "    if good.any() or off_deg <= accepted_deg:",
     ),
     Named(
         "homing on refused readings",

@@ -207,6 +207,7 @@ def _diagnosing(file: Path, kind: Kind, recording: Path | None, columns: list[st
 
 def _first_job(file: Path, force: bool) -> list[str]:
     """Write it; what is to be said of it. Raises ConfigError for arms that are interchanged."""
+    from firmware_py.controller.sensing.determined import unseen_by_none_deg
     from firmware_py.describing.first_job import arms_interchanged, write_first_job
     from firmware_py.robot_file import load_robot
 
@@ -216,7 +217,9 @@ def _first_job(file: Path, force: bool) -> list[str]:
     robot = load_robot(file)
     what = write_first_job(robot, file, job)
     if what is not None:
-        unseen = "" if robot.sensors is not None else " --accept-unseen 180"
+        unseen = (
+            "" if robot.sensors is not None else f" --accept-unseen {unseen_by_none_deg(robot)}"
+        )
         return [
             f"job: {job}, {what}",
             f"next: deltactl check {job}",

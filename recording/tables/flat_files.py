@@ -61,4 +61,6 @@ def _ending(path: Path, known: Iterable[str]) -> str:
     for ending in sorted(known, key=len, reverse=True):
         if name.endswith(ending):
             return ending
-    raise RecordingError(f"{path}: unknown kind of file; it must end in {', '.join(known)}")
+    raise RecordingError(
+        f"{path}: the name must end in {', '.join(known)}, which says how it is read or written"
+    )

@@ -59,6 +59,7 @@ def test_a_robot_that_sees_nothing_runs_when_somebody_has_looked(deltactl, tmp_p
     circle = (CONFIG_FOLDER / "circle.yaml").read_text().replace("zhao-2023.yaml", "blind.yaml")
     (tmp_path / "job.yaml").write_text(circle)
     refused = deltactl("run", "job.yaml", "--simulate", status=2).stderr
+    assert "deltactl sensors" not in refused
     (figure,) = re.findall(r"--accept-unseen (\d+)'", refused)
     assert "'deltactl run' has the same option" in refused
     less = str(int(figure) - 1)

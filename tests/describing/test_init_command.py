@@ -293,8 +293,8 @@ def test_a_delta_without_sensors_says_none_and_its_first_job_runs(
         "--upper-arm-mm", "150", "--forearm-mm", "320", "--gear-ratio", "5", "--sensors", "none",
     )  # fmt: skip
     assert load_robot(tmp_path / "bare.yaml").sensors is None
-    assert "then: deltactl run bare-circle.yaml --accept-unseen 180" in done.stdout
-    deltactl("run", "bare-circle.yaml", "--accept-unseen", "180", "--simulate")
+    assert "then: deltactl run bare-circle.yaml --accept-unseen 80" in done.stdout
+    deltactl("run", "bare-circle.yaml", "--accept-unseen", "80", "--simulate")
 
 
 @pytest.mark.parametrize(

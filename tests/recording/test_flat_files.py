@@ -119,7 +119,7 @@ def test_bad_tables_say_what_and_where(tmp_path: Path, text: str, says: str) -> 
         ("a.parquet", b"PAR1 nothing", "is not a readable Parquet file"),
         ("a.mat", b"MATLAB 5.0", "is not a readable .mat file"),
         ("a.mcap", b"garbage", "is not an MCAP recording"),
-        ("a.xlsx", b"", "unknown kind of file"),
+        ("a.xlsx", b"", "the name must end in .csv"),
     ],
 )
 def test_files_of_another_kind(tmp_path: Path, name: str, content: bytes, says: str) -> None:

@@ -19,12 +19,17 @@ def experiment_line(diagnosis: Diagnosis) -> str:
     if plan is None:
         return ""
     apart = words.listed([words.spelled(name) for name in plan.tells_apart])
-    minutes = f"{plan.minutes:.1f} minutes" if math.isfinite(plan.minutes) else "some minutes"
+    minutes = _minutes(plan.minutes) if math.isfinite(plan.minutes) else "some minutes"
     gain = plan.expected_delta_chi2
     expected = f" (expected difference {gain:.0f} in {CHI_SQUARE})" if math.isfinite(gain) else ""
     one_sided = any(tie.minutes is None and not tie.needs_drive for tie in diagnosis.open_ties)
     would = "may" if one_sided else "would"
     return words.sentence(f"a run of {minutes} {would} tell apart {apart or 'them'}{expected}")
+
+
+def _minutes(minutes: float) -> str:
+    shown = f"{minutes:.2g}"
+    return "1 minute" if shown == "1" else f"{shown} minutes"
 
 
 def tie_lines(diagnosis: Diagnosis) -> list[str]:
@@ -40,7 +45,8 @@ def tie_line(tie: OpenTie) -> str:
     one, other = (_names(side) for side in (tie.one, tie.other))
     helps = measurement(frozenset(name.split(" ")[0] for name in (*tie.one, *tie.other)))
     if tie.minutes is not None:
-        return f"No safe run of {tie.minutes:.0f} minutes can tell {one} from {other}: {helps}."
+        longest = f"not even one of {_minutes(tie.minutes)}"
+        return f"No safe run, {longest}, can tell {one} from {other}. Instead: {helps}."
     return (
         f"If the cause is {one}, the proposed run will tell; "
         f"if it is {other}, both will still fit: then {helps}."

@@ -176,7 +176,7 @@ def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.
         for size in sizes(finding.effect, name, result)
     ]
     if (late_s := sureness.late_in_all_s(finding)) is not None:
-        lines.append(words.sentence(sureness.divided(quantity(late_s, "s", digits=3))))
+        lines.insert(0, words.sentence(sureness.divided(quantity(late_s, "s", digits=3))))
     lines.append(sureness.evidence(finding))
     if math.isfinite(finding.share_of_mismatch):
         lines.append(share_line(finding))

@@ -113,7 +113,8 @@ def late_in_all_s(finding: Finding) -> float | None:
     """Dead time and time constant together, where how they divide is not known.
 
     At low frequencies they act alike: a recording of slow motion shows their sum well, while the
-    interval of either may begin at nothing. None where the larger is surely most of what it is.
+    interval of either may begin at nothing. None where the larger is surely most of what it is, and
+    no interval is as long as half the sum.
     """
     sizes = [finding.parameters.get(name) for name in ("dead_time", "time")]
     if finding.effect != "following_lag" or not all(sizes):
@@ -121,15 +122,17 @@ def late_in_all_s(finding: Finding) -> float | None:
     parts = [one.components for one in sizes if one is not None]
     if any(len(part) != 1 for part in parts):
         return None
+    sum_s = sum(part[0][0] for part in parts)
     value, low, _ = max(part[0] for part in parts)
-    return sum(part[0][0] for part in parts) if low < HALF * value else None
+    longest_s = max(high - low for ((_, low, high),) in parts)
+    return sum_s if low < HALF * value or HALF * sum_s < longest_s < math.inf else None
 
 
 def divided(total: str) -> str:
     """What is said of a delay of which only the sum is known."""
     return (
-        f"late by {total} in all, and this sum is sure; how it divides into dead time and time"
-        " constant is not"
+        f"late by {total} in all: only this sum is known, and not how it divides into dead time and"
+        " time constant"
     )
 
 

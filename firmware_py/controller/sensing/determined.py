@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import itertools
+import math
 from typing import Any
 
 import numpy as np
 
 from firmware_py.robot_file import RobotFile
 from models.linkage import Linkage, forward
-from models.robot import FloatArray
+from models.robot import ARMS, FloatArray
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 NUDGE_RAD = 1e-4
@@ -47,6 +48,16 @@ def unseen_rad(robot: RobotFile, good: BoolArray) -> float:
         to_arms = np.linalg.pinv(range_slopes_m(robot, home_rad)[good])
         return float(np.abs(to_arms).sum(axis=1).max()) * robot.homing.tolerance_m
     return _furthest_rad(robot, good, home_rad)
+
+
+def unseen_deg(robot: RobotFile, good: BoolArray) -> int:
+    """The same in whole degrees, rounded up, as `--accept-unseen` is told it."""
+    return math.ceil(math.degrees(unseen_rad(robot, good)) - 1e-6)
+
+
+def unseen_by_none_deg(robot: RobotFile) -> int:
+    """The same where no sensor looks."""
+    return unseen_deg(robot, np.zeros(ARMS, dtype=np.bool_))
 
 
 def _furthest_rad(robot: RobotFile, good: BoolArray, home_rad: FloatArray) -> float:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from firmware_py.controller.contract import HomeSeen
-from firmware_py.controller.sensing.determined import BoolArray, determine, unseen_rad
+from firmware_py.controller.sensing.determined import BoolArray, determine, unseen_deg
 from firmware_py.robot_file import RobotFile
 from foundation.errors import NotReady
 from models.chain import Chain, Commands
@@ -59,12 +57,12 @@ def check_plausible(
             f" {expected_m[worst]:.3f} m is expected with the arms at"
             f" {robot.homing.angle_deg} degrees; {then}"
         )
-    unseen_deg = _unseen_deg(robot, good, accept_unseen_deg)
+    off_deg = _off_unseen_deg(robot, good, accept_unseen_deg)
     off_mm = abs(error_m[worst]) * 1e3
     agree = f"sensors agree with the home angles to {off_mm:.1f} mm"
     if robot.homing.method != "placed":
         return HomeSeen(f"each arm found its switch; {agree if good.any() else 'no sensor looks'}")
-    blind = f"an arm that is less than {unseen_deg:.0f} degrees off"
+    blind = f"an arm that is less than {off_deg} degrees off"
     seen = f"{agree}; they would not notice {blind}" if good.any() else f"no sensor sees {blind}"
     seen += ", so look whether each arm is against its stop"
     warning_m = robot.homing.warning_m
@@ -77,21 +75,21 @@ def check_plausible(
     )
 
 
-def _unseen_deg(robot: RobotFile, good: BoolArray, accepted_deg: float) -> float:
+def _off_unseen_deg(robot: RobotFile, good: BoolArray, accepted_deg: float) -> int:
     """How far an arm may be off unseen, rounded up. Raises NotReady unless seen or accepted.
 
     Switches determine each arm by itself; a robot that has them needs no sensors for that.
     """
-    unseen_deg = math.ceil(math.degrees(unseen_rad(robot, good)) - 1e-6)
-    if determine(robot, good) or unseen_deg <= accepted_deg:
-        return unseen_deg
+    off_deg = unseen_deg(robot, good)
+    if determine(robot, good) or off_deg <= accepted_deg:
+        return off_deg
     if robot.homing.method == "switch" and robot.sensors is None:
-        return unseen_deg
+        return off_deg
     missing = " and ".join(axis for axis, ok in zip(AXES, good, strict=True) if not ok)
     lack = f"no good reading from sensor {missing}" if robot.sensors else "the robot has no sensors"
+    look = "see 'deltactl sensors', or look" if robot.sensors else "look"
     raise NotReady(
-        f"homing refused: {lack}, so that an arm could be off by {unseen_deg} degrees unseen; see"
-        " 'deltactl sensors', or look at the arms yourself and say"
-        f" 'deltactl home --accept-unseen {unseen_deg}' ('deltactl run' has the same option, for"
-        " the simulated robot)"
+        f"homing refused: {lack}, so that an arm could be off by {off_deg} degrees unseen;"
+        f" {look} at the arms yourself and say 'deltactl home --accept-unseen {off_deg}'"
+        f" ('deltactl run' has the same option, for the simulated robot)"
     )
