@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from charts.spec import Colour, Mark, Series, Span, Style, pack, script_json, series_spec
 from charts.spoken import column_names, spoken
 from charts.thin import MAXIMUM_POINTS, FloatArray
+from foundation.counting import count
 
 LINE_HEIGHT_PX = 260
 EQUAL_HEIGHT_PX = 460
@@ -46,10 +47,12 @@ class LineChart:
     def html(self) -> str:
         """The chart as HTML. Raises ValueError when a series' arrays differ in length."""
         found = [series_spec(series) for series in self.series]
-        left_out = sum(count for _, count in found)
+        left_out = sum(number for _, number in found)
         note = self.note
         if left_out:
-            note = f"{note} {left_out} points are left out of the picture; peaks are kept.".strip()
+            verb = "is" if left_out == 1 else "are"
+            left = f"{count(left_out, 'point').capitalize()} {verb} left out of the picture"
+            note = f"{note} {left}; peaks are kept.".strip()
         spec = {
             "kind": "line",
             "title": self.title,

@@ -17,6 +17,7 @@ from charts.spec import Colour, Series, Style
 from fleet.book import Row
 from fleet.groups import Group, groups
 from fleet.trends import DAY_S, Course, Trend, courses, trends
+from foundation.counting import count
 
 CHARTS, CHARTS_SHOWN = 12, 1
 ROWS_SHOWN = 5
@@ -42,9 +43,9 @@ def fleet_html(rows: Sequence[Row], limits: dict[str, float]) -> str:
     bad = [row for row in rows if "error" in row]
     good = [row for row in rows if "error" not in row]
     robots = {row["robot"] for row in good}
-    known = f"{len(robots)} {'robot' if len(robots) == 1 else 'robots'}"
-    unread = f"{len(bad)} of them could not be read" if bad else "all of them read"
-    lead = f"{len(rows)} recordings of {known}, {unread}."
+    known = count(len(robots), "robot")
+    unread = f"{len(bad)} of them could not be read" if bad else "all read"
+    lead = f"{count(len(rows), 'recording').capitalize()} of {known}, {unread}."
     parts = [
         heading("Where to look first"),
         *_first(moving, batches, found, robots),

@@ -14,6 +14,7 @@ from rich.progress import (
 )
 
 from command_line.output import errors, say, warn
+from foundation.counting import count
 from foundation.errors import ConfigError
 from foundation.extras import needs
 
@@ -53,7 +54,7 @@ def diagnose_many(
         )
     bad = sum("error" in row for row in rows)
     missing = sum(row.get("verdict", "nothing_missing") != "nothing_missing" for row in rows)
-    say(f"{len(rows)} recordings: {missing} with a mismatch, {bad} bad")
+    say(f"{count(len(rows), 'recording')}: {missing} with a mismatch, {bad} bad")
     say(f"page:  {out / run.PAGE}\ntable: {out / run.TABLE}")
     if bad == len(rows):
         warn("no recording could be read")

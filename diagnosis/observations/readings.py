@@ -13,6 +13,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from diagnosis.observations.options import OBSERVATIONS
+from foundation.counting import count
 from foundation.errors import RecordingError
 from foundation.scatter import MAD_TO_SIGMA
 from recording.tables.flat import GAP_PERIODS, FlatRecording
@@ -135,7 +136,7 @@ def gather(
     for number, recording in enumerate(recordings):
         if len(recording) < fewest:
             raise RecordingError(
-                f"{recording.source}: has {len(recording)} sample(s); at least "
+                f"{recording.source}: has {count(len(recording), 'sample')}; at least "
                 f"{fewest} are needed to tell anything"
             )
         shift = begin - recording.t_s[0] if number else 0.0

@@ -65,7 +65,7 @@ class SummedColumns:
     def figures(self) -> Figures:
         """See Settled."""
         rest = rest_of(self.selected)
-        found = findings(self.selected, self.plant.readings, list(self.plant.readings.names))
+        found = findings(self.selected, self.plant.readings, [self.plant.channel])
         fit = fit_of(self.selected, self.others, rest, self.blocks)
         return Figures(widened(found, self.compared), fit, rest)
 

@@ -104,15 +104,17 @@ def _gravity(answers: Answers) -> str:
     """What weight does to an axis; an example behind a # where it does nothing."""
     if answers["motion"] == "linear":
         force_n = numbers(answers, "slope_n")[0]
-        said = f"gravity: {{force_n: {_number(force_n or 20.0)}}}   # N that hold it on its slope"
-        return said if force_n else f"# {said}; it is level"
+        said = f"gravity: {{force_n: {_number(force_n or 20.0)}}}   #"
+        if not force_n:
+            return f"# {said} only for a slide on a slope: N that hold it there"
+        return f"{said} N that hold it on its slope"
     torque_nm, at_deg = (numbers(answers, key)[0] for key in ("hanging_nm", "hanging_deg"))
     zero = _number(math.radians(at_deg))
-    said = (
-        f"gravity: {{torque_nm: {_number(torque_nm or 1.5)}, zero_rad: {zero}}}"
-        "   # N m that hold a weight level; where it hangs down"
-    )
-    return said if torque_nm else f"# {said}; nothing hangs there"
+    said = f"gravity: {{torque_nm: {_number(torque_nm or 1.5)}, zero_rad: {zero}}}   #"
+    means = "N m that hold it level; the angle in rad at which it hangs straight down"
+    if not torque_nm:
+        return f"# {said} only where a weight hangs on the axis: {means}"
+    return f"{said} the weight: {means}"
 
 
 def _wiring(answers: Answers) -> list[str]:

@@ -22,6 +22,7 @@ from firmware_py.run_report.tracking import (
     robot_of,
     track,
 )
+from foundation.counting import count
 from foundation.errors import RecordingError
 from models.robot import AXES
 from recording.reading.reader import read_run
@@ -118,7 +119,7 @@ def _errors(tracking: RunTracking) -> str:
 
 def _samples(tracking: Tracking) -> str:
     fewest, most = min(tracking.samples), max(tracking.samples)
-    return f"{most} samples" if fewest == most else f"{fewest} to {most} samples an axis"
+    return count(most, "sample") if fewest == most else f"{fewest} to {most} samples an axis"
 
 
 def _curves(run: Run, robot: RobotFile, tracking: RunTracking) -> list[str]:

@@ -99,6 +99,7 @@ def test_without_a_known_force_mass_and_gain_are_each_other_s_alternative(
     answer = diagnose_axis(FORCED, [rigs.ForcedRig(gain=0.9).record(8, span_s=20.0)])
     (finding,) = answer.findings
     assert {finding.effect, *(a.effect for a in finding.alternatives)} >= {"inertia", "effort_gain"}
+    assert finding.where.axes == ["effort"]  # what is in N m shows in no position
 
 
 def test_with_known_gravity_the_gain_is_told_from_the_mass(rigs: ModuleType) -> None:

@@ -127,6 +127,8 @@ def test_a_weight_on_an_axis_is_asked_for_where_there_is_an_effort(
     assert slope is not None
     assert (slope.torque_nm, slope.force_n) == (0.0, -30.0)
     assert _weight(deltactl, str(tmp_path / "level.yaml")).gravity is None
+    says = (tmp_path / "level.yaml").read_text(encoding="utf-8")
+    assert "only where a weight hangs on the axis: N m that hold it level; the angle in rad" in says
 
 
 def test_only_the_weight_that_may_be_is_asked_for() -> None:

@@ -14,12 +14,14 @@ from diagnosis.answer.records import (
     Fit,
     ParameterResult,
     Picture,
+    Unexplained,
     Where,
 )
 from diagnosis.report.sentences.fit_words import fit_lines
 from diagnosis.report.sentences.lone_sentences import spoken
 from diagnosis.report.sentences.remedies import remedies
-from diagnosis.report.sentences.summary import finding_lines
+from diagnosis.report.sentences.summary import finding_lines, plain_lines
+from diagnosis.report.sentences.telling import told as told_of
 from models.effects.lone_axis import command_effects, said
 from models.robot import EffectEntry
 
@@ -131,3 +133,70 @@ def test_of_a_delay_whose_parts_are_not_known_the_sum_is_told(make: Any) -> None
     sure = text(lag((0.0622, 0.0575, 0.0682), (0.0542, 0.0476, 0.0597)))
     assert "in all" not in sure
     assert "with a time constant of 54.2 ms after a dead time of 62.2 ms" in sure
+
+
+def following(*followed: str) -> Finding:
+    return Finding(
+        effect="unknown",
+        component="axis",
+        parameters={"size_rms": ParameterResult(value=2.2e-3, ci95=[2e-3, 2.4e-3], unit="rad")},
+        where=Where(axes=["position"], times_s=[]),
+        evidence=Evidence(delta_chi2=185.0, p=4e-14),
+        share_of_mismatch=0.008,
+        depends_on=list(followed),
+    )
+
+
+def friction() -> Finding:
+    return Finding(
+        effect="joint_friction",
+        component="axis",
+        parameters={"width": ParameterResult(value=0.023, ci95=[0.021, 0.025], unit="rad")},
+        where=Where(axes=["position"], times_s=[]),
+        evidence=Evidence(delta_chi2=407.0, p=6e-24),
+        share_of_mismatch=0.018,
+    )
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_a_direction_beside_friction_is_a_gap_that_changes_along_the_travel(
+    make: Any, beside: bool
+) -> None:
+    found = [friction(), following("direction")][0 if beside else 1 :]
+    fit = Fit(
+        rms_before_m=0.02,
+        rms_after_m=2e-3,
+        noise_floor_m=2e-3,
+        unit="rad",
+        holdout_rms_before_m=0.0216,
+        holdout_rms_after_m=0.0021,
+    )
+    answer = make("partly_explained", findings=found, fit=fit, next_experiment=None)
+    told = spoken(answer, command_effects("rotary"))
+    assert ("changes along its travel" in told.findings[-1].says) == beside
+    advice = remedies(told)[-1]
+    assert ("to and fro by a little at several places" in advice) == beside
+    assert ("(0.13 degrees more or less)" in advice) == beside
+
+
+def test_how_to_read_a_chi_square_is_said_once_and_where_it_shows_as_one_speaks(make: Any) -> None:
+    answer = make("partly_explained", findings=[friction(), following("direction")])
+    text = "\n".join(plain_lines(answer))
+    assert text.count("in chi-square") >= 2
+    assert text.count("where noise alone makes up to about 10") == 1
+    assert text.count("It shows in the position") == 2
+
+
+def test_what_comes_with_motion_is_said_once_and_not_as_noise(make: Any) -> None:
+    fit = Fit(
+        rms_before_m=0.0216, rms_after_m=0.0021, noise_floor_m=0.0021, unit="rad",
+        holdout_rms_before_m=0.0216, holdout_rms_after_m=0.0021,
+        scatter_within_m=0.00044, left_correlation=0.84, left_apart_s=0.04, left_lasts_s=0.32,
+    )  # fmt: skip
+    rest = Unexplained(share_of_mismatch=0.0, p=1.0)
+    answer = make("partly_explained", findings=[friction()], fit=fit, unexplained=rest)
+    text = "\n".join(plain_lines(told_of(answer)))
+    assert text.count("Readings at one place scatter") == 1
+    assert text.count("More places make the answer surer") == 1
+    assert "this noise" not in text
+    assert "the tests see nothing more, be it noise or not" in text

@@ -120,7 +120,7 @@ def test_what_is_not_certain_is_recorded_only_when_all_is_asked_for(make: Any) -
     own = found("home_offset", "motor1", 0.01, "rad")
     first, *lines = remedies(make("explained", findings=[tied, own]), ROBOT)
     assert "record the run proposed below" in first
-    assert ["NEW.yaml --all records it" in line for line in lines] == [True, False]
+    assert ["NEW.yaml --all does" in line for line in lines] == [True, False]
     assert all("--save-robot NEW.yaml" in line for line in lines)
 
 

@@ -15,11 +15,12 @@ from diagnosis.report.drawing.delta import DeltaDrawing
 from diagnosis.report.drawing.lone import axis_scene, sensor_scene
 from diagnosis.report.drawing.scene import BADGE_RADIUS, Mark, badge_places, hull
 from diagnosis.report.page.maps import CELLS, grid_of, place_maps
-from diagnosis.report.page.pictures import mismatch_sections
+from diagnosis.report.page.pictures import _ranked, mismatch_sections
 from diagnosis.report.page.regimes import regimes
 from diagnosis.report.page.residuals import binned, explained_by, mismatches, smoothed
 from models.effects import VOCABULARY
 from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
+from models.robot import ServoAxis
 
 
 def part(drawing: str, name: str) -> str:
@@ -357,3 +358,23 @@ def test_numbers_of_findings_do_not_cover_each_other(parts: Any) -> None:
     apart = np.linalg.norm(at[:, None] - at[None], axis=-1) + 1e9 * np.eye(len(at))
     assert len(at) == 10
     assert apart.min() >= 2.0 * BADGE_RADIUS
+
+
+def test_two_means_of_a_direction_are_no_chart() -> None:
+    t_s = 0.02 * np.arange(4000)
+    way = np.sign(np.sin(t_s))
+    seen = 0.01 * way + 0.001 * np.random.default_rng(0).standard_normal(len(t_s))
+    channel = Channel(
+        name="position", unit="rad", observed=seen, before=0.0 * seen, after=0.0 * seen, noise=1e-3
+    )
+    covariates = {"direction": way, "position": np.sin(t_s)}
+    picture = Picture(t_s=t_s, channels=[channel], covariates=covariates)
+    axis = ServoAxis(kind="servo_axis", name="a", motion="rotary")
+    drawn = _ranked(covariates, mismatches(picture), axis)
+    assert [chart.title for chart in drawn] == ["Against the position"]
+
+
+def test_numbers_in_the_drawing_of_a_delta_are_said_to_be_no_motors(parts: Any) -> None:
+    (axis, *_), finding = parts["lone"](), parts["backlash"]()
+    assert "not of motors" in machine_drawing(parts["delta"](), [finding])
+    assert "not of motors" not in machine_drawing(axis, [finding])

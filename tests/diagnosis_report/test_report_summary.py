@@ -103,7 +103,7 @@ def test_what_it_could_not_see_is_grouped_and_what_it_could_is_in_peoples_units(
     text = "\n".join(plain_lines(make("explained")))
     assert "could not show a periodic error of the angle encoder of motors 1, 2 and 3" in text
     assert "free play in the gearbox of motor 2 (0.17 degrees)" in text
-    assert "a wrong gear ratio of motor 1 (0.30 %)" in text
+    assert "a wrong gear ratio of motor 1 (0.30 % off what the robot file says)" in text
     assert "softer than 35000 N m/rad" in text
 
 

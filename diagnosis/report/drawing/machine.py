@@ -20,7 +20,7 @@ def machine_drawing(robot: RobotModel, findings: Sequence[Finding]) -> str:
     if isinstance(robot, RangeSensor):
         marks = widened(marks)
     drawn = _scene(robot).svg(marks)
-    return f'<figure class="drawing">{drawn}{_legend(findings)}</figure>'
+    return f'<figure class="drawing">{drawn}{_legend(findings, robot)}</figure>'
 
 
 def _scene(robot: RobotModel) -> Scene:
@@ -31,7 +31,7 @@ def _scene(robot: RobotModel) -> Scene:
     return axis_scene(robot)
 
 
-def _legend(findings: Sequence[Finding]) -> str:
+def _legend(findings: Sequence[Finding], robot: RobotModel) -> str:
     if not findings:
         return '<p class="note">Nothing is marked, because nothing was found.</p>'
     rows = []
@@ -40,8 +40,10 @@ def _legend(findings: Sequence[Finding]) -> str:
         rows.append(f'<li>{badge(number)}<a href="#finding-{number}">{what}</a></li>')
     found = {f.component for f in findings}
     note = ""
+    if isinstance(robot, DeltaRobot):
+        note = '<p class="note">Numbers in the drawing are those of this list, not of motors.</p>'
     if any(o.component not in found for f in findings for o in f.alternatives):
-        note = '<p class="note">Dashed: parts where the cause could also be.</p>'
+        note += '<p class="note">Dashed: parts where the cause could also be.</p>'
     return f'<ol class="legend-list">{"".join(rows)}</ol>{note}'
 
 

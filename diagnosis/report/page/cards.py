@@ -32,7 +32,7 @@ def finding_cards(diagnosis: Diagnosis, span: tuple[float, float]) -> list[str]:
 def _card(number: int, finding: Finding, diagnosis: Diagnosis, span: tuple[float, float]) -> str:
     rows = [
         ("Size", _sizes(finding, diagnosis)),
-        ("How sure", _text(sureness.evidence(finding))),
+        ("How sure", _text(sureness.evidence(finding, explained=number == 1))),
         ("Share", _share(finding)),
         ("Where", _text(where_line(finding, span))),
         ("Depends on", _depends(finding)),

@@ -40,6 +40,9 @@ SHOWN_FIRST = 4
 """Charts by place, and by other quantities, that stand open; the rest is behind a click."""
 MOST_DRIVER_CHARTS = 12
 SHOWN_REGIMES = 9
+FEWEST_MEANS = 4
+"""A curve through fewer (of a direction: there and back) is a straight line that tells nothing; the
+regimes have those figures."""
 FAINT = 0.5
 """A smoothed mismatch below this share of the noise would vanish among single readings."""
 FINDING_COLOURS = (Colour.BAD, Colour.SECOND, Colour.COMMANDED, Colour.FIRST, Colour.THIRD)
@@ -179,7 +182,7 @@ def _ranked(
         scale = scale_of(covariate_unit(name, robot))
         for one in channels:
             curve = binned(values * scale.factor, one)
-            if len(curve.x):
+            if len(curve.x) >= FEWEST_MEANS:
                 found.append((explained_by(curve), name, scale.unit, one, curve))
     found.sort(key=lambda item: -item[0])
     lone = len(channels) == 1

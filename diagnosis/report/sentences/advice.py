@@ -5,7 +5,8 @@ A machine's own lines stand before those that hold for all. `{part}` is the comp
 own value becomes, `{follows}` what an unknown follows; `{sign:a|b}` is a where the main size is
 above nothing and b where it is below.
 A key may end in `.small` (below what SMALL says), in the name of the main parameter, or of an
-unknown in what it follows (and `.force` where it is one).
+unknown in what it follows (and `.force` where it is one, `.beside`
+where friction or play is found too).
 """
 
 from __future__ import annotations
@@ -24,20 +25,22 @@ EVERYWHERE: Table = {
     "gear_backlash": "take up the play of {part} ({size} at its output): tighten coupling and set"
     " screws; if it stays, replace the gear",
     "joint_friction": "free the bearings of {part} (look for what rubs, clean, grease) if {size} of"
-    " friction is more than its maker states; or record it",
+    " friction is more than its maker states; or enter it in the robot file",
     "joint_friction.width": "free the bearings of {part} (look for what rubs, clean, grease):"
-    " friction keeps its two directions {size} apart; or record it",
-    "viscous_friction": "look at the grease and seals of {part}, or record its friction",
+    " friction keeps its two directions {size} apart; or enter it in the robot file",
+    "viscous_friction": "look at the grease and seals of {part}, or enter its friction in the robot"
+    " file",
     "stribeck_friction": "grease {part}: it sticks at low speed",
     "joint_compliance": "look for loose clamps and thin shafts at {part}: it yields under load",
     "home_offset": "correct the home stop or jig of {part}: at home its arm stands {size}"
-    " {sign:lower|higher} than it should; or record the offset",
+    " {sign:lower|higher} than it should; or enter the offset in the robot file",
     "gear_ratio": "compare gear and microstep switches of {part} with the robot file: it moves"
     " {size} {sign:further|less far} than commanded",
-    "gear_ratio.small": "record the ratio of {part}, which moves {size} {sign:further|less far}"
-    " than commanded; that is too little for a wrong gear or microstep switch",
-    "transmission_error": "record the periodic error of {part}'s gear ({size}), and jobs"
-    " compensate it; replace the gear only if that is not enough",
+    "gear_ratio.small": "enter the ratio of {part} in the robot file: it moves {size}"
+    " {sign:further|less far} than commanded; that is too little for a wrong gear or"
+    " microstep switch",
+    "transmission_error": "enter the periodic error of {part}'s gear ({size}) in the robot file,"
+    " and jobs compensate it; replace the gear only if that is not enough",
     "encoder_error": "centre the encoder of {part}: it errs by {size} periodically",
     "lost_steps": "home again; then run slower or softer, and look for what held {part} up:"
     " {size} were lost",
@@ -45,8 +48,10 @@ EVERYWHERE: Table = {
     "upper_arm_length": "set the upper arm of {part} to {true} in the robot file, or replace it",
     "forearm_length": "set the forearm of {part} to {true} in the robot file, or replace it",
     "base_radius": "measure base and platform: the difference of their radii is {true}",
-    "motor_azimuth": "turn {part} on the base, it is {size} off; or record the angle",
-    "frame_tilt": "align the sensors with the robot, or record their rotation ({size})",
+    "motor_azimuth": "turn {part} on the base, it is {size} off; or enter the angle in the"
+    " robot file",
+    "frame_tilt": "align the sensors with the robot, or enter their rotation ({size}) in the robot"
+    " file",
     "thermal_expansion": "let the arms warm up before exact work: they {sign:grow|shrink} by"
     " {size}",
     "payload": "weigh what the platform carries: it is {size} {sign:more|less} than the robot file"
@@ -60,7 +65,7 @@ EVERYWHERE: Table = {
     "sensor_latency": "allow for readings that come {size} late, or read them faster",
     "sensor_drift": "let {part} warm up before use: it drifts by {size}",
     "stale_reading": "look at the cable and supply of {part}: it repeats old values",
-    "inertia": "record the true inertia of {part}: {size}",
+    "inertia": "enter the true inertia of {part} in the robot file: {size}",
     "effort_offset": "balance {part}, or correct the zero of its effort: the same {size} is there"
     " at rest and in motion either way, where friction would reverse with the motion",
     "effort_gain": "set the scale between effort and force of {part}: its effort gives {size}"
@@ -83,8 +88,9 @@ EVERYWHERE: Table = {
 OF_SERVO_DRIVES: Table = {
     "gear_ratio": "compare the gear of {part}, and the counts per turn of its encoder, with the"
     " robot file: it moves {size} {sign:further|less far} than commanded",
-    "gear_ratio.small": "record the ratio of {part}, which moves {size} {sign:further|less far}"
-    " than commanded; that is too little for a wrong gear or count of the encoder",
+    "gear_ratio.small": "enter the ratio of {part} in the robot file: it moves {size}"
+    " {sign:further|less far} than commanded; that is too little for a wrong gear or"
+    " count of the encoder",
 }
 
 OF_AN_AXIS: Table = {
@@ -93,6 +99,10 @@ OF_AN_AXIS: Table = {
     " JSON answer has one), or look there for what rubs or is bent",
     "unknown.effort": "record {part} with another load, and slower: an unknown part of the"
     " mismatch follows {follows}; what the drive adds by itself stays, what the load does changes",
+    "unknown.direction.beside": "move {part} to and fro by a little at several places along its"
+    " travel, and record that: its two directions do not end equally far apart everywhere ({size}"
+    " more or less), and such a recording shows where; a gear worn in one place, a cable that drags"
+    " or a weight does that, friction and play that are the same everywhere do not",
     "home_offset": "{sign:take|add} {size} {sign:off|to} the commands of {part}, or move its zero"
     " by as much: it stands that far {sign:above|below} what it is told",
     "gear_ratio.small": "divide the commands of {part} by {factor}, or correct the scale in its"
@@ -129,12 +139,13 @@ OF_A_SLIDE: Table = {
     "encoder_error": "have the controller of {part} subtract the periodic error of its scale or"
     " encoder ({size}), or align that anew",
     "joint_friction": "free the guides and the screw or belt of {part} (look for what rubs, clean,"
-    " grease) if {size} of friction is more than its maker states; or record it",
+    " grease) if {size} of friction is more than its maker states; or enter it in the"
+    " robot file",
     "joint_friction.width": "free the guides of {part} (clean, grease), tension the belt, or come"
     " to each place from the same side; where a servo drives it, raise its gain: its two directions"
     " end {size} apart",
-    "viscous_friction": "look at the grease and seals of guides and screw of {part}, or record its"
-    " friction",
+    "viscous_friction": "look at the grease and seals of guides and screw of {part}, or enter its"
+    " friction in the robot file",
     "stribeck_friction": "grease the guides and the screw of {part}: it sticks at low speed",
     "joint_compliance": "tension the belt of {part}, look for a loose coupling or screw bearing;"
     " where a servo drives it, raise its gain: it yields under load",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Fit
 from diagnosis.answer.verdict import goes_on
 from diagnosis.report.sentences.sizes import quantity
@@ -13,6 +14,7 @@ ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)
 
 MOSTLY_BY_PLACE = 0.7
 """Less scatter at a place than this share: over half of the noise's power is between places."""
+MORE_PLACES = "More places make the answer surer, longer stays do not."
 LEFT_OUT = "parts of the recording left out of the last fit (not of the choice of causes)"
 
 
@@ -29,9 +31,9 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
         for value in (fit.rms_before_m, fit.rms_after_m, fit.noise_floor_m)
     )
     if not diagnosis.findings:
-        return [f"Mismatch {before}; {_floor(fit)} is {floor}.", *_by_place(fit)]
-    lines = [f"Mismatch before {before}, after {after}; {_floor(fit)} is {floor}."]
-    lines += _by_place(fit)
+        return [f"Mismatch {before}; {_floor(fit, floor)}.", *_by_place(diagnosis)]
+    lines = [f"Mismatch before {before}, after {after}; {_floor(fit, floor)}."]
+    lines += _by_place(diagnosis)
     held = (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
     if all(math.isfinite(value) for value in held):
         where = "another run" if fit.holdout == "run" else LEFT_OUT
@@ -42,9 +44,11 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
     return lines
 
 
-def _floor(fit: Fit) -> str:
-    """What the noise floor is: noise that goes on may be no noise."""
-    return "what no test tells from noise" if goes_on(fit) else "the noise alone"
+def _floor(fit: Fit, floor: str) -> str:
+    """The noise floor, as a clause: noise that goes on may be no noise."""
+    if goes_on(fit):
+        return f"below {floor} the tests see nothing more, be it noise or not"
+    return f"the noise alone is {floor}"
 
 
 def persists(fit: Fit) -> str:
@@ -59,16 +63,27 @@ def persists(fit: Fit) -> str:
     )
 
 
-def _by_place(fit: Fit) -> list[str]:
-    """That most of what counts as noise does not show in readings at one place."""
+def _by_place(diagnosis: Diagnosis) -> list[str]:
+    """That most of what counts as noise does not show in readings at one place.
+
+    Empty where it is said of what is left.
+    """
+    fit, rest = diagnosis.fit, diagnosis.unexplained
     within = fit.scatter_within_m
     if within is None or within > MOSTLY_BY_PLACE * fit.noise_floor_m:
         return []
+    if said_of_rest(fit) and not rest.depends_on and rest.share_of_mismatch <= 0.0:
+        return []
     return [
         f"Readings at one place scatter by only {quantity(within, fit.unit, digits=3)}: most of "
-        "this noise differs from place to place, or comes with motion. More places make the answer "
-        "surer, longer stays do not."
+        f"this noise differs from place to place, or comes with motion. {MORE_PLACES}"
     ]
+
+
+def said_of_rest(fit: Fit) -> bool:
+    """Whether what is left is so much more than readings scatter at rest that it is said of it."""
+    within = fit.scatter_within_m
+    return within is not None and fit.rms_after_m > VERDICT.beyond_rest * within
 
 
 def _held_out_gain(diagnosis: Diagnosis) -> str:

@@ -44,6 +44,8 @@ def smallest_text(value: float, unit: str, parameter: str) -> str:
     if parameter == "scale" and abs(value) < 0.5:
         value += 1.0
     size = quantity(value, unit, parameter).lstrip("+-")
+    if parameter == "scale":
+        return f"{size} off what the robot file says"
     return f"softer than {size}" if parameter == "stiffness" else size
 
 

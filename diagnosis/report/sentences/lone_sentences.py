@@ -10,7 +10,7 @@ from diagnosis.answer.records import Diagnosis, Finding, Picture
 from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.report.sentences import sureness
 from diagnosis.report.sentences.sizes import quantity
-from diagnosis.report.sentences.telling_apart import telling_apart
+from diagnosis.report.sentences.telling_apart import beside_friction, telling_apart
 from models.effects.kind import EffectKind
 from models.effects.lone_axis import command_effects, effort_effects, said, sensor_effects
 from models.robot import EffectEntry, RangeSensor, ServoAxis, StepperAxis
@@ -80,7 +80,7 @@ def _spoken(finding: Finding, kinds: Mapping[str, EffectKind], answer: Diagnosis
     follows = finding.depends_on[0] if finding.depends_on else ""
     regime = f"with {follows}" if follows else REGIMES.get(finding.effect, "everywhere")
     where = finding.where.model_copy(update={"regime": regime + _in_time(finding, answer.picture)})
-    says = _says(finding, kinds, answer.fit.unit)
+    says = _says(finding, kinds, answer)
     return finding.model_copy(update={"says": says, "where": where})
 
 
@@ -118,10 +118,16 @@ def _in_time(finding: Finding, picture: Picture | None) -> str:
     return f" (a period takes {shown} at the speed of this recording)"
 
 
-def _says(finding: Finding, kinds: Mapping[str, EffectKind], unit: str) -> str:
+def _says(finding: Finding, kinds: Mapping[str, EffectKind], answer: Diagnosis) -> str:
+    unit = answer.fit.unit
     if finding.effect == "unknown":
         sizes = finding.parameters.get("size_rms")
         size = f" of {said(sizes.components[0][0], unit)} (root mean square)" if sizes else ""
+        if beside_friction(finding, answer.findings):
+            return (
+                "how far the two directions of the axis are apart changes along its travel: a"
+                f" mismatch{size} is left of it beside friction or play that is the same everywhere"
+            )
         return (
             f"a mismatch{size} follows {', '.join(finding.depends_on)}, and nothing in the list of "
             "effects looks like it"

@@ -12,10 +12,10 @@ from diagnosis.report.sentences import words
 from diagnosis.report.sentences.advice import advice, machine_of
 from diagnosis.report.sentences.sizes import LEAST_S, number, quantity, scale_of, significant
 from diagnosis.report.sentences.sureness import late_in_all_s, percent, settled
-from diagnosis.report.sentences.telling_apart import LONE
+from diagnosis.report.sentences.telling_apart import LONE, beside_friction
 from models.robot import DeltaRobot, RobotModel, per_arm
 
-NOTE = " (deltactl diagnose ... --save-robot NEW.yaml{all} records it)"
+NOTE = " (deltactl diagnose ... --save-robot NEW.yaml{all} does)"
 """For what can be described in the robot file instead of being repaired."""
 
 KEPT = (
@@ -85,7 +85,7 @@ def remedies(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]
         certain = all(sure(one, diagnosis) for one in lone)
         lines.append(KEPT.format(all="" if certain else " --all"))
     nameless = [one for one in diagnosis.findings if one.effect == NAMELESS]
-    lines += [line for one in nameless if (line := mapped(one) or unnamed(one, robot))]
+    lines += [line for one in nameless if (line := mapped(one) or unnamed(one, robot, diagnosis))]
     plan = diagnosis.next_experiment
     if lines and plan is not None and any(tied(one) for one in named):
         lines.insert(0, RUN_FIRST)
@@ -107,7 +107,7 @@ def mapped(finding: Finding) -> str | None:
     return MAPPED[finding.component].format(points=points, step=step.lstrip("+"))
 
 
-def unnamed(finding: Finding, robot: RobotModel | None) -> str:
+def unnamed(finding: Finding, robot: RobotModel | None, diagnosis: Diagnosis) -> str:
     """What tells more of an unknown, or makes it smaller; empty where no row says."""
     if not finding.depends_on:
         return ""
@@ -116,11 +116,14 @@ def unnamed(finding: Finding, robot: RobotModel | None) -> str:
     sizes = list(finding.parameters.values())
     if driver == "position" and sizes and sizes[0].unit in ("N", "N m"):
         driver = "position.force"
+    if beside_friction(finding, diagnosis.findings):
+        driver = "direction.beside"
     machine = machine_of(robot, finding.component, finding.effect)
     text = advice(machine, finding.effect, driver, 0.0)
     follows = words.listed([words.followed(name) for name in finding.depends_on])
     part = words.part_of(finding.effect, finding.component)
-    return words.sentence(text.format(part=part, follows=follows)) if text else ""
+    size = quantity(sizes[0].components[0][0], sizes[0].unit, digits=2) if sizes else ""
+    return words.sentence(text.format(part=part, follows=follows, size=size)) if text else ""
 
 
 def tied(finding: Finding) -> bool:

@@ -117,7 +117,9 @@ def _summary(diagnosis: Diagnosis, robot: RobotModel | None) -> Iterator[tuple[s
     for number, finding in enumerate(diagnosis.findings, 1):
         title = finding_title(finding)
         yield "head", f"{number}. {title}"
-        yield from (("", f"   {line}") for line in finding_lines(finding, span_s(diagnosis)))
+        yield from (
+            ("", f"   {line}") for line in finding_lines(finding, span_s(diagnosis), number == 1)
+        )
         if diagnosis.next_experiment is None and tied(finding) and (tells := hint(finding)):
             yield "", f"   {tells}"
     yield from (("", line) for line in remarks(diagnosis))
@@ -168,8 +170,10 @@ def thinned_line(thinned: Thinned) -> str:
     )
 
 
-def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> list[str]:
-    """Size, how sure, where, and what else it could be."""
+def finding_lines(
+    finding: Finding, span: tuple[float, float] = (math.nan, math.nan), first: bool = True
+) -> list[str]:
+    """Size, how sure, where, and what else it could be; first: of the answer's findings."""
     lines = [
         words.sentence(f"{size.name}: {size.text}")
         for name, result in told(finding.parameters).items()
@@ -177,7 +181,7 @@ def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.
     ]
     if (late_s := sureness.late_in_all_s(finding)) is not None:
         lines.insert(0, words.sentence(sureness.divided(quantity(late_s, "s", digits=3))))
-    lines.append(sureness.evidence(finding))
+    lines.append(sureness.evidence(finding, explained=first))
     if math.isfinite(finding.share_of_mismatch):
         lines.append(share_line(finding))
     if shows := where_line(finding, span):
@@ -196,13 +200,13 @@ def share_line(finding: Finding) -> str:
     """What the other findings cannot take over: each is left out and the others fitted again."""
     share = 100.0 * finding.share_of_mismatch
     shown = f"{share:.0f} %" if share >= 1.0 else "less than 1 %"
-    says = f"without it {shown} of the mismatch comes back, even with the others fitted again"
+    says = f"without it {shown} of the mismatch comes back"
     if share >= MINOR:
-        return words.sentence(says)
+        return words.sentence(f"{says}, even with the others fitted again")
     if share >= 1.0:
-        return words.sentence(f"{says}: the rest of its part they would take up, at wrong sizes")
-    yet = "; yet that is more than noise" if finding.evidence.p < sureness.SURE_P else ""
-    return words.sentence(f"its part is small: {says}{yet}")
+        return words.sentence(f"{says}: the others, at wrong sizes, take up the rest of its part")
+    yet = "; yet noise alone does not add so much" if finding.evidence.p < sureness.SURE_P else ""
+    return words.sentence(f"its part is small: {says}, with the others fitted again{yet}")
 
 
 def where_line(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> str:
@@ -210,13 +214,18 @@ def where_line(finding: Finding, span: tuple[float, float] = (math.nan, math.nan
     where = finding.where
     parts = []
     if where.axes:
-        axes = [words.channel(axis) for axis in where.axes[:MOST_NAMED]]
+        axes = [_the(words.channel(axis)) for axis in where.axes[:MOST_NAMED]]
         parts.append(f"in {words.listed(axes)}")
     if times := _stretches(where, *span):
         parts.append(times)
     if where.regime and finding.effect != "unknown":
         parts.append(where.regime)
     return words.sentence(f"it shows {', '.join(parts)}") if parts else ""
+
+
+def _the(channel: str) -> str:
+    """A channel of which there is one, in a sentence."""
+    return channel if channel[-1:].isdigit() or channel[-2:-1] == " " else f"the {channel}"
 
 
 def stretches(where: Where, start_s: float, end_s: float) -> list[tuple[float, float]]:

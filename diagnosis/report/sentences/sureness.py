@@ -20,8 +20,9 @@ CERTAIN = 0.995
 """A probability that would be rounded to all or nothing is said to lie above or below one percent
 of it: no engine knows its own mistakes better."""
 
-CHI_SQUARE = "chi-square, where noise alone makes up to about 10"
-"""The unit of what a fit gains or loses, with how to read it: 10 is what one or two sizes gain by
+CHI_SQUARE = "chi-square"
+OF_NOISE = ", where noise alone makes up to about 10"
+"""How to read what a fit gains or loses, said once: 10 is what one or two sizes gain by
 chance in one recording of a few hundred."""
 
 HALF = 0.5
@@ -77,15 +78,16 @@ def negligible(probability: float | None) -> bool:
     return probability is not None and probability < 1.0 - CERTAIN
 
 
-def evidence(finding: Finding) -> str:
-    """How sure a finding is, in words and figures."""
+def evidence(finding: Finding, explained: bool = True) -> str:
+    """How sure a finding is, in words and figures; explained: with how to read a chi-square."""
     p, gain = finding.evidence.p, finding.evidence.delta_chi2
     said = FEW if p >= LIKELY_P and settled(finding) else word(p)
     if math.isfinite(p):
-        said += f": {_by_noise(p)}"
+        said += f": {by_noise(p)}"
     if math.isfinite(gain):
+        how = OF_NOISE if explained else ""
         much = f"{gain:,.0f}".replace(",", "\u00a0")
-        said += f" (for statisticians: without it the fit is worse by {much} in {CHI_SQUARE})"
+        said += f" (for statisticians: without it the fit is worse by {much} in {CHI_SQUARE}{how})"
     if _is_open(finding):
         said += ". There is an effect of this kind; which of the causes below it is remains open"
     if finding.probability is not None:
@@ -94,7 +96,8 @@ def evidence(finding: Finding) -> str:
     return f"{said}."
 
 
-def _by_noise(p: float) -> str:
+def by_noise(p: float) -> str:
+    """What a p means, as a clause."""
     return f"noise alone would look like this in {odds(p)} recordings"
 
 
@@ -141,7 +144,7 @@ def false_alarm(diagnosis: Diagnosis) -> str:
     p = diagnosis.false_alarm_p
     if not math.isfinite(p):
         return "How often a machine without a fault would look like this could not be computed."
-    said = f"If the machine were exactly as the robot file says, {_by_noise(p)}."
+    said = f"If the machine were exactly as the robot file says, {by_noise(p)}."
     nothing = diagnosis.probability_nothing_missing
     if nothing is not None:
         said += f" Probability that the robot file is complete: {percent(nothing)}."

@@ -10,11 +10,11 @@ from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.answer.verdict import goes_on, seen
 from diagnosis.report.sentences import words
-from diagnosis.report.sentences.fit_words import persists
+from diagnosis.report.sentences.fit_words import MORE_PLACES, persists, said_of_rest
 from diagnosis.report.sentences.regime_words import regime
 from diagnosis.report.sentences.sizes import quantity
 from diagnosis.report.sentences.summary import plain_lines
-from diagnosis.report.sentences.sureness import late_in_all_s
+from diagnosis.report.sentences.sureness import by_noise, late_in_all_s
 from models.effects import VOCABULARY
 from models.effects.kind import EffectKind
 
@@ -87,13 +87,14 @@ def _like_noise(answer: Diagnosis) -> str:
     within, left = answer.fit.scatter_within_m, answer.fit.rms_after_m
     nameless = any(one.effect == "unknown" for one in answer.findings)
     head = BESIDE if nameless else LEFT
-    if within is None or left <= VERDICT.beyond_rest * within:
+    if within is None or not said_of_rest(answer.fit):
         return _that_goes_on(answer, head) if goes_on(answer.fit) else f"{head} {IS_NOISE}"
     at_rest, left_m = (quantity(size, answer.fit.unit, digits=2) for size in (within, left))
     more = "" if answer.verdict == "nothing_missing" else ": it is more than the noise of reading"
     return (
         f"What is left ({left_m}) follows nothing that a test sees. Readings at one place scatter "
         f"by only {at_rest}, so most of it comes with motion or differs from place to place{more}."
+        f" {MORE_PLACES}"
     )
 
 
@@ -120,7 +121,7 @@ def unexplained(answer: Diagnosis) -> str:
         return _like_noise(answer)
     floor = fit.noise_floor_m
     times = fit.rms_after_m / floor if floor > 0.0 else math.inf
-    how = [f"p = {rest.p:.2g}"] if rest.p is not None and seen(rest.p) else []
+    how = [by_noise(rest.p)] if rest.p is not None and seen(rest.p) else []
     if times > VERDICT.at_floor:
         how.append(f"{times:.2g} times the noise floor")
     told_how = f" ({', '.join(how)})" if how else ""

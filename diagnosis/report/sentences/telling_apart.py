@@ -126,6 +126,7 @@ BY_HAND_ALONE: tuple[tuple[str, str], ...] = (
 )
 """Measurements that settle what no safe motion can, by a pair of effects or one of them."""
 LONE = "axis"
+HYSTERESIS = frozenset({"joint_friction", "gear_backlash"})
 """Component of a machine that is one axis."""
 OTHERWISE = "repeat the motion with other speeds, spans and rests"
 
@@ -134,6 +135,15 @@ def _ways(table: Mapping[Pair, str], finding: Finding) -> list[str]:
     """What separates a finding from each alternative; empty where the table has nothing."""
     pairs = (frozenset({finding.effect, one.effect}) for one in finding.alternatives)
     return [table.get(pair, "") for pair in pairs]
+
+
+def beside_friction(finding: Finding, findings: Sequence[Finding]) -> bool:
+    """Whether an unknown follows the direction of a lone axis though friction or play is found.
+
+    Those are the same along the whole travel; what is left of the direction changes along it.
+    """
+    followed = finding.effect == "unknown" and finding.depends_on == ["direction"]
+    return followed and any(one.effect in HYSTERESIS for one in findings)
 
 
 def telling_apart(findings: Sequence[Finding]) -> list[str]:
