@@ -29,6 +29,9 @@ class VerdictOptions:
     goes_on: float = 0.7
     """Correlation of what is left from one reading to the next from which on it is not called the
     noise of a sensor: half of its power can then be told from the reading before."""
+    most_of_rest: float = 0.7
+    """Of the size of what is left, from which on what effects of the file may leave is half of its
+    power."""
     even: float = 0.5
     """Posterior of the empty set below which nobody may say that nothing is missing."""
     sure_enough: float = 0.8

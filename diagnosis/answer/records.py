@@ -153,6 +153,9 @@ class Fit(_Record):
     holdout_rms_before_m: float
     holdout_rms_after_m: float
     unit: str = "m"
+    left_by_known_m: float = 0.0
+    """What effects that the robot file has from earlier diagnoses may leave, as no drive or bearing
+    is as simple as they describe it. It is part of the noise floor where no test sees the rest."""
     scatter_within_m: float | None = None
     """Of a lone machine: what readings scatter around their mean while it stays at one place."""
     left_correlation: float | None = None

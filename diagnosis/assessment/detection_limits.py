@@ -38,7 +38,11 @@ def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable
             continue
         scatter = float(scorer.variance_inflation[number])
         needed = _needed(
-            independent, entry.df, scatter, scatter * float(scorer.tolerance_factor[number])
+            independent,
+            entry.df,
+            scatter,
+            scatter * float(scorer.tolerance_factor[number]),
+            scatter * float(scorer.left_by_measured[number]),
         )
         size = _size(entry, scores.information[number], needed)
         if size is not None and number in held:
@@ -63,13 +67,14 @@ def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable
     return list(unique.values()), list(smallest.values())
 
 
-def _needed(tests: float, df: int, scatter: float, factor: float) -> float:
+def _needed(tests: float, df: int, scatter: float, factor: float, left: float) -> float:
     """Chi-square that an effect must bring, for the alarm to be raised with the power wanted.
 
     tests: independent ones. scatter: how much more the score varies than by white noise. factor: by
-    how much it must exceed what chance makes, with what no robot file promises.
+    how much it must exceed what chance makes, with what no robot file promises. left: what
+    effects that were measured before may leave of it.
     """
-    threshold = float(chdtri(df, ALARM / tests)) * factor
+    threshold = float(chdtri(df, ALARM / tests)) * factor + left
     # Noise makes `scatter` times a chi-square of its own; the effect is what lies beyond it.
     return scatter * noncentrality(threshold / scatter, df, ASSESSMENT.power)
 

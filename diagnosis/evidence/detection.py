@@ -15,6 +15,7 @@ from diagnosis.estimation.budget import Budget
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.splines import Score
+from diagnosis.evidence.left_by_measured import LeftByMeasured
 from diagnosis.evidence.noise_estimation import Prepared
 from diagnosis.plants.candidate import Candidate, Term
 from diagnosis.priors.penalties import Trial, penalty
@@ -39,6 +40,7 @@ class Detection:
     """Of the same library under nearly the same noise, where there is one."""
     calibration: Calibration = field(init=False)
     empty: Solution = field(init=False)
+    left_by_measured: LeftByMeasured = field(init=False)
     scores_of_empty: Scores = field(init=False)
     # A solution is large: what is known of it must not keep it.
     _fine: WeakKeyDictionary[Solution, list[Score]] = field(default_factory=WeakKeyDictionary)
@@ -47,6 +49,9 @@ class Detection:
 
     def __post_init__(self) -> None:
         self.empty = self.fitter.solve(())
+        self.left_by_measured = LeftByMeasured(self.fitter, self.empty)
+        entries = [entry.candidate for entry in self.prepared.library.entries]
+        self.prepared.scorer.left_by_measured = self.left_by_measured.of_all(entries)
         self.calibration = self.known or self._calibrated()
         self.scores_of_empty = self.scores(self.empty)
 
@@ -101,7 +106,7 @@ class Detection:
 
     def first_p(self) -> float:
         """Calibrated p of 'nothing is missing'."""
-        scan = [log_sf(j.gain, 1) for j in self._jumps(self.empty)]
+        scan = [self._log_p(jump) for jump in self._jumps(self.empty)]
         fine = [log_p for _, _, log_p in self.fine_scores(self.empty)]
         return self.p(float(min([self.scores_of_empty.log_p.min(), *scan, *fine])))
 
@@ -112,6 +117,9 @@ class Detection:
             self._jumped[solution] = jumps(self.fitter, solution, self.rad_per_step)
         return self._jumped[solution]
 
+    def _log_p(self, jump: Jump) -> float:
+        return log_sf(max(jump.gain - self.left_by_measured.of(jump.candidate), 0.0), 1)
+
     def fine_scores(self, solution: Solution) -> list[Score]:
         """Fine spline terms and sinusoids with their gain and log p, best first."""
         if solution not in self._fine:
@@ -119,7 +127,8 @@ class Detection:
         return self._fine[solution]
 
     def _score_fine(self, solution: Solution) -> list[Score]:
-        found = scores_of(self.prepared.fine, self.fitter, solution, self.prepared.small)
+        small, left = self.prepared.small, self.left_by_measured.of()
+        found = scores_of(self.prepared.fine, self.fitter, solution, small, left)
         return sorted(found, key=lambda item: item[2])
 
     def trials(
@@ -148,7 +157,7 @@ class Detection:
         return [
             Trial(
                 Term(jump.candidate, np.array(jump.candidate.shapes[0].origin)),
-                jump.gain, log_sf(jump.gain, 1), penalty(jump.candidate),
+                jump.gain, self._log_p(jump), penalty(jump.candidate),
             )
             for jump in self._jumps(solution)
             if jump.candidate.key not in taken

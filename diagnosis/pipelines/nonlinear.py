@@ -11,6 +11,7 @@ import numpy as np
 
 from diagnosis.admission.plausibility import check_input
 from diagnosis.answer.records import Diagnosis, Finding, Fit, Picture, PriorSensitivity
+from diagnosis.answer.verdict import seen
 from diagnosis.assessment.detection_limits import limits
 from diagnosis.assessment.holdout import on_another_run, on_blocks, rms
 from diagnosis.assessment.impossible import beyond_physics, first_impossible, lacking, less
@@ -91,7 +92,18 @@ class FittedTogether:
             partial(rest, outcome),
         ]
         found, fit, left = side_by_side(tasks)
+        if not seen(left.p):
+            fit = self._with_left(fit, floor)
         return Figures(found, fit, left)
+
+    def _with_left(self, fit: Fit, floor: FloatArray) -> Fit:
+        """What no test sees, with what effects of the file may leave, is the floor."""
+        size = self.outcome.explained.search.tests.left_by_measured.size
+        columns, _ = _columns(self.outcome.fitter.model)
+        allowed = rms(np.hypot(floor, size), self.prepared.valid, columns)
+        least = max(fit.noise_floor_m, min(fit.rms_after_m, allowed))
+        may = rms(size, self.prepared.valid, columns)
+        return fit.model_copy(update={"noise_floor_m": least, "left_by_known_m": may})
 
     def chance(self, found: Sequence[Finding]) -> float:
         """See Settled."""

@@ -17,6 +17,8 @@ class Nuisance:
 
     term: Term
     spread: tuple[float, ...]
+    measured: bool = False
+    """An effect that the robot file has from an earlier diagnosis."""
 
 
 def given_back(

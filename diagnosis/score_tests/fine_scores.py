@@ -19,11 +19,16 @@ from diagnosis.score_tests.sinusoids import sinusoid_scores
 
 
 def scores_of(
-    shapes: Sequence[SplineTerm], fitter: Fitter, solution: Solution, small: FloatArray | None
+    shapes: Sequence[SplineTerm],
+    fitter: Fitter,
+    solution: Solution,
+    small: FloatArray | None,
+    left_by_measured: float = 0.0,
 ) -> list[Score]:
     """Each shape's score, and those of the sinusoid_scores.
 
-    small: whitened changes by what no robot file can promise, (m, k).
+    small: whitened changes by what no robot file can promise, (m, k). left_by_measured: chi-square
+    that effects which were measured before may leave of any shape.
     """
     basis = solution.basis[: fitter.rows]
     # The rows of the priors count too: a shape that takes over lets the nuisances spring back.
@@ -40,9 +45,9 @@ def scores_of(
         left = gram - shared @ shared.T
         gain, rank = gain_alone(left, columns.T @ rest, np.diag(gram))
         factor = 1.0 if small is None else tolerance_factor(left, columns.T @ small)
-        return gain, log_sf(gain / factor, rank)
+        return gain, log_sf(max(gain - left_by_measured, 0.0) / factor, rank)
 
-    tasks: list[Callable[[], Any]] = [partial(sinusoid_scores, fitter, solution)]
+    tasks: list[Callable[[], Any]] = [partial(sinusoid_scores, fitter, solution, left_by_measured)]
     tasks += [partial(score, free) for free in shapes]
     beats, *scores = side_by_side(tasks)
     return [*((free, *own) for free, own in zip(shapes, scores, strict=True)), *beats]

@@ -35,6 +35,8 @@ class Scorer:
         )
         self.tolerance_factor = np.ones(len(library.entries))
         """How many times more a score may be by what no robot file promises (`priors`)."""
+        self.left_by_measured = np.zeros(len(library.entries))
+        """What effects that were measured before may leave of each entry's shape, in chi-square."""
         self.gram = library.gram()
 
     def project(self, basis: FloatArray, residual: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -63,7 +65,8 @@ class Scorer:
             for place, number in enumerate(numbers):
                 steps[number], infos[number] = step[place], information[place]
         gains /= self.variance_inflation
-        return Scores(gains, log_sfs(gains / self.tolerance_factor, ranks), steps, infos)
+        beyond = np.maximum(gains - self.left_by_measured, 0.0) / self.tolerance_factor
+        return Scores(gains, log_sfs(beyond, ranks), steps, infos)
 
     @cached_property
     def alike(self) -> list[tuple[IntArray, IntArray]]:

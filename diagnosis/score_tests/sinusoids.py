@@ -18,8 +18,13 @@ from diagnosis.score_tests.options import SCORE_TESTS
 from diagnosis.score_tests.score_test import explained_by
 
 
-def sinusoid_scores(fitter: Fitter, solution: Solution) -> list[Score]:
-    """At each location the sinusoid that explains most: term, gain, log p for all frequencies."""
+def sinusoid_scores(
+    fitter: Fitter, solution: Solution, left_by_measured: float = 0.0
+) -> list[Score]:
+    """At each location the sinusoid that explains most: term, gain, log p for all frequencies.
+
+    left_by_measured: as `scores_of` has it.
+    """
     inputs = fitter.model.inputs()
     t_s = fitter.model.readings.t_s
     basis, residual = solution.basis, solution.residual
@@ -31,7 +36,8 @@ def sinusoid_scores(fitter: Fitter, solution: Solution) -> list[Score]:
         free = SplineTerm(location, "time", waves(t_s, rate_hz), t_s[:0], "sinusoid", rate_hz)
         columns = fitter.vector(free.columns(change))
         gain, rank = explained_by(columns - basis @ (basis.T @ columns), residual)
-        found.append((free, gain, min(log_sf(gain, rank) + float(np.log(looks)), 0.0)))
+        log_p = log_sf(max(gain - left_by_measured, 0.0), rank) + float(np.log(looks))
+        found.append((free, gain, min(log_p, 0.0)))
     return sorted(found, key=lambda item: item[2])
 
 

@@ -45,7 +45,7 @@ class Criterion:
         Sharp effects count first, so that what two could explain is not charged as discrepancy.
         exact: terms that leave nothing in the readings that are looked at.
         """
-        least, before = 0.0, self.tests.empty.cost
+        least, before = self.tests.left_by_measured.of(new), self.tests.empty.cost
         left = [EXACT if term in exact else left_by(term, new) for term in solution.terms]
         for share in sorted(set(left)):
             part = tuple(t for t, own in zip(solution.terms, left, strict=True) if own <= share)

@@ -188,14 +188,15 @@ def odds_against_nothing(tests: Detection) -> list[float]:
 
     A candidate with several starting points has the mean over them: they are its prior.
     """
-    scores = tests.scores(tests.empty)
+    scores, scorer = tests.scores(tests.empty), tests.prepared.scorer
     found: dict[tuple[str, ...], list[float]] = {}
     for number, entry in enumerate(tests.prepared.library.entries):
-        gain = float(scores.gain[number] / tests.prepared.scorer.tolerance_factor[number])
+        beyond = max(scores.gain[number] - scorer.left_by_measured[number], 0.0)
+        gain = float(beyond / scorer.tolerance_factor[number])
         log_odds = _entry_log_odds(entry, gain, scores.step[number], scores.information[number])
         found.setdefault(entry.key, []).append(math.exp(min(log_odds, MOST)))
     for free, gain, _ in tests.fine_scores(tests.empty):
-        log_odds = _spline_log_odds(free, gain)
+        log_odds = _spline_log_odds(free, max(gain - tests.left_by_measured.of(), 0.0))
         found[("fine", free.location, free.covariate)] = [math.exp(min(log_odds, MOST))]
     return [float(np.mean(one)) for one in found.values()]
 

@@ -10,6 +10,7 @@ import numpy as np
 from diagnosis.observations.readings import FloatArray, gather
 from diagnosis.plants.candidate import Candidate, Coordinate, Shape, Term
 from diagnosis.plants.delta.candidates import EVENTS, candidates_of, contact, runout, tolerances
+from diagnosis.plants.delta.measured_before import measured_before
 from diagnosis.plants.delta.near_singular import fragile
 from diagnosis.plants.delta.sensor_clock import OwnTimes
 from diagnosis.plants.delta.traits import delta_traits
@@ -36,7 +37,6 @@ class DeltaModel:
 
     def __init__(self, robot: DeltaRobot, recordings: Sequence[FlatRecording]):
         self.robot = robot
-        self.chain = Chain.delta(robot)
         seen = [name for name in (*RANGES, *POSITIONS, *ANGLES) if _somewhere(recordings, name)]
         if robot.sensors is None:
             seen = [name for name in seen if name not in RANGES]
@@ -48,6 +48,8 @@ class DeltaModel:
         self.readings = gather(recordings, seen, UNITS, status=STATUS)
         self.commanded_rad = np.concatenate([self._commands(r) for r in recordings])
         self._own_times = [OwnTimes(recording) for recording in recordings]
+        stays, measured = measured_before(robot, self._travel(), self.readings.span_s)
+        self.chain = Chain.delta(stays)
         self._courses = self._split()
         self.position_m = forward(self.chain.linkage, self.commanded_rad).position_m
         self._refuse_impossible()
@@ -60,7 +62,7 @@ class DeltaModel:
         # Somewhere within a sample, between the middle of the exposure and its end; never later
         # than the next sample.
         late = Nuisance(Term(read_late, np.array([0.5 * half])), (0.5 * half,))
-        self.nuisances = [late] if self._timed else []
+        self.nuisances = [late, *measured] if self._timed else measured
         self.candidates = self._candidates()
         self.groups = groups_of(self.candidates)
         self.traits = delta_traits(self.inputs(), seen)

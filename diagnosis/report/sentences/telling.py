@@ -101,6 +101,16 @@ def _like_noise(answer: Diagnosis) -> str:
 def _that_goes_on(answer: Diagnosis, head: str) -> str:
     """What no test sees, though it is much the same from one reading to the next."""
     fit = answer.fit
+    if fit.left_by_known_m > VERDICT.most_of_rest * fit.rms_after_m:
+        left, may = (
+            quantity(size, fit.unit, digits=2) for size in (fit.rms_after_m, fit.left_by_known_m)
+        )
+        return (
+            f"{head} ({left}) is not the noise of a sensor, which is new with each reading:"
+            f" {persists(fit)}. But it is no more than the effects that the robot file has from"
+            f" earlier diagnoses may leave ({may}): no drive or bearing is as simple as they"
+            " describe it."
+        )
     if answer.verdict == "nothing_missing":
         return (
             f"{head} {IS_NOISE} But {persists(fit)}: either the readings were smoothed by a filter,"

@@ -1,0 +1,99 @@
+"""What a robot file knows from earlier diagnoses: sizes that were measured are known only about.
+
+A drive is not of first order and friction has no single width: such an effect of the file is fitted
+within its interval, and what its operator leaves is no second effect (`EffectKind.discrepancy`).
+Lengths, offsets and what somebody wrote by hand stay as the file has them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from diagnosis.observations.readings import FloatArray
+from diagnosis.plants.candidate import Candidate, Coordinate, Term
+from diagnosis.plants.delta.candidates import EVENTS, candidates_of
+from diagnosis.plants.nuisance import Nuisance
+from models.effects import VOCABULARY
+from models.effects.kind import EXACT
+from models.robot import DeltaRobot, EffectEntry
+
+ELSEWHERE = (*EVENTS, "contact", "sensor_latency")
+"""Kinds whose candidates have no row in the table."""
+NARROWEST = 1e-3
+"""Of the step of a derivative: what is known more exactly is no more exact in a fit."""
+WIDTH = 2.0 * 1.96
+"""Of an interval of 95 %, in standard deviations."""
+
+
+def measured_before(
+    robot: DeltaRobot, travel_rad: float, span_s: float
+) -> tuple[DeltaRobot, list[Nuisance]]:
+    """The robot without the effects that are fitted again, and these around their sizes."""
+    stays: list[EffectEntry] = []
+    measured: list[Nuisance] = []
+    for entry in robot.effects:
+        nuisance = _nuisance(entry, travel_rad, span_s)
+        if nuisance is None:
+            stays.append(entry)
+        else:
+            measured.append(nuisance)
+    return robot.model_copy(update={"effects": tuple(stays)}), measured
+
+
+def _nuisance(entry: EffectEntry, travel_rad: float, span_s: float) -> Nuisance | None:
+    kind = VOCABULARY.get(entry.effect)
+    if entry.found is None or kind is None or entry.effect in ELSEWHERE:
+        return None
+    if kind.discrepancy.elsewhere <= EXACT:
+        return None
+    every = candidates_of(entry.effect, travel_rad, span_s)
+    row = next((one for one in every if one.component == entry.component), None)
+    if row is None:
+        return None
+    intervals = entry.found.ci95
+    moved = tuple(one for one in row.coordinates if one.parameter in intervals)
+    if kind.main.name not in {one.parameter for one in moved}:
+        return None
+    values: dict[str, Any] = {p.name: p.default for p in kind.parameters if p.default is not None}
+    values |= entry.parameters
+    own = {one.parameter for one in moved}
+    fixed = {name: value for name, value in values.items() if name not in own}
+    candidate = Candidate(kind, entry.component, moved, (), _without_phase(fixed, moved))
+    at = np.array([_coordinate(one, values[one.parameter], values) for one in moved])
+    spread = tuple(_spread(one, intervals[one.parameter], values) for one in moved)
+    return Nuisance(Term(candidate, at), spread, measured=True)
+
+
+def _without_phase(fixed: dict[str, Any], moved: tuple[Coordinate, ...]) -> dict[str, Any]:
+    """A wave's two coordinates have its phase."""
+    waves = any(one.how in ("sine", "cosine") for one in moved)
+    return {name: value for name, value in fixed.items() if not (waves and name == "phase")}
+
+
+def _coordinate(coordinate: Coordinate, value: Any, values: Mapping[str, Any]) -> float:
+    """A parameter in the coordinate that the fit moves, see `Candidate.values`."""
+    size = float(np.asarray(value))
+    phase_rad = float(np.asarray(values.get("phase", 0.0)))
+    match coordinate.how:
+        case "reciprocal":
+            return 1.0 / size if size else np.inf
+        case "log":
+            return float(np.log(size))
+        case "sine":
+            return size * float(np.cos(phase_rad))
+        case "cosine":
+            return size * float(np.sin(phase_rad))
+        case _:
+            return size
+
+
+def _spread(coordinate: Coordinate, interval: Any, values: Mapping[str, Any]) -> float:
+    low, high = (float(np.asarray(end)) for end in interval)
+    least = NARROWEST * coordinate.step
+    if coordinate.how in ("sine", "cosine"):
+        return max((high - low) / WIDTH, least)
+    ends: FloatArray = np.array([_coordinate(coordinate, end, values) for end in (low, high)])
+    return max(float(np.ptp(ends)) / WIDTH, least)

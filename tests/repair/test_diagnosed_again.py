@@ -1,0 +1,146 @@
+"""A corrected robot file against the recordings of its machine: known, and nothing more is found.
+
+The drives of the machine are of second order; no effect of the vocabulary is.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.signal import cont2discrete, lfilter
+
+from diagnosis.answer.corrected_robot import save_corrected
+from diagnosis.answer.records import Diagnosis
+from diagnosis.api import diagnose_recordings
+from diagnosis.plants.delta.measured_before import measured_before
+from diagnosis.report.sentences.telling import unexplained
+from models.robot import DeltaRobot, EffectEntry, FloatArray, FoundBy, load_delta
+from recording.tables.flat import FlatRecording
+
+ROBOT = """kind: delta
+name: picker
+geometry: {base_radius_m: 0.122, platform_radius_m: 0.1, upper_arm_m: 0.3142, forearm_m: 0.5875}
+"""
+STEP_S = 0.02
+STAYS = 30
+HERTZ, DAMPING = 3.0, 0.7
+NOISE_RAD = 1e-4
+
+
+def places(seed: int) -> FloatArray:
+    """Commanded angles of pick and place, (n, 3): moves of half a second, and rests."""
+    rng = np.random.default_rng(seed)
+    stops = rng.uniform(0.1, 0.7, (40, 3))
+    share = np.linspace(0.0, 1.0, 25)
+    soft = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    moves = [
+        np.concatenate([a + soft[:, None] * (b - a), np.repeat(b[None], STAYS, 0)])
+        for a, b in pairwise(stops)
+    ]
+    return np.concatenate(moves)
+
+
+def recorded(seed: int, warm_rad: float = 0.0) -> FlatRecording:
+    """The machine: drives of second order, and an encoder whose first zero may have moved."""
+    commanded = places(seed)
+    rate = 2.0 * np.pi * HERTZ
+    b, a, _ = cont2discrete(([rate**2], [1.0, 2.0 * DAMPING * rate, rate**2]), STEP_S)
+    moved = commanded[0] + lfilter(np.ravel(b), a, commanded - commanded[0], axis=0)
+    moved[:, 0] += warm_rad
+    read = moved + NOISE_RAD * np.random.default_rng(seed + 1).standard_normal(moved.shape)
+    columns = {f"command_{arm + 1}": commanded[:, arm] for arm in range(3)}
+    columns |= {f"theta_{arm + 1}": read[:, arm] for arm in range(3)}
+    return FlatRecording(np.arange(len(read)) * STEP_S, columns, {}, f"day {seed}")
+
+
+@pytest.fixture(scope="module")
+def first() -> Diagnosis:
+    return diagnose_recordings(_nominal(), [recorded(1)], [])
+
+
+@pytest.fixture(scope="module")
+def corrected(first: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> DeltaRobot:
+    folder = tmp_path_factory.mktemp("again")
+    (folder / "old.yaml").write_text(ROBOT)
+    save_corrected(folder / "old.yaml", first, folder / "new.yaml")
+    return load_delta(folder / "new.yaml")
+
+
+def _nominal() -> DeltaRobot:
+    return DeltaRobot.model_validate(yaml.safe_load(ROBOT))
+
+
+def test_the_drives_are_found_late(first: Diagnosis) -> None:
+    lags = {one.component for one in first.findings if one.effect == "following_lag"}
+    assert lags == {"motor1", "motor2", "motor3"}
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_then_nothing_more_is_missing(corrected: DeltaRobot, seed: int) -> None:
+    """In the recording they were found in, and in one of another day."""
+    answer = diagnose_recordings(corrected, [recorded(seed)], [])
+    assert not answer.findings
+    assert answer.verdict == "nothing_missing"
+    assert "no drive or bearing is as simple" in unexplained(answer)
+
+
+def test_what_is_new_is_found(corrected: DeltaRobot) -> None:
+    answer = diagnose_recordings(corrected, [recorded(2, warm_rad=0.02)], [])
+    assert [(one.effect, one.component) for one in answer.findings] == [("home_offset", "motor1")]
+
+
+PARAMETERS = {
+    "following_lag": ("time", {"dead_time": 0.01}),
+    "viscous_friction": ("coefficient", {}),
+    "transmission_error": ("amplitude", {"period": 0.3, "phase": 2.0}),
+    "joint_compliance": ("stiffness", {}),
+}
+
+
+@given(
+    effect=st.sampled_from(sorted(PARAMETERS)),
+    size=st.floats(0.01, 0.1),
+    share=st.floats(0.01, 0.5),
+)
+def test_what_is_known_is_fitted_around_its_size(effect: str, size: float, share: float) -> None:
+    """Coordinates at their centre are the entry's parameters."""
+    main, others = PARAMETERS[effect]
+    size = size * (1e4 if effect == "joint_compliance" else 1.0)
+    found = FoundBy(
+        recordings=("a.csv",),
+        on="2026-01-31",
+        ci95={main: ((1.0 - share) * size, (1.0 + share) * size)},
+    )
+    entry = EffectEntry(
+        effect=effect, component="joints" if effect == "joint_compliance" else "motor2",
+        parameters={main: size, **others}, found=found,
+    )  # fmt: skip
+    robot = _nominal().model_copy(update={"effects": (entry,)})
+    bare, (nuisance,) = measured_before(robot, 1.0, 60.0)
+    assert not bare.effects
+    values = nuisance.term.candidate.values(nuisance.term.at)
+    for name, value in entry.parameters.items():
+        assert values[name] == pytest.approx(value)
+    assert all(spread > 0.0 for spread in nuisance.spread)
+
+
+@pytest.mark.parametrize("by_hand", [True, False])
+def test_lengths_and_what_is_written_by_hand_stay(by_hand: bool) -> None:
+    found = FoundBy(recordings=("a.csv",), on="2026-01-31", ci95={"time": (0.01, 0.03)})
+    lag = EffectEntry(
+        effect="following_lag", component="motor1", parameters={"time": 0.02},
+        found=None if by_hand else found,
+    )  # fmt: skip
+    home = EffectEntry(
+        effect="home_offset", component="motor1", parameters={"angle": 0.01},
+        found=found.model_copy(update={"ci95": {"angle": (0.009, 0.011)}}),
+    )  # fmt: skip
+    robot = _nominal().model_copy(update={"effects": (lag, home)})
+    bare, measured = measured_before(robot, 1.0, 60.0)
+    assert bare.effects == ((lag, home) if by_hand else (home,))
+    assert len(measured) == (0 if by_hand else 1)
