@@ -42,7 +42,7 @@ def diagnose(
     report: Annotated[Path | None, typer.Option(help="Write an HTML report here.")] = None,
     save_robot: Annotated[
         Path | None,
-        typer.Option(help="Write the robot file with the findings that are certain here."),
+        typer.Option(help="Write here the robot file with what is certain to be corrected."),
     ] = None,
     save_all: Annotated[
         bool,

@@ -107,6 +107,12 @@ def lasts(finding: Finding) -> bool:
     return any(not kind.event and names <= {one.name for one in kind.parameters} for kind in forms)
 
 
+def sure_of_correction(finding: Finding) -> float:
+    """Probability of it or of what calls for the same correction."""
+    alike = [one for one in finding.alternatives if _corrected_alike(finding, one)]
+    return (finding.probability or 0.0) + sum(one.probability or 0.0 for one in alike)
+
+
 def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
     """Whether it is clear what to correct.
 
@@ -123,7 +129,7 @@ def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
         return True
     if finding.probability is None:
         return len(alike) == len(rivals)
-    return finding.probability + sum(one.probability or 0.0 for one in alike) >= VERDICT.sure_enough
+    return sure_of_correction(finding) >= VERDICT.sure_enough
 
 
 def _stands_beside_unknowns(finding: Finding, diagnosis: Diagnosis) -> bool:

@@ -18,7 +18,7 @@ EFFECT = EffectKind(
     parameters=(Parameter("scale", "1", 0.2, 5.0, starts=(1.0,), typical=0.005),),
     operate=_operate,
     says=lambda component, v: (
-        f"the gear of {component} turns the arm {100 * (v['scale'] - 1):+.2f} % "
+        f"the drive of {component} turns the arm {100 * (v['scale'] - 1):+.2f} % "
         "per commanded angle against the robot file"
     ),
     nothing=1.0,

@@ -18,7 +18,9 @@ EFFECT = EffectKind(
     components=MOTORS,
     parameters=PARAMETERS,
     operate=_operate,
-    says=lambda component, v: f"the gear of {component} has a periodic error of {size_in_words(v)}",
+    says=lambda component, v: (
+        f"the gear or coupling of {component} has a periodic error of {size_in_words(v)}"
+    ),
     order=1,
     # one harmonic of several
     discrepancy=Discrepancy(0.001, 0.003),

@@ -49,8 +49,11 @@ def shown(lines: list[str], width: int = 400) -> str:
     ("verdict", "says"),
     [
         ("nothing_missing", "Nothing is missing"),
-        ("explained", "The mismatch is explained by free play in the gearbox of motor 2 and"),
-        ("partly_explained", "Part of the mismatch is explained by free play in the gearbox"),
+        ("explained", "The mismatch is explained by free play in the gear or coupling of motor 2"),
+        (
+            "partly_explained",
+            "Part of the mismatch is explained by free play in the gear or coupling",
+        ),
         ("unexplained", "enters at motor 3 and follows the angle of arm 3"),
     ],
 )
@@ -102,7 +105,7 @@ def test_moments_are_given_to_the_hundredth(parts: Any) -> None:
 def test_what_it_could_not_see_is_grouped_and_what_it_could_is_in_peoples_units(make: Any) -> None:
     text = "\n".join(plain_lines(make("explained")))
     assert "could not show a periodic error of the angle encoder of motors 1, 2 and 3" in text
-    assert "free play in the gearbox of motor 2 (0.17 degrees)" in text
+    assert "free play in the gear or coupling of motor 2 (0.17 degrees)" in text
     assert "a wrong gear ratio of motor 1 (0.30 % off what the robot file says)" in text
     assert "softer than 35000 N m/rad" in text
 
@@ -254,7 +257,7 @@ def test_words_for_places_and_drivers() -> None:
     for text in ("lost_steps motor1", "lost_steps@motor1", "lost_steps at motor1"):
         assert spelled(text) == "steps lost by motor 1"
     assert spelled("gear_backlash motor2 / joint_friction motor2") == (
-        "free play in the gearbox of motor 2 / bearing friction in motor 2"
+        "free play in the gear or coupling of motor 2 / bearing friction in motor 2"
     )
     assert listed(["a", "b", "c"], "or") == "a, b or c"
     assert listed([]) == ""

@@ -46,9 +46,10 @@ def test_what_is_taken_over_says_how_sure_it_is(make: Any) -> None:
     well, only = support(answer, False)
     assert well == "- well supported (above 99 %): a wrong home angle of motor 1"
     assert only == (
-        "- only 55 % sure: a wrong home angle of motor 2, which may be free play in the gearbox of"
-        " motor 2 (45 %) instead; to check, turn the arm by hand while its motor holds: play can be"
-        " felt, a wrong home cannot"
+        "- above 99 % sure that this is to be corrected, not of its cause: a wrong home angle of"
+        " motor 2 (55 %), which may be free play in the gear or coupling of motor 2 (45 %) instead,"
+        " and that calls for the same correction; to tell which it is, turn the arm by hand while"
+        " its motor holds: play can be felt, a wrong home cannot"
     )
 
 
@@ -61,7 +62,7 @@ def test_the_proposed_run_is_what_checks(make: Any) -> None:
         minutes=2.5,
     )
     (line,) = support(make("explained", findings=[open_one], next_experiment=plan), False)
-    assert "to check, run the job proposed above (--next-job JOB.yaml)" in line
+    assert "run the job proposed above (--next-job JOB.yaml)" in line
 
 
 def test_an_even_tie_of_a_lone_axis_is_left_out_until_it_is_asked_for(make: Any) -> None:
@@ -86,7 +87,7 @@ def test_without_a_probability_a_rival_makes_it_uncertain(make: Any) -> None:
     assert written(answer, False) == "with one finding"
     well, left = support(answer, False)
     assert well == "- well supported: a wrong home angle of motor 1"
-    assert "not certain: a periodic error of the gearbox of motor 1" in left
+    assert "not certain: a periodic error of the gear or coupling of motor 1" in left
 
 
 @pytest.mark.parametrize(

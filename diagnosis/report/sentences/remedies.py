@@ -13,6 +13,7 @@ from diagnosis.report.sentences.advice import advice, machine_of
 from diagnosis.report.sentences.sizes import LEAST_S, number, quantity, scale_of, significant
 from diagnosis.report.sentences.sureness import late_in_all_s, percent, settled
 from diagnosis.report.sentences.telling_apart import LONE, beside_friction
+from models.effects import VOCABULARY
 from models.robot import DeltaRobot, RobotModel, per_arm
 
 NOTE = " (deltactl diagnose ... --save-robot NEW.yaml{all} does)"
@@ -136,10 +137,10 @@ def remedy(finding: Finding, robot: RobotModel | None, certain: bool = True) -> 
 
     certain: it is written into a robot file without being asked for.
     """
-    main = next(iter(finding.parameters.items()), None)
-    if main is None or finding.effect == NAMELESS:
+    if not finding.parameters or finding.effect == NAMELESS:
         return None
-    name, result = main
+    name = _main(finding)
+    result = finding.parameters[name]
     largest = max((value for value, _, _ in result.components), key=abs)
     departure = scale_of(result.unit, name, largest)(largest)
     machine = machine_of(robot, finding.component, finding.effect)
@@ -172,6 +173,14 @@ class _Sign(float):
     def __format__(self, words: str) -> str:
         above, below = words.split("|")
         return below if self < 0.0 else above
+
+
+def _main(finding: Finding) -> str:
+    """The parameter that is its size: of a wave the amplitude, whichever comes first."""
+    known = VOCABULARY.get(finding.effect)
+    if known is not None and known.main.name in finding.parameters:
+        return known.main.name
+    return next(iter(finding.parameters))
 
 
 def _as_share(name: str, value: float) -> float:

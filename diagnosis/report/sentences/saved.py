@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from diagnosis.answer.corrected_robot import lasts, sure
+from diagnosis.answer.corrected_robot import lasts, sure, sure_of_correction
+from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.sureness import percent, settled
@@ -44,6 +45,13 @@ def _supported(finding: Finding, diagnosis: Diagnosis) -> str:
     if settled(finding) or (probability is None and not finding.alternatives):
         how = f" ({percent(probability)})" if probability is not None else ""
         return f"well supported{how}: {name}"
+    together = sure_of_correction(finding)
+    if probability is not None and together >= VERDICT.sure_enough:
+        return (
+            f"{percent(together)} sure that this is to be corrected, not of its cause: {name}"
+            f" ({percent(probability)}){_or_else(finding)}, and that calls for the same"
+            f" correction; to tell which it is, {_check(finding, diagnosis)}"
+        )
     sure_of = "not certain" if probability is None else f"only {percent(probability)} sure"
     return f"{sure_of}: {name}{_or_else(finding)}; to check, {_check(finding, diagnosis)}"
 

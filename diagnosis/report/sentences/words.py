@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from foundation.counting import count as count
 
 EFFECTS: dict[str, str] = {
-    "gear_backlash": "free play in the gearbox of {part}",
+    "gear_backlash": "free play in the gear or coupling of {part}",
     "joint_friction": "bearing friction in {part}",
     "viscous_friction": "friction that grows with speed in {part}",
     "stribeck_friction": "friction in {part} that falls with speed near standstill",
     "joint_compliance": "shafts of {part} that yield under load",
     "home_offset": "a wrong home angle of {part}",
     "gear_ratio": "a wrong gear ratio of {part}",
-    "transmission_error": "a periodic error of the gearbox of {part}",
+    "transmission_error": "a periodic error of the gear or coupling of {part}",
     "encoder_error": "a periodic error of the angle encoder of {part}",
     "lost_steps": "steps lost by {part}",
     "following_lag": "a drive of {part} that follows late",
@@ -126,7 +126,7 @@ def parts(components: Sequence[str]) -> str:
 
 
 def effect(name: str, *components: str) -> str:
-    """What is wrong and where, as a noun phrase: 'free play in the gearbox of motor 2'."""
+    """What is wrong and where, as a noun phrase: 'free play in the gear or coupling of motor 2'."""
     where = part_of(name, components[0]) if len(components) == 1 else parts(components)
     phrases = EFFECTS | OF_AN_AXIS if components == ("axis",) else EFFECTS
     if name in phrases:
