@@ -9,6 +9,7 @@ from nicegui import events, ui
 from firmware_py.controller.states import ALLOWED, Request
 from foundation.errors import DeltactlError
 from web.access.texts import MAX_CHARACTERS, kind_of
+from web.behind.own_recordings import plain_name
 from web.behind.whose_job import of_another_robot
 from web.offers import why_not
 from web.state_card import NEXT
@@ -31,7 +32,6 @@ MEANT = {
 }
 """Figures that are not their own explanation."""
 SIMULATE = ". To see that robot here, start this page with: deltactl web --simulate --robot {name}"
-LONGEST_NAME = 60
 
 
 class FilesTab:
@@ -159,7 +159,7 @@ class FilesTab:
         except UnicodeDecodeError:
             self._say("that is not a text file in UTF-8", "text-red-800")
             return
-        self.load(plain_name(event.file.name), text)
+        self.load(plain_name(event.file.name, "unnamed.yaml"), text)
 
     def _say(self, text: str, colour: str = "") -> None:
         self._verdict.set_text(text)
@@ -178,9 +178,3 @@ class FilesTab:
                     f"{low:.1f} to {high:.1f}" for low, high in facts["arm_range_deg"]
                 )
                 ui.label(f"arm angles: {ranges} degrees")
-
-
-def plain_name(name: str) -> str:
-    """A file's name as a browser tells it, without folders and without what is not printed."""
-    last = name.replace("\\", "/").rsplit("/", 1)[-1]
-    return "".join(one for one in last if one.isprintable())[:LONGEST_NAME] or "unnamed.yaml"

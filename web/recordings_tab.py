@@ -7,6 +7,7 @@ import json
 import time
 from collections.abc import Collection
 from datetime import datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -14,6 +15,7 @@ from nicegui import ui
 from foundation.errors import DeltactlError
 from web.behind.site import Listed
 from web.offers import offer
+from web.own_recording import OwnRecording
 
 if TYPE_CHECKING:
     from web.page import RobotPage
@@ -21,7 +23,8 @@ if TYPE_CHECKING:
 LOOK_S = 3.0
 INTRODUCTION = (
     "Runs of this robot, newest first. A diagnosis compares a run with its robot file. "
-    "For a recording of your own: deltactl diagnose data.csv --inspect"
+    "A table of your own is compared with the file of the robot that is shown here; "
+    "for other machines: deltactl diagnose data.csv --inspect"
 )
 REASONS = "Why, how surely, and what to do next"
 CORRECTED = (
@@ -44,6 +47,9 @@ class RecordingsTab:
         self._page = page
         self._rows: dict[str, RecordingRow] = {}
         ui.label(INTRODUCTION).classes("text-sm text-gray-600")
+        if page.operates:
+            with ui.row().classes("items-center gap-2"):
+                OwnRecording(self._look)
         self._empty = ui.label("No recording yet: run a job.").classes("text-base")
         self._list = ui.column().classes("w-full gap-2")
         self._look()
@@ -75,13 +81,14 @@ class RecordingRow:
         self._open = False
         with ui.card().classes("w-full p-2 gap-1") as self.card:
             with ui.row().classes("w-full items-center gap-2"):
-                ui.label(listed.path.stem).classes("font-bold grow ellipsis").props(
+                ui.label(listed.title).classes("font-bold grow ellipsis").props(
                     "data-testid=recording"
                 )
                 self._when = ui.label().classes("text-sm")
                 self._read = ui.button("Report", icon="show_chart", on_click=self.report)
                 self._read.props("no-caps dense outline").classes("px-2")
                 self._read.props("data-testid=report")
+                self._read.set_visibility(listed.path.suffix == ".mcap")
                 self._button = ui.button("Diagnose", icon="troubleshoot", on_click=self.diagnose)
                 self._button.props("no-caps dense").classes("px-2").props("data-testid=diagnose")
             self._progress = ui.row().classes("items-center gap-2")
@@ -134,12 +141,18 @@ class RecordingRow:
         made.mkdir(parents=True, exist_ok=True)
         self._button.set_enabled(False)
         try:
-            answer = await self._work("diagnosing", "diagnose", self._listed.path, made)
+            files = (self._listed.path, made, *self._by())
+            answer = await self._work("diagnosing", "diagnose", *files)
         finally:
             self._button.set_enabled(True)
         if answer is not None:
             (made / "diagnosis.json").write_text(json.dumps(answer), encoding="utf-8")
             self.look(self._listed)
+
+    def _by(self) -> list[Path]:
+        """The robot file for a table; a recorded run carries its own."""
+        robot = self._page.site.robot_file()
+        return [robot] if robot is not None and self._listed.path.suffix != ".mcap" else []
 
     async def _work(self, what: str, kind: str, *files: Any) -> dict[str, Any] | None:
         """A worker with its progress; None when it failed, which is shown."""
@@ -156,7 +169,9 @@ class RecordingRow:
         except DeltactlError as error:
             self._answer.clear()
             with self._answer:
-                ui.label(str(error)).classes("text-red-800")
+                path, own = self._listed.path, self._listed.own
+                says = str(error).replace(str(path), own or path.name)
+                ui.label(says).classes("text-red-800").props("data-testid=failed")
             return None
         finally:
             self._progress.clear()

@@ -17,8 +17,8 @@ from fastapi import FastAPI, Request
 from nicegui import ui
 from starlette.responses import FileResponse, PlainTextResponse, Response
 
-from foundation.errors import ConfigError
-from web.access.guard import LOCAL, MAX_BODY, Guard
+from foundation.errors import ConfigError, DeltactlError
+from web.access.guard import LOCAL, MAX_BODY, UPLOAD, Guard
 from web.access.login import add_login
 from web.access.sessions import Session, Sessions
 from web.access.users import load_users
@@ -103,6 +103,17 @@ def add_pages(app: FastAPI, site: Site) -> None:
     @app.get("/health")
     def health() -> Response:
         return PlainTextResponse("ok")
+
+    @app.post(UPLOAD)
+    async def recording(request: Request) -> Response:
+        session: Session = request.scope["deltactl"]
+        if session.role != "operator":
+            return PlainTextResponse("you are signed in to look, not to operate", 403)
+        try:
+            kept = await site.own.take(request.query_params.get("name", ""), request.stream())
+        except DeltactlError as error:
+            return PlainTextResponse(str(error), 400)
+        return PlainTextResponse(f"{site.own.name_of(kept)} is in the list: press Diagnose")
 
     @app.get("/made/{key}")
     def made(key: str) -> Response:

@@ -19,6 +19,9 @@ Send = Callable[[Message], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 MAX_BODY: Final = 128 * 1024
+UPLOAD: Final = "/recording"
+"""Takes recordings, which are long; who serves it counts what comes."""
+MAX_UPLOAD: Final = 64 * 1024 * 1024
 MAX_HEARD: Final = 16 * 1024 * 1024
 """Of a body that is too long, before the connection is closed on it."""
 MAX_PAGES: Final = 40
@@ -80,7 +83,8 @@ class Guard:
         session = self._session(headers)
         refusal = self._refusal(scope, headers, session)
         heard = receive
-        if refusal is None and scope["type"] == "http" and scope["method"] not in ("GET", "HEAD"):
+        whole = scope["path"] != UPLOAD and scope.get("method") not in ("GET", "HEAD")
+        if refusal is None and scope["type"] == "http" and whole:
             body = await _body(receive)
             heard = _again(body, receive)
             refusal = TOO_LONG if len(body) > MAX_BODY else None
@@ -117,7 +121,7 @@ class Guard:
             return Refusal(403, "that came from another site's page, and is not carried out")
         if not self._allowance(_peer(scope)).take():
             return Refusal(429, "too many requests; wait a moment")
-        if _length(headers) > MAX_BODY:
+        if _length(headers) > (MAX_UPLOAD if scope["path"] == UPLOAD else MAX_BODY):
             return TOO_LONG
         if session is None and scope["path"] not in OPEN:
             return Refusal(401, "sign in first", to_login=scope["path"] == "/")

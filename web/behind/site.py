@@ -18,6 +18,7 @@ from recording.writing.names import ENDING
 from web.behind.belief import Belief, Beliefs
 from web.behind.concealment import Concealment
 from web.behind.link import DaemonLink, Seen
+from web.behind.own_recordings import OwnRecordings
 from web.behind.tasks import Tasks
 
 FIRST = "heart.yaml"
@@ -36,6 +37,13 @@ class Listed:
     size_bytes: int
     written_s: float
     made: Path
+    own: str = ""
+    """Of one that somebody has sent: what it is called; else empty."""
+
+    @property
+    def title(self) -> str:
+        """What the list calls it."""
+        return self.own or self.path.stem
 
     @property
     def answered_s(self) -> float:
@@ -68,7 +76,17 @@ class Site:
     """Of a simulated robot whose daemon this page has started."""
     tasks: Tasks = field(default_factory=Tasks)
     numbers: itertools.count[int] = field(default_factory=itertools.count)
+    own: OwnRecordings = field(init=False)
+    """Recordings that somebody has sent."""
     _made: dict[str, Path] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.own = OwnRecordings(self.work / "own")
+
+    def robot_file(self) -> Path | None:
+        """Of the robot that runs, or that the page was given: for recordings that carry none."""
+        belief = self.belief(self.link.seen)
+        return self.beliefs.given if belief is None else self.files().get(belief.file)
 
     def belief(self, seen: Seen) -> Belief | None:
         """The robot file of the robot that runs."""
@@ -77,7 +95,7 @@ class Site:
     def listed(self) -> list[Listed]:
         """The newest recordings of jobs, newest first; moves by hand are kept, and not listed."""
         found = []
-        for path in self.recordings.glob(f"*{ENDING}"):
+        for path in (*self.recordings.glob(f"*{ENDING}"), *self.own.newest_first()):
             if BY_HAND.match(path.name):
                 continue
             try:
@@ -85,7 +103,8 @@ class Site:
             except OSError:
                 continue
             made = self.work / "made" / path.stem
-            found.append(Listed(path, its.st_size, its.st_mtime, made))
+            own = self.own.name_of(path)
+            found.append(Listed(path, its.st_size, its.st_mtime, made, own))
         return sorted(found, key=lambda one: one.written_s, reverse=True)[:SHOWN]
 
     def grows(self, recording: Path) -> bool:

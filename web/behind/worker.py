@@ -42,8 +42,11 @@ def run_report(recording: Path, out: Path) -> dict[str, Any]:
     return {}
 
 
-def diagnose(recording: Path, folder: Path) -> dict[str, Any]:
-    """Diagnose a recording by the robot file it carries; `folder` takes all that comes of it."""
+def diagnose(recording: Path, folder: Path, believed: Path | None = None) -> dict[str, Any]:
+    """Diagnose a recording by the robot file it carries; `folder` takes all that comes of it.
+
+    believed: the robot file of a table, which carries none.
+    """
     from diagnosis.answer.corrected_robot import save_corrected
     from diagnosis.api import diagnose as answer_of
     from diagnosis.experiment import write_job
@@ -57,7 +60,9 @@ def diagnose(recording: Path, folder: Path) -> dict[str, Any]:
     for name in ("corrected.yaml", "next.yaml"):
         (folder / name).unlink(missing_ok=True)
     robot = folder / "robot.yaml"
-    robot.write_text(read_run(recording).configuration.robot_text, encoding="utf-8")
+    carried = read_run(recording).configuration.robot_text if believed is None else ""
+    text = carried if believed is None else believed.read_text(encoding="utf-8")
+    robot.write_text(text, encoding="utf-8")
     answer = answer_of([recording], robot, json_out=folder / "answer.json", progress=_progress)
     write_report(answer, load_robot_model(robot), folder / "report.html")
     lines = plain_lines(answer)

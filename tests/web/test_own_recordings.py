@@ -1,0 +1,160 @@
+"""A recording of one's own on the page: sent, listed, diagnosed; and what is not taken."""
+
+from __future__ import annotations
+
+import asyncio
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Callable
+from pathlib import Path
+
+import pytest
+from fastapi import FastAPI
+from selenium.webdriver.common.by import By
+from selenium.webdriver.remote.webelement import WebElement
+from starlette.testclient import TestClient
+
+from foundation.errors import RecordingError
+from tests.web.conftest import Browser, WebPage
+from web.access.guard import MAX_UPLOAD, UPLOAD, Guard
+from web.access.sessions import Session, Sessions
+from web.behind import own_recordings
+from web.behind.belief import Beliefs
+from web.behind.link import DaemonLink
+from web.behind.own_recordings import MAX_BYTES, MOST, OwnRecordings
+from web.behind.site import Site
+from web.serve import add_pages
+
+Open = Callable[..., Browser]
+HERE = "http://127.0.0.1:8080"
+
+
+def a_site(folder: Path) -> Site:
+    return Site(DaemonLink(None), Beliefs(), folder / "recordings", folder / "work")
+
+
+def client(site: Site, role: str = "operator") -> TestClient:
+    """The page's routes behind its guard, for somebody of this role."""
+    app = FastAPI()
+    add_pages(app, site)
+
+    class Known(Sessions):
+        def of(self, word: str) -> Session | None:
+            return Session("ada", role, 0.0) if word else None
+
+    return TestClient(Guard(app, Known()), HERE, cookies={"deltactl": "word"})
+
+
+@pytest.mark.parametrize(
+    "name", ["../../etc/cron.d/x.csv", "C:\\x.csv", "a\nb\x1b.csv", "$(id).csv"]
+)
+def test_a_name_is_shown_and_reaches_no_path(name: str, tmp_path: Path) -> None:
+    site = a_site(tmp_path)
+    answer = client(site).post(UPLOAD, params={"name": name}, content=b"t,x\n0,1\n")
+    assert answer.status_code == 200, answer.text
+    (one,) = site.listed()
+    assert one.path.parent == tmp_path / "work" / "own"
+    assert one.path.stem.isalnum()
+    assert one.title.isprintable()
+    assert not {"/", "\\"} & set(one.title)
+    (there,) = (tmp_path / "work" / "own").glob("*.csv")
+    assert there.read_bytes() == b"t,x\n0,1\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "says"),
+    [("x.exe", b"x", "ends in .csv"), ("", b"x", "ends in .csv"), ("x.csv", b"", "is empty")],
+)
+def test_what_is_no_recording_is_one_line(
+    name: str, content: bytes, says: str, tmp_path: Path
+) -> None:
+    answer = client(a_site(tmp_path)).post(UPLOAD, params={"name": name}, content=content)
+    assert answer.status_code == 400
+    assert says in answer.text
+    assert "\n" not in answer.text.strip()
+    assert not list((tmp_path / "work" / "own").glob("*"))
+
+
+def test_a_viewer_sends_none_and_neither_does_another_site(tmp_path: Path) -> None:
+    site = a_site(tmp_path)
+    assert client(site, "viewer").post(UPLOAD + "?name=x.csv", content=b"x").status_code == 403
+    foreign = client(site).post(
+        UPLOAD + "?name=x.csv", content=b"x", headers={"origin": "http://evil.example"}
+    )
+    assert foreign.status_code == 403
+    long = client(site).post(
+        UPLOAD + "?name=x.csv", content=b"x", headers={"content-length": str(MAX_UPLOAD + 1)}
+    )
+    assert long.status_code == 413
+    assert site.listed() == []
+
+
+async def pieces(*sizes: int) -> AsyncIterator[bytes]:
+    for size in sizes:
+        yield b"x" * size
+
+
+def test_the_size_is_counted_whatever_was_announced_and_the_oldest_go(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert MAX_UPLOAD == MAX_BYTES
+    own = OwnRecordings(tmp_path)
+    monkeypatch.setattr(own_recordings, "MAX_BYTES", 1000)
+    with pytest.raises(RecordingError, match="not taken"):
+        asyncio.run(own.take("big.csv", pieces(600, 600)))
+    assert list(tmp_path.glob("*")) == []
+    for k in range(MOST + 2):
+        asyncio.run(own.take(f"{k}.csv", pieces(5)))
+    names = [own.name_of(one) for one in own.newest_first()]
+    assert len(names) == MOST
+    assert "0.csv" not in names
+    assert len(list(tmp_path.glob("*"))) == 2 * MOST
+    monkeypatch.setattr(own_recordings, "LEAST_FREE_BYTES", 2**62)
+    with pytest.raises(RecordingError, match="disk is nearly full"):
+        asyncio.run(own.take("one.csv", pieces(5)))
+
+
+@pytest.fixture(scope="module")
+def heart(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run as a table, as `deltactl export` writes it."""
+    folder = tmp_path_factory.mktemp("heart")
+    for call in (["run", "demo-heart.yaml", "--simulate", "--record", "heart.mcap"],
+                 ["export", "heart.mcap", "my heart.csv"]):  # fmt: skip
+        subprocess.run(
+            [sys.executable, "-m", "command_line.main", *call], cwd=folder, check=True,
+            capture_output=True, timeout=120.0,
+        )  # fmt: skip
+    return folder / "my heart.csv"
+
+
+def test_a_table_is_opened_and_diagnosed_and_a_bad_one_is_a_line(
+    simulated: WebPage, chromium: Open, heart: Path, tmp_path: Path
+) -> None:
+    browser = chromium(simulated.url)
+    browser.tab("Recordings")
+    send(browser, heart)
+    browser.says("own-says", "my heart.csv is in the list")
+    card = row(browser, "my heart.csv")
+    card.find_element(By.CSS_SELECTOR, '[data-testid="diagnose"]').click()
+    browser.says("answer", "nothing is missing", 90.0)
+    bad = tmp_path / "bad.csv"
+    bad.write_text("these,are\nno,numbers\n")
+    send(browser, bad)
+    browser.says("own-says", "bad.csv is in the list")
+    row(browser, "bad.csv").find_element(By.CSS_SELECTOR, '[data-testid="diagnose"]').click()
+    browser.says("failed", "bad.csv")
+    assert "traceback" not in browser.text("failed")
+    other = tmp_path / "song.mp3"
+    other.write_bytes(b"la")
+    send(browser, other)
+    browser.says("own-says", "ends in .csv")
+
+
+def send(browser: Browser, path: Path) -> None:
+    browser.find("own-file").send_keys(str(path))
+
+
+def row(browser: Browser, title: str) -> WebElement:
+    place = f'//*[@data-testid="recording"][.="{title}"]/ancestor::*[contains(@class,"q-card")]'
+    browser.wait(lambda: browser.driver.find_elements(By.XPATH, place), f"{title} is not listed")
+    return browser.driver.find_element(By.XPATH, place)
