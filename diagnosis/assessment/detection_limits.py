@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.special import chdtri, chndtrinc, ndtri
 
@@ -45,7 +47,10 @@ def limits(tests: Detection) -> tuple[list[NotTestable], list[SmallestDetectable
             scatter * float(scorer.left_by_measured[number]),
         )
         size = _size(entry, scores.information[number], needed)
-        if size is not None and number in held:
+        if (spread := tests.left_by_measured.spread_of(entry.candidate)) is not None:
+            away = spread * math.sqrt(_needed(independent, entry.df, 1.0, 1.0, 0.0))
+            size = 1.0 / away if entry.candidate.kind.main.reciprocal else away
+        elif size is not None and number in held:
             size = _beyond(entry, size, *held[number])
         if size is None:
             untested.append(

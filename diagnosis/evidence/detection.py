@@ -15,7 +15,7 @@ from diagnosis.estimation.budget import Budget
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.splines import Score
-from diagnosis.evidence.left_by_measured import LeftByMeasured
+from diagnosis.evidence.left_by_measured import LeftByMeasured, changed
 from diagnosis.evidence.noise_estimation import Prepared
 from diagnosis.plants.candidate import Candidate, Term
 from diagnosis.priors.penalties import Trial, penalty
@@ -108,7 +108,8 @@ class Detection:
         """Calibrated p of 'nothing is missing'."""
         scan = [self._log_p(jump) for jump in self._jumps(self.empty)]
         fine = [log_p for _, _, log_p in self.fine_scores(self.empty)]
-        return self.p(float(min([self.scores_of_empty.log_p.min(), *scan, *fine])))
+        other = [trial.log_p for trial in changed(self.fitter, self.empty)]
+        return self.p(float(min([self.scores_of_empty.log_p.min(), *scan, *fine, *other])))
 
     def _jumps(self, solution: Solution) -> list[Jump]:
         if not self.rad_per_step:
@@ -143,9 +144,13 @@ class Detection:
                 continue
             if entry.candidate.members and not groups:
                 continue
-            trial = _trial(entry, scores, number)
+            left = float(self.prepared.scorer.left_by_measured[number])
+            trial = _trial(entry, scores, number, left)
             if trial.log_p <= 0.0 and (entry.key not in best or trial.gain > best[entry.key].gain):
                 best[entry.key] = trial
+        for trial in changed(self.fitter, solution):
+            if trial.start.candidate.key not in taken:
+                best[trial.start.candidate.key] = trial
         found = [*best.values(), *self._jump_trials(solution, taken)]
         return sorted(found, key=lambda t: t.penalty - t.gain)
 
@@ -164,9 +169,11 @@ class Detection:
         ]  # fmt: skip
 
 
-def _trial(entry: Entry, scores: Scores, number: int) -> Trial:
+def _trial(entry: Entry, scores: Scores, number: int, left: float) -> Trial:
+    """left: chi-square that measured effects may leave of it, which is no gain."""
     assert entry.candidate is not None
-    start, gain = start_of(entry, scores.step[number]), float(scores.gain[number])
+    start = start_of(entry, scores.step[number])
+    gain = max(float(scores.gain[number]) - left, 0.0)
     log_p, cost = float(scores.log_p[number]), penalty(entry.candidate)
     if start is None:
         assert entry.shape is not None

@@ -28,7 +28,14 @@ class Criterion:
     def penalised(self, solution: Solution) -> float:
         """Cost with the penalty of everything in it: the smaller the better."""
         penalties = sum(penalty_of(term) for term in solution.terms)
-        return solution.cost + penalties + sum(spline_penalty(free) for free in solution.frees)
+        shapes = sum(spline_penalty(free) for free in solution.frees)
+        return solution.cost + penalties + shapes + self._left_by_measured(solution)
+
+    def _left_by_measured(self, solution: Solution) -> float:
+        """What effects of the robot file may leave in the shapes of what is in a solution."""
+        left = self.tests.left_by_measured
+        charges = sum(left.charge(term.candidate) for term in solution.terms)
+        return charges + left.of() * len(solution.frees)
 
     def fully_penalised(self, solution: Solution) -> float:
         """Penalised cost, with what choosing each effect from all of them costs.
@@ -68,7 +75,7 @@ class Criterion:
         gain = without.cost - found.cost
         if not self.shows(gain, new):
             return False
-        if gain >= self.least_gain(without, new):
+        if self.tests.left_by_measured.is_change(new) or gain >= self.least_gain(without, new):
             return True
         local = local_terms(without.terms)
         if not local or gain < self.least_gain(without, new, local):

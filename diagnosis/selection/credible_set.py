@@ -52,7 +52,7 @@ class Credible:
 
 def preferred(search: Search, solution: Solution, stands: Sequence[Standing]) -> Solution | None:
     """The rival that is far more probable than the finding in whose place it stands, if any."""
-    weights = _weigh(solution, stands)
+    weights = _weigh(search, solution, stands)
     pairs = [
         pair
         for stand, each in zip(stands, weights.rivals, strict=True)
@@ -72,9 +72,9 @@ def credible(
 
     in_place: what is known of this solution without its spline terms; the rest is fitted here.
     """
-    weights = _weigh(solution, stands)
-    narrower = _weigh(solution, stands, 1.0 / SIZE_PRIORS.known_to)
-    wider = _weigh(solution, stands, SIZE_PRIORS.known_to)
+    weights = _weigh(search, solution, stands)
+    narrower = _weigh(search, solution, stands, 1.0 / SIZE_PRIORS.known_to)
+    wider = _weigh(search, solution, stands, SIZE_PRIORS.known_to)
     rivals = []
     beside = beside_unknown(search.fitter, solution)
     own = [one.own for one in beside]
@@ -125,11 +125,15 @@ class _Weights:
         return [none / total for none, total in zip(self.none, self.totals, strict=True)]
 
 
-def _weigh(solution: Solution, stands: Sequence[Standing], factor: float = 1) -> _Weights:
+def _weigh(
+    search: Search, solution: Solution, stands: Sequence[Standing], factor: float = 1
+) -> _Weights:
     """factor: by which all priors are wider."""
+    left = search.tests.left_by_measured
 
     def cost(fit: Solution, number: int) -> float:
-        return size_cost(fit, number, factor) + odds_cost(fit.terms[number].candidate)
+        own = fit.terms[number].candidate
+        return size_cost(fit, number, factor) + odds_cost(own) + left.charge(own)
 
     costs = [cost(solution, number) for number in range(len(solution.terms))]
     own = [term.candidate.key for term in solution.terms]

@@ -18,6 +18,7 @@ from diagnosis.answer.corrected_robot import save_corrected
 from diagnosis.answer.records import Diagnosis
 from diagnosis.api import diagnose_recordings
 from diagnosis.plants.delta.measured_before import measured_before
+from diagnosis.report.sentences.summary import summary_lines
 from diagnosis.report.sentences.telling import unexplained
 from models.robot import DeltaRobot, EffectEntry, FloatArray, FoundBy, load_delta
 from recording.tables.flat import FlatRecording
@@ -28,7 +29,7 @@ geometry: {base_radius_m: 0.122, platform_radius_m: 0.1, upper_arm_m: 0.3142, fo
 """
 STEP_S = 0.02
 STAYS = 30
-HERTZ, DAMPING = 3.0, 0.7
+HERTZ, DAMPING, SLOWED = 3.0, 0.7, 0.85
 NOISE_RAD = 1e-4
 
 
@@ -45,12 +46,20 @@ def places(seed: int) -> FloatArray:
     return np.concatenate(moves)
 
 
-def recorded(seed: int, warm_rad: float = 0.0) -> FlatRecording:
-    """The machine: drives of second order, and an encoder whose first zero may have moved."""
-    commanded = places(seed)
-    rate = 2.0 * np.pi * HERTZ
+def followed(commanded: FloatArray, hertz: float) -> FloatArray:
+    """What a drive of second order makes of commands, (n,)."""
+    rate = 2.0 * np.pi * hertz
     b, a, _ = cont2discrete(([rate**2], [1.0, 2.0 * DAMPING * rate, rate**2]), STEP_S)
-    moved = commanded[0] + lfilter(np.ravel(b), a, commanded - commanded[0], axis=0)
+    moved: FloatArray = commanded[0] + lfilter(np.ravel(b), a, commanded - commanded[0])
+    return moved
+
+
+def recorded(seed: int, warm_rad: float = 0.0, first_hertz: float = HERTZ) -> FlatRecording:
+    """The machine; the first encoder's zero may have moved, the first drive have become slower."""
+    commanded = places(seed)
+    hertz = (first_hertz, HERTZ, HERTZ)
+    pairs = zip(commanded.T, hertz, strict=True)
+    moved = np.stack([followed(own, rate) for own, rate in pairs], axis=1)
     moved[:, 0] += warm_rad
     read = moved + NOISE_RAD * np.random.default_rng(seed + 1).standard_normal(moved.shape)
     columns = {f"command_{arm + 1}": commanded[:, arm] for arm in range(3)}
@@ -92,6 +101,24 @@ def test_then_nothing_more_is_missing(corrected: DeltaRobot, seed: int) -> None:
 def test_what_is_new_is_found(corrected: DeltaRobot) -> None:
     answer = diagnose_recordings(corrected, [recorded(2, warm_rad=0.02)], [])
     assert [(one.effect, one.component) for one in answer.findings] == [("home_offset", "motor1")]
+
+
+def later_s(commanded: FloatArray) -> float:
+    """By how much the slower drive follows the other, as the shift that makes them most alike."""
+    t_s = np.arange(len(commanded)) * STEP_S
+    usual, slower = followed(commanded, HERTZ), followed(commanded, SLOWED * HERTZ)
+    shifts_s = np.arange(0.0, 0.03, 1e-4)
+    apart = [float(np.std(np.interp(t_s + s, t_s, slower) - usual)) for s in shifts_s]
+    return float(shifts_s[np.argmin(apart)])
+
+
+def test_a_drive_that_has_become_slower_is_found(corrected: DeltaRobot) -> None:
+    answer = diagnose_recordings(corrected, [recorded(2, first_hertz=SLOWED * HERTZ)], [])
+    assert [(one.effect, one.component) for one in answer.findings] == [("following_lag", "motor1")]
+    sizes = [one.components[0] for one in answer.findings[0].parameters.values()]
+    low_s, high_s = (sum(one[end] for one in sizes) for end in (1, 2))
+    assert low_s < later_s(places(2)[:, 0]) < high_s
+    assert any("on top of what the robot file has" in x for x in summary_lines(answer, corrected))
 
 
 PARAMETERS = {

@@ -7,7 +7,8 @@ Lengths, offsets and what somebody wrote by hand stay as the file has them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from diagnosis.plants.candidate import Candidate, Coordinate, Term
 from diagnosis.plants.delta.candidates import EVENTS, candidates_of
 from diagnosis.plants.nuisance import Nuisance
 from models.effects import VOCABULARY
-from models.effects.kind import EXACT
+from models.effects.kind import EXACT, EffectKind
 from models.robot import DeltaRobot, EffectEntry
 
 ELSEWHERE = (*EVENTS, "contact", "sensor_latency")
@@ -43,6 +44,43 @@ def measured_before(
     return robot.model_copy(update={"effects": tuple(stays)}), measured
 
 
+def changes(candidates: list[Candidate], measured: Sequence[Nuisance]) -> list[Candidate]:
+    """Candidates, of which those that were measured act as a change of what is known of them."""
+    known = {n.term.candidate.key: n.term for n in measured}
+    return [_change(one, known.get(one.key)) for one in candidates]
+
+
+def _change(candidate: Candidate, known: Term | None) -> Candidate:
+    if known is None or not _adds_up(candidate, known):
+        return candidate
+    coordinates = tuple(
+        replace(one, low=one.low - at, high=one.high - at)
+        for one, at in zip(candidate.coordinates, known.at, strict=True)
+    )
+    return replace(candidate, coordinates=coordinates)
+
+
+def _adds_up(candidate: Candidate, known: Term) -> bool:
+    """Whether coordinates of a change and of what changes are added; a ratio's logarithm is not."""
+    pairs = [(one.parameter, one.how) for one in candidate.coordinates]
+    same = pairs == [(one.parameter, one.how) for one in known.candidate.coordinates]
+    return same and all(how != "log" for _, how in pairs)
+
+
+def joined(terms: Sequence[Term], measured: Sequence[Nuisance]) -> list[Term]:
+    """Terms, of which a change and what changes are one."""
+    known = {n.term.candidate.key for n in measured}
+    found: dict[int | tuple[str, ...], Term] = {}
+    for number, term in enumerate(terms):
+        key = term.candidate.key
+        if key in known and key in found and _adds_up(term.candidate, found[key]):
+            term = Term(found[key].candidate, found[key].at + term.at)
+            found[key] = term
+        else:
+            found[key if key in known and key not in found else number] = term
+    return list(found.values())
+
+
 def _nuisance(entry: EffectEntry, travel_rad: float, span_s: float) -> Nuisance | None:
     kind = VOCABULARY.get(entry.effect)
     if entry.found is None or kind is None or entry.effect in ELSEWHERE:
@@ -63,8 +101,25 @@ def _nuisance(entry: EffectEntry, travel_rad: float, span_s: float) -> Nuisance 
     fixed = {name: value for name, value in values.items() if name not in own}
     candidate = Candidate(kind, entry.component, moved, (), _without_phase(fixed, moved))
     at = np.array([_coordinate(one, values[one.parameter], values) for one in moved])
-    spread = tuple(_spread(one, intervals[one.parameter], values) for one in moved)
+    by_shape = np.sqrt(kind.discrepancy.elsewhere) * _alike(kind, moved, at)
+    measured = [_spread(one, intervals[one.parameter], values) for one in moved]
+    spread = tuple(np.hypot(measured, by_shape).tolist())
     return Nuisance(Term(candidate, at), spread, measured=True)
+
+
+def _alike(kind: EffectKind, moved: Sequence[Coordinate], at: FloatArray) -> FloatArray:
+    """Of each coordinate how large all of its unit are together, (k,); none of a logarithm.
+
+    What an operator leaves moves sizes with the motion: a drive of second order is late by another
+    dead time and another time constant in each, whose sum hardly changes.
+    """
+    units = {one.name: one.unit for one in kind.parameters}
+    own = [(units[one.parameter], one.how == "log") for one in moved]
+    total = [
+        0.0 if log else sum(abs(at[k]) for k, other in enumerate(own) if other == (unit, log))
+        for unit, log in own
+    ]
+    return np.array(total)
 
 
 def _without_phase(fixed: dict[str, Any], moved: tuple[Coordinate, ...]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 from diagnosis.observations.readings import FloatArray, gather
 from diagnosis.plants.candidate import Candidate, Coordinate, Shape, Term
 from diagnosis.plants.delta.candidates import EVENTS, candidates_of, contact, runout, tolerances
-from diagnosis.plants.delta.measured_before import measured_before
+from diagnosis.plants.delta.measured_before import changes, joined, measured_before
 from diagnosis.plants.delta.near_singular import fragile
 from diagnosis.plants.delta.sensor_clock import OwnTimes
 from diagnosis.plants.delta.traits import delta_traits
@@ -48,7 +48,7 @@ class DeltaModel:
         self.readings = gather(recordings, seen, UNITS, status=STATUS)
         self.commanded_rad = np.concatenate([self._commands(r) for r in recordings])
         self._own_times = [OwnTimes(recording) for recording in recordings]
-        stays, measured = measured_before(robot, self._travel(), self.readings.span_s)
+        stays, self._measured = measured_before(robot, self._travel(), self.readings.span_s)
         self.chain = Chain.delta(stays)
         self._courses = self._split()
         self.position_m = forward(self.chain.linkage, self.commanded_rad).position_m
@@ -62,8 +62,8 @@ class DeltaModel:
         # Somewhere within a sample, between the middle of the exposure and its end; never later
         # than the next sample.
         late = Nuisance(Term(read_late, np.array([0.5 * half])), (0.5 * half,))
-        self.nuisances = [late, *measured] if self._timed else measured
-        self.candidates = self._candidates()
+        self.nuisances = [late, *self._measured] if self._timed else self._measured
+        self.candidates = changes(self._candidates(), self._measured)
         self.groups = groups_of(self.candidates)
         self.traits = delta_traits(self.inputs(), seen)
         self.tolerances = tolerances(self.candidates)
@@ -119,10 +119,10 @@ class DeltaModel:
 
     def predict(self, terms: Sequence[Term]) -> FloatArray:
         """Channels (n, channels) with the terms at work."""
-        parts = []
+        parts, actives = [], [term.active for term in joined(terms, self._measured)]
         for course, own_times in zip(self._courses, self._own_times, strict=True):
             try:
-                out = self.chain.simulate(course, [term.active for term in terms])
+                out = self.chain.simulate(course, actives)
             except ValueError:  # an arm of no length: as far off as can be, so no fit goes there
                 parts.append(np.zeros((len(course.commands.t_s), len(self.readings.names))))
                 continue

@@ -23,6 +23,7 @@ ENDED_EARLY = (
     "compared (--thorough compares the rest, which takes longer)."
 )
 LOOSE = "In addition, lengths and angles deviate slightly everywhere, within build tolerances."
+ON_TOP = "It comes on top of what the robot file has of it already; --save-robot adds both."
 WHY = "Why"
 """Title above the reasons: what comes before is what to do."""
 MOST_NAMED = 4
@@ -117,6 +118,8 @@ def _summary(diagnosis: Diagnosis, robot: RobotModel | None) -> Iterator[tuple[s
     for number, finding in enumerate(diagnosis.findings, 1):
         title = finding_title(finding)
         yield "head", f"{number}. {title}"
+        if robot is not None and _known(finding, robot):
+            yield "", f"   {ON_TOP}"
         yield from (
             ("", f"   {line}") for line in finding_lines(finding, span_s(diagnosis), number == 1)
         )
@@ -134,6 +137,12 @@ def _summary(diagnosis: Diagnosis, robot: RobotModel | None) -> Iterator[tuple[s
     if following := experiment_line(diagnosis):
         yield "head", "What to do next"
         yield "", following
+
+
+def _known(finding: Finding, robot: RobotModel) -> bool:
+    """Whether the robot file has this effect already."""
+    own = (finding.effect, finding.component)
+    return any((one.effect, one.component) == own for one in robot.effects)
 
 
 def finding_title(finding: Finding) -> str:
