@@ -31,7 +31,9 @@ def register(app: typer.Typer) -> None:
 def collect(
     out: Annotated[Path, typer.Option(help="Folder of the data set; continued if unfinished.")],
     samples: Annotated[int, typer.Option(min=1, help="Number of samples.")] = 5000,
-    robot: Annotated[str, typer.Option(help="Robot file.")] = "zhao-2023.yaml",
+    robot: Annotated[
+        str | None, typer.Option(help="Robot file; without it, the one in this folder.")
+    ] = None,
     as_built: Annotated[
         str | None,
         typer.Option(
@@ -51,10 +53,12 @@ def collect(
     deltactl collect --samples 5000 --as-built zhao-2023 --out data
     ```
     """
+    from command_line.robot.which_robot import robot_or_here
     from firmware_py.robot_file import find, load_robot
+    from firmware_py.robots_here import EXAMPLE
     from models.training.dataset import load_dataset
 
-    path = find(robot)
+    path = find(EXAMPLE if robot is None and as_built == SHIPPED_AS_BUILT else robot_or_here(robot))
     described = load_robot(path)
     with _bar(samples) as show:
         if as_built is not None:

@@ -147,7 +147,10 @@ def diagnose(
 
 
 def install(
-    robot: Annotated[str, typer.Option(help="Robot file whose pins are wired.")] = "zhao-2023.yaml",
+    robot: Annotated[
+        str | None,
+        typer.Option(help="Robot file whose pins are wired; without it, the one in this folder."),
+    ] = None,
     apply: Annotated[
         bool, typer.Option("--apply", help="Apply the changes; without this, only show them.")
     ] = False,

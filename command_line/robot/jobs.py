@@ -147,7 +147,10 @@ def report(
 def record(
     out: Annotated[Path, typer.Argument(help="File to write (.mcap).")],
     seconds: Annotated[float, typer.Option(help="Duration, s.")] = 10.0,
-    robot: Annotated[str, typer.Option(help="Robot file with the sensors.")] = "zhao-2023.yaml",
+    robot: Annotated[
+        str | None,
+        typer.Option(help="Robot file with the sensors; without it, the one in this folder."),
+    ] = None,
     realtime: Annotated[
         bool, typer.Option("--realtime", help="Simulated sensors in real time.")
     ] = False,

@@ -8,6 +8,7 @@ from rich.progress import track as progress
 
 from command_line.output import console, errors
 from command_line.robot.sensors import open_machine
+from command_line.robot.which_robot import robot_or_here
 from firmware_py.controller.jobs.active_job import software_version
 from firmware_py.controller.sensing.ranging_loop import RangingLoop
 from firmware_py.daemon.client import daemon_answers
@@ -21,7 +22,7 @@ SLICE_S = 0.1
 LONGEST_S = 24 * 3600.0
 
 
-def record_sensors(out: Path, seconds: float, robot: str, realtime: bool) -> None:
+def record_sensors(out: Path, seconds: float, robot: str | None, realtime: bool) -> None:
     """Record readings for some seconds. Raises RecordingError, HardwareError, ServiceError."""
     if not 0.0 < seconds <= LONGEST_S:
         raise ConfigError(f"--seconds {seconds:g}: must lie above 0 and up to {LONGEST_S:g}")
@@ -29,7 +30,7 @@ def record_sensors(out: Path, seconds: float, robot: str, realtime: bool) -> Non
         raise ServiceError(
             "the daemon owns the sensors and records every run; stop it to record sensors alone"
         )
-    robot_file = find(robot)
+    robot_file = find(robot_or_here(robot))
     settings = load_robot(robot_file)
     with open_machine(settings, realtime) as machine:
         machine.sensors.start()

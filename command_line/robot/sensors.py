@@ -12,6 +12,7 @@ from rich.live import Live
 from rich.table import Table
 
 from command_line.output import console, millimetres, print_json, say, warn
+from command_line.robot.which_robot import robot_or_here
 from drivers.ranging.calibration import calibrate_offset
 from firmware_py.controller.contract import SensorStatus
 from firmware_py.controller.sensing.ranging_loop import RangingLoop
@@ -31,13 +32,13 @@ def show_sensors(
 ) -> None:
     """Print readings once or until Ctrl-C, or calibrate one sensor (a dry run)."""
     if calibrate is not None:
-        _calibrate(calibrate, robot or "zhao-2023.yaml", json_out)
+        _calibrate(calibrate, robot_or_here(robot), json_out)
         return
     if robot is None and daemon_answers(socket):
         with Client(socket) as client:
             _show(lambda: client.sensors(), time.sleep, watch, json_out)
         return
-    settings = load_robot(find(robot or "zhao-2023.yaml"))
+    settings = load_robot(find(robot_or_here(robot)))
     with open_machine(settings, watch) as machine:
         loop = RangingLoop(
             machine.sensors, machine.clock, settings.ranging.rate_hz, lambda reading: None

@@ -97,7 +97,10 @@ def status(
 
 def sensors(
     robot: Annotated[
-        str | None, typer.Option(help="Robot file, to read sensors without a daemon.")
+        str | None,
+        typer.Option(
+            help="Robot file, to read sensors without a daemon; else the one in this folder."
+        ),
     ] = None,
     watch: Annotated[bool, typer.Option("--watch", "-w", help="Keep showing them.")] = False,
     calibrate: Annotated[

@@ -23,7 +23,10 @@ def foxglove(
     layout: Annotated[
         Path | None, typer.Option(help="Write the layout for Foxglove here (.json).")
     ] = None,
-    robot: Annotated[str, typer.Option(help="Live: robot file to draw.")] = "zhao-2023.yaml",
+    robot: Annotated[
+        str | None,
+        typer.Option(help="Live: robot file to draw; without it, the one in this folder."),
+    ] = None,
     host: Annotated[str, typer.Option(help="Live: address to listen at.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Live: port.")] = 8765,
     socket: SocketOption = None,

@@ -6,6 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from command_line.output import say, warn
+from command_line.robot.which_robot import robot_or_here
 from firmware_py.robot_file import find
 from foundation.errors import RecordingError
 from foundation.extras import needs
@@ -15,7 +16,7 @@ def show_in_foxglove(
     recording: Path | None,
     out: Path | None,
     layout: Path | None,
-    robot: str,
+    robot: str | None,
     host: str,
     port: int,
     socket: Path | None,
@@ -35,7 +36,8 @@ def show_in_foxglove(
         scenes = convert(recording, target)
         say(f"{target}: {scenes} scenes; open it in Foxglove")
     elif layout is None:
+        file = find(robot_or_here(robot))
         if host not in ("127.0.0.1", "localhost", "::1"):
             warn("Foxglove's protocol asks for no password: whoever reaches this port may look.")
         say(f"ws://{host}:{port}  (Foxglove: Open connection; Ctrl-C ends)")
-        serve_live(socket, find(robot), host, port)
+        serve_live(socket, file, host, port)

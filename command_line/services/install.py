@@ -8,12 +8,13 @@ from command_line.output import console, facts, print_json
 from firmware_py.controller.jobs.active_job import software_version
 
 
-def install_service(robot: str, apply: bool) -> None:
+def install_service(robot: str | None, apply: bool) -> None:
     """Show, or do, what installing the service takes."""
+    from command_line.robot.which_robot import robot_or_here
     from firmware_py.install.install import install
     from firmware_py.robot_file import find
 
-    install(find(robot), apply=apply)
+    install(find(robot_or_here(robot)), apply=apply)
 
 
 def show_version(json_out: bool) -> None:

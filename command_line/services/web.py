@@ -21,8 +21,11 @@ def web(
         bool, typer.Option("--simulate", help="With a simulated robot and a daemon of its own.")
     ] = False,
     robot: Annotated[
-        str, typer.Option(help="Robot file, to draw and to simulate.")
-    ] = "zhao-2023.yaml",
+        str | None,
+        typer.Option(
+            help="Robot file, to draw and to simulate; without it, the one in this folder."
+        ),
+    ] = None,
     host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen at.")] = 8080,
     recordings: Annotated[Path, typer.Option(help="The daemon's folder of recordings.")] = Path(

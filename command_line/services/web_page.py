@@ -14,6 +14,7 @@ from pathlib import Path
 import typer
 
 from command_line.output import say, warn
+from command_line.robot.which_robot import robot_or_here
 from firmware_py.daemon.client import daemon_answers
 from firmware_py.robot_file import find, load_robot
 from foundation.errors import ServiceError
@@ -26,7 +27,7 @@ END_S = 10.0
 
 def serve_page(
     simulate: bool,
-    robot: str,
+    robot: str | None,
     host: str,
     port: int,
     recordings: Path,
@@ -36,7 +37,7 @@ def serve_page(
     key: Path | None,
 ) -> None:
     """Serve until Ctrl-C. Raises MissingExtra without NiceGUI, ServiceError without a daemon."""
-    file = find(robot)
+    file = find(robot_or_here(robot))
     with needs("web", "the page"):
         from web.serve import Where, serve
     here = _simulated(file, recordings, socket) if simulate else nullcontext((socket, None))

@@ -27,3 +27,42 @@ def test_the_files_that_are_here(deltactl: Deltactl, tmp_path: Path) -> None:
     assert "add --robot mine.yaml or --robot second.yaml" in deltactl(*goto, status=2).stderr
     said = deltactl("home", *socket, status=2).stderr
     assert "'deltactl daemon mine.yaml --simulate' or 'deltactl daemon second.yaml" in said
+
+
+def test_without_robot_the_one_of_the_folder_is_taken_and_said(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    no_daemon = ("--socket", str(tmp_path / "none.sock"))
+    taken = "Robot file: zhao-2023.yaml, the example; --robot names another."
+    assert taken in deltactl("install").stderr
+    mine = ROBOT.read_text().replace("name: zhao-2023", "name: mine")
+    assert mine != ROBOT.read_text()
+    (tmp_path / "mine.yaml").write_text(mine)
+    said = "Robot file: mine.yaml, the one in this folder."
+    installed = deltactl("install")
+    assert said in installed.stderr
+    assert "Wiring of 'mine'" in installed.stdout
+    assert said in deltactl("record", "still.mcap", "--seconds", "1").stderr
+    assert said in deltactl("sensors", "--json", *no_daemon).stderr
+    assert said in deltactl("collect", "--simulate", "--samples", "3", "--out", "data").stderr
+    assert "Robot file" not in deltactl("install", "--robot", "mine.yaml").stderr
+    assert said not in deltactl("foxglove", "--layout", "l.json").stderr
+
+
+def test_of_several_none_is_taken(deltactl: Deltactl, tmp_path: Path) -> None:
+    for name in ("mine.yaml", "second.yaml"):
+        (tmp_path / name).write_text(ROBOT.read_text())
+    no_daemon = ("--socket", str(tmp_path / "none.sock"))
+    for typed in (
+        ("collect", "--simulate", "--samples", "3", "--out", "data"),
+        ("record", "still.mcap"),
+        ("install",),
+        ("web", "--simulate"),
+        ("foxglove", *no_daemon),
+        ("sensors", *no_daemon),
+    ):
+        assert deltactl(*typed, status=2).stderr.splitlines() == [
+            "deltactl: 2 robot files are in this folder; add --robot mine.yaml or"
+            " --robot second.yaml"
+        ], typed
+    assert not (tmp_path / "still.mcap").exists()
