@@ -35,6 +35,7 @@ from diagnosis.observations.column_names import (
     SPEEDS,
     TIMES,
     UNIT_OF,
+    read_name,
     unit_said,
 )
 from diagnosis.observations.readings import FloatArray
@@ -271,6 +272,8 @@ FEW_LETTERS = 3
 
 def _missing(path: Path, name: str, wanted: str, there: list[str]) -> RecordingError:
     other = STANDS_IN.get(name)
+    if name == "theta_1" and any(map(_of_further_motor, there)):
+        other = None  # a lone position tells nothing of three arms
     near = [one for one in there if len(wanted) >= FEW_LETTERS and wanted.lower() in one.lower()]
     near += difflib.get_close_matches(wanted, [without_unit(one) for one in there], n=1, cutoff=0.6)
     way = f"; {other} could stand for it" if other else ""
@@ -286,6 +289,12 @@ def _missing(path: Path, name: str, wanted: str, there: list[str]) -> RecordingE
     return RecordingError(
         f"{path}: column '{wanted}'{of} is missing{way}; the table has {', '.join(there)[:200]}"
     )
+
+
+def _of_further_motor(column: str) -> bool:
+    """Whether a column is called as that of a second or third motor, as q2."""
+    named = read_name(column)
+    return named.index in ("2", "3") and named.role in ("command", "position", "steps")
 
 
 def _source(option: str) -> Source:

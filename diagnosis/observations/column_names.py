@@ -81,6 +81,10 @@ _BRACKETED = re.compile(r"\s*[\[(]\s*([^\])]+?)\s*[\])]\s*$")
 _MILLI = re.compile(r"(?<![A-Za-z])(mA|mN|mNm)$")
 """Units in which a capital begins no word."""
 _NUMBERED = re.compile(r"^(.*?)(?:_?(?=[0-3])|_(?=[xyz]))([0-3xyz])$")
+_NUMBERED_INSIDE = re.compile(r"^(.*[a-z])_?([0-3])_([a-z_]+)$")
+"""As q1_ref and joint_2_pos: what is numbered, the number, and which value of it."""
+SEEN = frozenset(["act", "meas", "mes", "fb", "is"])
+"""Short words for what was measured, which say so only after a number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,11 +107,16 @@ def read_name(name: str, unit_line: str = "") -> Named:
     words, ending = _without_unit(words)
     unit = unit or ending
     role, index = _role(words), None
-    numbered = _NUMBERED.match("_".join(words))
-    if numbered and numbered[1]:
-        stem = [word for word in numbered[1].split("_") if word]
-        if (stemmed := _role(stem)) is not None:
-            role, index = stemmed, numbered[2]
+    whole = "_".join(words)
+    stem, number = list[str](), None
+    if (numbered := _NUMBERED.match(whole)) and numbered[1]:
+        stem, number = numbered[1].split("_"), numbered[2]
+    elif whole not in ROLE_OF and (inside := _NUMBERED_INSIDE.match(whole)):
+        after = inside[3].split("_")
+        stem, number = [*inside[1].split("_"), *after], inside[2]
+        stem = stem if (set(ROLE_OF) | SEEN).intersection(after) else []
+    if (stemmed := _role([word for word in stem if word])) is not None:
+        role, index = stemmed, number
     return Named(role, unit, index)
 
 

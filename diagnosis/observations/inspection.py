@@ -39,7 +39,7 @@ from recording.tables.foreign_table import read_parquet_table, read_table
 from recording.tables.table_format import SEPARATORS, TableFormat, guess_format
 
 _LAST = re.compile(r"(\w+)_([123xyz])")
-_NUMBERED = re.compile(r"(.*?)[._]?\d+")
+_NUMBERED = re.compile(r"(.*?[^\d._])[._]?\d+([._][^\d]+)?")
 GRAD = re.compile(r"(?i)(?<![a-z])grad(?![a-z])")
 """Degrees in German, and gon in surveying."""
 OTHER_SEPARATOR = {"\t": "tab", " ": "space"}
@@ -241,7 +241,7 @@ def _one_joint(table: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], lis
     stems: dict[str, list[str]] = {}
     for name in table:
         if numbered := _NUMBERED.fullmatch(name):
-            stems.setdefault(numbered[1], []).append(name)
+            stems.setdefault("".join(numbered.groups("")), []).append(name)
     others = [name for names in stems.values() if len(names) > ARMS for name in names[1:]]
     return {name: one for name, one in table.items() if name not in others}, others
 
