@@ -45,6 +45,7 @@ class Fitter:
         self.observed = np.nan_to_num(model.readings.values)
         self._centre = _moved_values([n.term for n in nuisances])
         self.spread = np.array([x for n in nuisances for x in n.spread])
+        self._sums = _sums(nuisances)
         self._kept: dict[tuple[int, int], FloatArray] = {}
         self._known_frees: dict[tuple[SplineTerm, ...], tuple[FloatArray, FloatArray]] = {}
 
@@ -52,6 +53,11 @@ class Fitter:
     def rows(self) -> int:
         """Whitened readings; the rows of the priors come after them."""
         return len(self.whiten.weight)
+
+    @property
+    def _priors(self) -> int:
+        """Rows of the priors: of each moved coordinate, then of each sum that is known better."""
+        return len(self._centre) + len(self._sums)
 
     @cached_property
     def inputs(self) -> dict[str, csr_array]:
@@ -61,7 +67,7 @@ class Fitter:
     def vector(self, difference: FloatArray) -> FloatArray:
         """Whitened difference of the channels, with room for the priors of the nuisances."""
         white = self.whiten(difference)
-        room = np.zeros((len(self._centre), *white.shape[1:]))
+        room = np.zeros((self._priors, *white.shape[1:]))
         return np.concatenate([white, room])
 
     def predict(self, terms: Sequence[Term]) -> FloatArray:
@@ -84,7 +90,9 @@ class Fitter:
 
     def _residual(self, predicted: FloatArray, nuisances: Sequence[Term]) -> FloatArray:
         residual = self.vector(self.observed - predicted)
-        residual[self.rows :] = (self._centre - _moved_values(nuisances)) / self.spread
+        away, last = self._centre - _moved_values(nuisances), self.rows + len(self._centre)
+        residual[self.rows : last] = away / self.spread
+        residual[last:] = self._sums @ away
         return residual
 
     def tangent(
@@ -116,12 +124,13 @@ class Fitter:
                 continue
             column = new[number, i]
             if number < len(nuisances):
-                column[self.rows + len(columns)] = 1.0 / self.spread[len(columns)]
+                place = len(columns)
+                column[self.rows + place] = 1.0 / self.spread[place]
+                column[self.rows + len(self._centre) :] = self._sums[:, place]
             columns.append(column)
             if number in small:
                 self._kept[number, i] = column
-        rows = self.rows + len(self._centre)
-        return np.stack(columns).T if columns else np.zeros((rows, 0))
+        return np.stack(columns).T if columns else np.zeros((self.rows + self._priors, 0))
 
     def _column(
         self, terms: Sequence[Term], number: int, i: int, predicted: FloatArray
@@ -147,7 +156,7 @@ class Fitter:
         """Whitened columns of spline terms, (m, q)."""
         inputs = self.model.inputs() if frees else {}
         blocks = [self.vector(free.columns(inputs[free.location])) for free in frees]
-        rows = self.rows + len(self._centre)
+        rows = self.rows + self._priors
         return np.concatenate(blocks, axis=1) if blocks else np.zeros((rows, 0))
 
     def _linear(self, frees: tuple[SplineTerm, ...]) -> tuple[FloatArray, FloatArray]:
@@ -282,3 +291,14 @@ class Fitter:
 
 def _moved_values(terms: Sequence[Term]) -> FloatArray:
     return np.array([t.at[i] for t in terms for i in t.candidate.moved], dtype=np.float64)
+
+
+def _sums(nuisances: Sequence[Nuisance]) -> FloatArray:
+    """Rows that weigh sums of coordinates, (sums, coordinates)."""
+    counts = [len(n.term.candidate.moved) for n in nuisances]
+    first = np.concatenate([[0], np.cumsum(counts)]).astype(int)
+    rows = np.zeros((sum(n.together is not None for n in nuisances), first[-1]))
+    known = (k for k, n in enumerate(nuisances) if n.together is not None)
+    for row, k in zip(rows, known, strict=True):
+        row[first[k] : first[k + 1]] = 1.0 / (nuisances[k].together or 1.0)
+    return rows

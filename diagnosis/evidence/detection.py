@@ -119,7 +119,11 @@ class Detection:
         return self._jumped[solution]
 
     def _log_p(self, jump: Jump) -> float:
-        return log_sf(max(jump.gain - self.left_by_measured.of(jump.candidate), 0.0), 1)
+        return log_sf(self._beyond(jump), 1)
+
+    def _beyond(self, jump: Jump) -> float:
+        """What a jump explains beyond what measured effects may leave."""
+        return max(jump.gain - self.left_by_measured.of(jump.candidate), 0.0)
 
     def fine_scores(self, solution: Solution) -> list[Score]:
         """Fine spline terms and sinusoids with their gain and log p, best first."""
@@ -154,6 +158,11 @@ class Detection:
         found = [*best.values(), *self._jump_trials(solution, taken)]
         return sorted(found, key=lambda t: t.penalty - t.gain)
 
+    def changed(self, solution: Solution, key: tuple[str, ...]) -> bool:
+        """Whether a measured effect has another size than the robot file has."""
+        own = [t for t in changed(self.fitter, solution) if t.start.candidate.key == key]
+        return self.any_shows(own)
+
     def any_shows(self, trials: Sequence[Trial]) -> bool:
         """Whether some named candidate does more than chance of what a solution leaves."""
         return bool(trials) and self.p(min(trial.log_p for trial in trials)) <= ALARM
@@ -162,7 +171,7 @@ class Detection:
         return [
             Trial(
                 Term(jump.candidate, np.array(jump.candidate.shapes[0].origin)),
-                jump.gain, self._log_p(jump), penalty(jump.candidate),
+                self._beyond(jump), self._log_p(jump), penalty(jump.candidate),
             )
             for jump in self._jumps(solution)
             if jump.candidate.key not in taken

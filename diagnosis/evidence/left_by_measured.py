@@ -14,6 +14,7 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.candidate import Candidate, Term
+from diagnosis.plants.nuisance import Nuisance
 from diagnosis.priors.discrepancy import left_by
 from diagnosis.priors.penalties import Trial, penalty
 from diagnosis.score_tests.chi2_tail import log_sf
@@ -23,12 +24,16 @@ class LeftByMeasured:
     """Chi-square by which each measured effect improves the fit, and what that may leave."""
 
     def __init__(self, fitter: Fitter, empty: Solution):
-        self.spreads = {n.term.candidate.key: n.spread[0] for n in fitter.nuisances if n.measured}
+        known = [n.term.candidate.key for n in fitter.nuisances if n.measured]
+        self.spreads = {
+            key: nuisance.together or nuisance.spread[0]
+            for key, (nuisance, _) in changing(fitter).items()
+        }
         now = float(np.sum(empty.residual[: fitter.rows] ** 2))
         self.gains: list[tuple[Term, float]] = []
         power = np.zeros_like(empty.predicted)
         for number, term in enumerate(empty.nuisances):
-            if term.candidate.key in self.spreads:
+            if term.candidate.key in known:
                 others = [*empty.nuisances[:number], *empty.nuisances[number + 1 :]]
                 without = fitter.model.predict(others)
                 left = fitter.whiten(fitter.observed - without)
@@ -58,19 +63,32 @@ class LeftByMeasured:
         return 0.0 if self.is_change(new) else self.of(new)
 
 
+def changing(fitter: Fitter) -> dict[tuple[str, ...], tuple[Nuisance, Candidate]]:
+    """Measured effects whose change a candidate is: those that have the same coordinates."""
+    candidates = {one.key: one for one in fitter.model.candidates}
+    pairs = [(n, candidates.get(n.term.candidate.key)) for n in fitter.nuisances if n.measured]
+    return {
+        one.key: (nuisance, one)
+        for nuisance, one in pairs
+        if one is not None and len(one.coordinates) == len(nuisance.term.at)
+    }
+
+
 def changed(fitter: Fitter, solution: Solution) -> list[Trial]:
     """Measured effects as far from what is known of them as they were fitted.
 
-    What each gains is what its prior costs there.
+    By all their coordinates, or by what those amount to together: the discrepancy of a drive that
+    follows late shifts its dead time against its time constant, and their sum much less.
     """
-    candidates = {one.key: one for one in fitter.model.candidates}
+    now = {term.candidate.key: term for term in solution.nuisances}
     found = []
-    for nuisance, term in zip(fitter.nuisances, solution.nuisances, strict=True):
-        candidate = candidates.get(term.candidate.key)
-        if not nuisance.measured or candidate is None:
-            continue
+    for key, (nuisance, candidate) in changing(fitter).items():
+        term = now[key]
         away = term.at - nuisance.term.at
         gain = float(np.sum((away / np.array(nuisance.spread)) ** 2))
         log_p = log_sf(gain, len(away))
+        if nuisance.together is not None:
+            of_sum = (float(away.sum()) / nuisance.together) ** 2
+            gain, log_p = gain + of_sum, min(log_p, log_sf(of_sum, 1))
         found.append(Trial(Term(candidate, away), gain, log_p, penalty(candidate)))
     return found

@@ -19,6 +19,8 @@ class Nuisance:
     spread: tuple[float, ...]
     measured: bool = False
     """An effect that the robot file has from an earlier diagnosis."""
+    together: float | None = None
+    """Standard deviation of the sum of the coordinates, where that is known better."""
 
 
 def given_back(
@@ -32,7 +34,11 @@ def given_back(
     known = {nuisance.term.candidate.key: nuisance.term.at for nuisance in centres}
     taken = {n.candidate.key: n.at - known[n.candidate.key] for n in nuisances
              if n.candidate.key in known}  # fmt: skip
-    shared = {term.candidate.key for term in terms} & set(taken)
+    shared = {
+        term.candidate.key
+        for term in terms
+        if len(taken.get(term.candidate.key, ())) == len(term.at)
+    }
     kept = tuple(
         n.moved_to(known[n.candidate.key]) if n.candidate.key in shared else n for n in nuisances
     )

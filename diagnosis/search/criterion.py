@@ -72,10 +72,12 @@ class Criterion:
 
     def earns(self, without: Solution, found: Solution, new: Candidate) -> bool:
         """Whether an effect gains enough, everywhere or where nothing local misleads."""
+        if self.tests.left_by_measured.is_change(new):
+            return self.tests.changed(without, new.key)
         gain = without.cost - found.cost
         if not self.shows(gain, new):
             return False
-        if self.tests.left_by_measured.is_change(new) or gain >= self.least_gain(without, new):
+        if gain >= self.least_gain(without, new):
             return True
         local = local_terms(without.terms)
         if not local or gain < self.least_gain(without, new, local):

@@ -61,10 +61,9 @@ def _change(candidate: Candidate, known: Term | None) -> Candidate:
 
 
 def _adds_up(candidate: Candidate, known: Term) -> bool:
-    """Whether coordinates of a change and of what changes are added; a ratio's logarithm is not."""
+    """Whether a change has the coordinates of what changes, to be added; logarithms are not."""
     pairs = [(one.parameter, one.how) for one in candidate.coordinates]
-    same = pairs == [(one.parameter, one.how) for one in known.candidate.coordinates]
-    return same and all(how != "log" for _, how in pairs)
+    return pairs == [(one.parameter, one.how) for one in known.candidate.coordinates]
 
 
 def joined(terms: Sequence[Term], measured: Sequence[Nuisance]) -> list[Term]:
@@ -92,19 +91,23 @@ def _nuisance(entry: EffectEntry, travel_rad: float, span_s: float) -> Nuisance 
     if row is None:
         return None
     intervals = entry.found.ci95
-    moved = tuple(one for one in row.coordinates if one.parameter in intervals)
-    if kind.main.name not in {one.parameter for one in moved}:
+    if kind.main.name not in intervals:
         return None
+    moved = tuple(one for one in row.coordinates if one.how != "log")
     values: dict[str, Any] = {p.name: p.default for p in kind.parameters if p.default is not None}
     values |= entry.parameters
     own = {one.parameter for one in moved}
     fixed = {name: value for name, value in values.items() if name not in own}
     candidate = Candidate(kind, entry.component, moved, (), _without_phase(fixed, moved))
     at = np.array([_coordinate(one, values[one.parameter], values) for one in moved])
-    by_shape = np.sqrt(kind.discrepancy.elsewhere) * _alike(kind, moved, at)
-    measured = [_spread(one, intervals[one.parameter], values) for one in moved]
-    spread = tuple(np.hypot(measured, by_shape).tolist())
-    return Nuisance(Term(candidate, at), spread, measured=True)
+    total = _alike(kind, moved, at)
+    read = [_spread(one, intervals.get(one.parameter), values) for one in moved]
+    spread = np.hypot(read, np.sqrt(kind.discrepancy.elsewhere) * total)
+    together = None
+    if len(moved) > 1 and np.ptp(total) == 0.0:
+        sure = np.sqrt(kind.discrepancy.in_pose) * total[0]
+        together = float(np.hypot(np.linalg.norm(read), sure))
+    return Nuisance(Term(candidate, at), tuple(spread.tolist()), True, together)
 
 
 def _alike(kind: EffectKind, moved: Sequence[Coordinate], at: FloatArray) -> FloatArray:
@@ -146,8 +149,10 @@ def _coordinate(coordinate: Coordinate, value: Any, values: Mapping[str, Any]) -
 
 
 def _spread(coordinate: Coordinate, interval: Any, values: Mapping[str, Any]) -> float:
-    low, high = (float(np.asarray(end)) for end in interval)
     least = NARROWEST * coordinate.step
+    if interval is None:
+        return least
+    low, high = (float(np.asarray(end)) for end in interval)
     if coordinate.how in ("sine", "cosine"):
         return max((high - low) / WIDTH, least)
     ends: FloatArray = np.array([_coordinate(coordinate, end, values) for end in (low, high)])
