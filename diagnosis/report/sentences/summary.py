@@ -22,7 +22,10 @@ ENDED_EARLY = (
     "The search stopped at its limit of work, with the best explanation so far: not everything was "
     "compared (--thorough compares the rest, which takes longer)."
 )
-LOOSE = "In addition, lengths and angles deviate slightly everywhere, within build tolerances."
+LOOSE = (
+    "Beside the findings, small errors of lengths and angles were allowed for everywhere, as large "
+    "as those of a machine built with care: together they explain what no single finding does."
+)
 ON_TOP = "It comes on top of what the robot file has of it already; --save-robot adds both."
 WHY = "Why"
 """Title above the reasons: what comes before is what to do."""
