@@ -64,6 +64,14 @@ def test_the_verdict_comes_first(make: Any, verdict: str, says: str) -> None:
     assert len(lines) > 4
 
 
+def test_where_most_is_left_the_headline_says_so(make: Any) -> None:
+    answer = make("partly_explained")
+    most = answer.unexplained.model_copy(update={"share_of_mismatch": 0.9})
+    says = headline(answer.model_copy(update={"unexplained": most}))
+    assert says.startswith("Only a small part of the mismatch is explained by")
+    assert "90 % of it is left" in says
+
+
 def test_a_finding_is_told_with_size_interval_surety_and_rivals(make: Any) -> None:
     text = "\n".join(plain_lines(make("explained")))
     assert "Whole play: 0.498 degrees (95 % sure between 0.476 and 0.521)." in text

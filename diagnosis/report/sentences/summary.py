@@ -32,6 +32,9 @@ WHY = "Why"
 MOST_NAMED = 4
 """Things of one kind that a sentence names; the rest are counted."""
 PART_OF_UNKNOWN = "probably only a part of what is unknown, though it looks like this: "
+MOSTLY_LEFT = 0.5
+"""Share of the mismatch that nothing explains, from which on the headline says so first."""
+CHECK_FIRST = "first check that each column and the robot file are the right ones"
 IN_HEADLINE = 3
 """Findings that the headline names; of more it names two, and all have their own title below."""
 
@@ -77,7 +80,14 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "partly_explained" and named:
         more = any(one.effect == "unknown" for one in findings)
         rest = "; another part is real and matches no known effect" if more else ""
-        return words.sentence(f"part of the mismatch is explained by {what}{rest}")
+        left = diagnosis.unexplained.share_of_mismatch
+        part = "part"
+        if left >= MOSTLY_LEFT:
+            part, rest = (
+                "only a small part",
+                f"; {100.0 * left:.0f} % of it is left ({CHECK_FIRST})",
+            )
+        return words.sentence(f"{part} of the mismatch is explained by {what}{rest}")
     if unknown := [finding for finding in findings if finding.effect == "unknown"]:
         return words.sentence(
             "something is missing from the model that matches no known effect; "
