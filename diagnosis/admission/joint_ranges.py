@@ -58,8 +58,9 @@ def far_for_a_joint(robot: RobotModel, recording: FlatRecording) -> list[str]:
             return [
                 f"{name} of {recording.source} goes up to {farthest:.4g} rad, which are"
                 f" {turns(farthest)}. A motor may turn so far; where no joint of this machine does,"
-                f" {name} is in degrees or counts, and every size below is wrong: give the unit,"
-                f' as --set "{name}=COLUMN[deg]".'
+                f" {name} is in another unit than it was read in (degrees, seconds of arc or"
+                " counts, say), and every size below is wrong: give its own, as"
+                f' --set "{name}=COLUMN[UNIT]", or what one is in rad, as "{name}=COLUMN*FACTOR".'
             ]
         return []
     return []

@@ -50,6 +50,7 @@ from recording.tables.foreign_table import read_parquet_table, read_table
 IN_SI = {
     "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "m": 1.0, "cm": 0.01, "mm": 1e-3,
     "um": 1e-6, "inch": 0.0254, "rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180.0, "turn": 2.0 * np.pi,
+    "arcmin": np.pi / 10800.0, "arcsec": np.pi / 648000.0,
     "N": 1.0, "mN": 1e-3, "Nm": 1.0, "mNm": 1e-3, "Ncm": 0.01, "1": 1.0, "A": 1.0, "mA": 1e-3,
     "rad/s": 1.0, "deg/s": np.pi / 180.0, "m/s": 1.0, "mm/s": 1e-3, "rpm": np.pi / 30.0,
 }  # fmt: skip
@@ -73,6 +74,9 @@ _OPTION = re.compile(
 )
 
 
+A_FACTOR = "or a factor to SI units in its place, as position=seen*4.848e-6"
+
+
 def no_unit(said: str) -> str:
     """Why a unit is refused, and which was meant by it: as people write it, or nearly."""
     meant = UNIT_OF.get(said.lower()) or next(
@@ -80,7 +84,7 @@ def no_unit(said: str) -> str:
     )
     if meant in IN_SI:
         return f"unknown unit '{said}'; did you mean '{meant}'?"
-    return f"unit must be one of {', '.join(IN_SI)}"
+    return f"unit must be one of {', '.join(IN_SI)}, {A_FACTOR}"
 
 
 class Source(StrictModel):
@@ -283,7 +287,7 @@ def _missing(path: Path, name: str, wanted: str, there: list[str]) -> RecordingE
         unit = wanted[len(plain) :].strip().strip("[]()")
         return RecordingError(
             f"{path}: --set {name}={wanted}: the unit '{unit}' is not known; it must be one of"
-            f" {', '.join(IN_SI)}"
+            f" {', '.join(IN_SI)}, {A_FACTOR}"
         )
     of = f" (for {name})" if wanted != name else ""
     return RecordingError(

@@ -35,14 +35,17 @@ UNIT_WORDS: dict[str, str] = {
     "us": "us usec micros µs",
     "ns": "ns nsec nanos nanoseconds", "m": "m meter meters metre metres", "mm": "mm", "cm": "cm",
     "um": "um µm micron microns", "rad": "rad rads radian radians", "mrad": "mrad",
-    "deg": "deg degs degree degrees grad °", "turn": "turn turns rev revs", "A": "a amp amps",
+    "deg": "deg degs degree degrees grad °", "turn": "turn turns rev revs",
+    "arcmin": "arcmin arcmins arcminute arcminutes",
+    "arcsec": "arcsec arcsecs arcsecond arcseconds", "A": "a amp amps",
     "mA": "ma milliamp milliamps", "Nm": "nm n.m newtonmeter", "N": "n newton", "Ncm": "ncm",
     "mNm": "mnm", "min": "min minutes", "rad/s": "rad/s", "deg/s": "deg/s °/s", "m/s": "m/s",
     "mm/s": "mm/s", "rpm": "rpm 1/min u/min",
 }  # fmt: skip
 """Unit of a mapping -> how it is written in names, in lower case."""
 UNIT_OF = {word: unit for unit, words in UNIT_WORDS.items() for word in words.split()}
-TIMES, ROTARY = ("s", "ms", "us", "ns", "min"), ("rad", "mrad", "deg", "turn")
+TIMES = ("s", "ms", "us", "ns", "min")
+ROTARY = ("rad", "mrad", "deg", "arcmin", "arcsec", "turn")
 LINEAR = ("m", "mm", "cm", "um", "inch")
 ROTARY_SPEEDS, LINEAR_SPEEDS = ("rad/s", "deg/s", "rpm"), ("m/s", "mm/s")
 SPEEDS = (*ROTARY_SPEEDS, *LINEAR_SPEEDS)

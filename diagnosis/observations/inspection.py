@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Mapping as AnyMapping
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,7 @@ from diagnosis.observations.column_names import pulls, read_name
 from diagnosis.observations.machine_kind import kind_of
 from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
-from diagnosis.observations.unit_guess import steps_of_a_slide, with_units
+from diagnosis.observations.unit_guess import steps_of_a_slide, unit_noted, with_units
 from foundation.counting import count
 from foundation.errors import RecordingError
 from models.robot import ARMS
@@ -137,7 +138,7 @@ def inspect(path: Path, said: Mapping | None = None) -> Inspection:
     units = dict(zip(form.names, form.units, strict=True))
     written = {"separator": form.separator, "decimal": form.decimal}
     base = Mapping.model_validate(written | {"skip_lines": skip, "heading": heading})
-    return inspect_table(path, table, base, units, form.named, _facts(form), known)
+    return inspect_table(path, table, base, units, form.named, _facts(form), known, form.before)
 
 
 def _of_columns(path: Path, known: AnyMapping[str, Source]) -> Inspection:
@@ -156,8 +157,12 @@ def inspect_table(
     named: bool,
     facts: list[tuple[str, str]],
     said: AnyMapping[str, Source] | None = None,
+    before: Sequence[str] = (),
 ) -> Inspection:
-    """The same for columns that are read already; `base` says how the file is written."""
+    """The same for columns that are read already; `base` says how the file is written.
+
+    before: the lines above the table.
+    """
     said = said or {}
     if not table or not len(next(iter(table.values()))):
         raise RecordingError(f"{path}: has no rows")
@@ -169,7 +174,9 @@ def inspect_table(
         if guess.name in UNITS
     }
     guesses = _as_said(path, table, guesses, said)
+    guesses, noted = unit_noted(guesses, before)
     guesses, warnings = with_units(guesses, known)
+    warnings += noted
     guesses, of_steps = steps_of_a_slide(guesses, known)
     warnings += of_steps
     warnings += [

@@ -169,6 +169,8 @@ class GuessOptions:
     turn."""
     count_rad: float = 0.001534
     """One of 4096 counts a turn, as hobby servos have: the one that is most often met."""
+    few_turns_deg: float = 1440.0
+    """Of an axis without a unit: more is seconds of arc or counts rather than degrees or mm."""
     longest_m: float = 15.0
     """More is millimetres: no ranging sensor of this kind sees so far, and no axis is so long."""
 

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from diagnosis.observations.column_guess import Guess
-from diagnosis.observations.column_mapping import IN_SI
-from diagnosis.observations.column_names import LINEAR, LINEAR_SPEEDS, ROTARY, ROTARY_SPEEDS, SPEEDS
+from diagnosis.observations.column_mapping import IN_SI, without_unit
+from diagnosis.observations.column_names import (
+    LINEAR,
+    LINEAR_SPEEDS,
+    ROTARY,
+    ROTARY_SPEEDS,
+    SPEEDS,
+    UNIT_OF,
+    UNIT_WORDS,
+)
 from diagnosis.observations.needed_columns import travel
 from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
@@ -39,12 +48,45 @@ def time_unit(t: FloatArray) -> tuple[str, str]:
     return "s", f"{step:.3g} apart"
 
 
+ANGLE_WORDS = {word: UNIT_OF[word] for unit in ("rad", "mrad", "deg", "arcmin", "arcsec")
+               for word in UNIT_WORDS[unit].split() if word not in ("grad", "°")}  # fmt: skip
+"""Words that are an angle's unit wherever they stand; a turn or a grad may be something else."""
+_A_WORD = re.compile(r"(?<![\w.])(\d[\d.,]*[ -]?)?([A-Za-zµ]+)(?!\w)")
+
+
+def unit_noted(
+    guesses: Mapping[str, Guess], lines: Sequence[str]
+) -> tuple[dict[str, Guess], list[str]]:
+    """Angles in the one unit that comment lines before a table name, and a word of that.
+
+    A word behind a number is a size (30 degrees); with a unit of length nothing can be told.
+    """
+    notes = " ".join(line for line in lines if line.lstrip()[:1] in "#%")
+    words = [word for size, word in _A_WORD.findall(notes) if not size]
+    units = {ANGLE_WORDS[word] for word in words if word in ANGLE_WORDS}
+    lengths = {word for word in words if len(word) > 1 and UNIT_OF.get(word) in LINEAR}
+    open_ = {
+        name: guess
+        for name, guess in guesses.items()
+        if guess.role in ANGULAR and guess.unit is None and guess.scale == 1.0
+    }
+    if len(units) != 1 or lengths or not open_:
+        return dict(guesses), []
+    (unit,) = units
+    noted = {name: replace(guess, unit=unit) for name, guess in open_.items()}
+    return {**guesses, **noted}, [
+        f"{', '.join(noted)}: taken for {unit}, which a comment before the table names; where that"
+        " is something else's, put the right unit into the command below"
+    ]
+
+
 def with_units(
     guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
 ) -> tuple[dict[str, Guess], list[str]]:
     """Guesses with a unit where the values tell one, and what to be warned of."""
     guesses = {name: _per_second(guess) for name, guess in guesses.items()}
     out, warnings = dict(guesses), list[str]()
+    turning = any(one.unit in ROTARY for one in guesses.values())
     for name, guess in guesses.items():
         values = table[name]
         if guess.role == "t" and guess.unit is None:
@@ -54,7 +96,9 @@ def with_units(
                 warnings.append(f"{name}: taken for {unit} ({why}); no unit stands in the file")
         elif guess.role in (*ANGULAR, "pos", "range", "distance"):
             alike = _alike(guess, guesses)
-            out[name], warning = _of_motion(guess, np.concatenate([table[one] for one in alike]))
+            out[name], warning = _of_motion(
+                guess, np.concatenate([table[one] for one in alike]), turning
+            )
             widest = max(alike, key=lambda one: float(np.nanmax(np.abs(table[one]))))
             warnings += [warning] if warning and name == widest else []
     warnings += _pairs(out, table)
@@ -105,7 +149,25 @@ def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> lis
     return []
 
 
-def _of_motion(guess: Guess, values: FloatArray) -> tuple[Guess, str]:
+def _other_than_deg(guess: Guess, largest: float, turning: bool) -> str:
+    """What else than the degrees that it is taken for a column may be in, and what to write."""
+    if guess.index is not None:
+        return ", as all angles of the arms"  # which no machine has in mm
+    if largest > GUESSES.few_turns_deg:
+        counts = f"{without_unit(guess.source)}*{GUESSES.count_rad}"
+        return (
+            "; if it is seconds of arc, put [arcsec] in place of [deg] into the command below; if"
+            f' it is counts, what one is in rad, as "{guess.name}={counts}" for 4096 a turn'
+        )
+    if turning:
+        return ""
+    return (
+        "; if it is mm, put [mm] in place of [deg] and linear in place of rotary into the commands"
+        " below"
+    )
+
+
+def _of_motion(guess: Guess, values: FloatArray, turning: bool) -> tuple[Guess, str]:
     largest = float(np.nanmax(np.abs(values)))
     if guess.scale != 1.0:  # somebody knows
         return guess, ""
@@ -120,9 +182,7 @@ def _of_motion(guess: Guess, values: FloatArray) -> tuple[Guess, str]:
                     f" 4096 a turn; if it has others, put what one is [rad] in place of"
                     f" {GUESSES.count_rad} into the command below"
                 )
-            other = "; if it is mm, put [mm] in place of [deg] into the command below"
-            if guess.index is not None:
-                other = ", as all angles of the arms"  # which no machine has in mm
+            other = _other_than_deg(guess, largest, turning)
             return replace(guess, unit="deg"), (
                 f"{guess.source}: up to {largest:g}, taken for degrees{other}"
             )

@@ -17,7 +17,7 @@ SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "spa
 """Sought in this order; a space stands for any run of spaces and tabs."""
 MANY_LINES = 400
 UNIT_CELL = re.compile(
-    r"[\[(]?(°|[numkcM]?(s|m|rad|A|V|N|Nm|N\.m|Hz)(/s)?|deg(/s)?|turn|min|1|-|%)?[\])]?"
+    r"[\[(]?(°|[numkcM]?(s|m|rad|A|V|N|Nm|N\.m|Hz)(/s)?|deg(/s)?|arcsec|arcmin|turn|min|1|-|%)?[\])]?"
 )
 _TIME_OF_DAY = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[-+]\d\d:?\d\d)?")
 
@@ -107,7 +107,7 @@ def _heading(path: Path, lines: list[str], separator: str, decimal: str, width: 
         if heading + 1 != first or lines[heading].lstrip()[:1] in "#%":
             heading = None  # something stands between: whoever reads must be told the names
     plain = "cp1252" if not _is_utf8(path) else "UTF-8"
-    before = tuple(line for line in lines[: above[0] if above else first] if line.strip())
+    before = tuple(line for line in lines[: above[-1] if above else first] if line.strip())
     return TableFormat(
         separator, decimal, first, names, bool(above), units, heading, plain, before
     )  # fmt: skip
