@@ -12,7 +12,7 @@ from web.access.texts import MAX_CHARACTERS, kind_of
 from web.behind.own_recordings import plain_name
 from web.behind.whose_job import of_another_robot
 from web.offers import why_not
-from web.state_card import NEXT
+from web.state_card import what_next
 
 if TYPE_CHECKING:
     from web.page import RobotPage
@@ -81,12 +81,12 @@ class FilesTab:
 
     async def check(self) -> bool:
         """A dry run of what the editor holds; nothing moves."""
-        text = self._text.value or ""
+        text, name = self._text.value or "", self._name
         self._say("checking ...")
         self._spinner.set_visibility(True)
         try:
             kind = kind_of(text)
-            another = of_another_robot(self._page.site, self._name, text) if kind == "job" else ""
+            another = of_another_robot(self._page.site, name, text) if kind == "job" else ""
             if another:
                 self._say(another, "text-red-800")
                 return False
@@ -94,25 +94,32 @@ class FilesTab:
             try:
                 facts = await self._page.site.tasks.run(f"check_{kind}", draft)
             except DeltactlError as error:
-                raise type(error)(str(error).replace(str(draft), self._name)) from error
+                raise type(error)(str(error).replace(str(draft), name)) from error
             finally:
                 self._page.site.forget(draft)
         except DeltactlError as error:
-            self._say(str(error), "text-red-800")
+            if self._holds(text):
+                self._say(str(error), "text-red-800")
             return False
         finally:
             self._spinner.set_visibility(False)
-        after = ", and may run." if kind == "job" else SIMULATE.format(name=self._name)
-        self._say(f"{self._name} is a {kind} file without mistakes{after}", "text-green-800")
+        if not self._holds(text):
+            return False
+        after = ", and may run." if kind == "job" else SIMULATE.format(name=name)
+        self._say(f"{name} is a {kind} file without mistakes{after}", "text-green-800")
         self._list(facts)
         return kind == "job"
+
+    def _holds(self, text: str) -> bool:
+        """Whether the editor still holds what was checked: another file may be there by now."""
+        return (self._text.value or "") == text
 
     async def run(self) -> None:
         """Check, then send it to the daemon, which checks again."""
         text, name = self._text.value or "", self._name
         status = self._page.site.link.seen.status
         if why := why_not("Run", ALLOWED[Request.RUN], status.state if status else ""):
-            next_ = NEXT.get(status.state, "") if status else ""
+            next_ = what_next(status) if status else ""
             self._say(f"{why}. On the tab Robot: {next_}", "text-red-800")
             return
         if not await self.check():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 import time
 from collections.abc import Collection
 from datetime import datetime
@@ -14,6 +15,7 @@ from nicegui import ui
 
 from foundation.errors import DeltactlError
 from web.behind.site import Listed
+from web.behind.whose_job import same_machine
 from web.offers import offer
 from web.own_recording import OwnRecording
 
@@ -219,6 +221,10 @@ class RecordingRow:
     def _next(self) -> None:
         with contextlib.suppress(OSError):
             text = (self._listed.made / "next.yaml").read_text(encoding="utf-8")
+            belief = self._page.site.belief(self._page.site.link.seen)
+            if belief is not None and same_machine(belief, self._listed.made / "robot.yaml"):
+                # The answer knows the robot file of the recording by another name.
+                text = re.sub(r"(?m)^robot: .*$", f"robot: {belief.file}", text)
             self._page.edit("next-experiment.yaml", text)
 
     def _url(self, name: str) -> str:

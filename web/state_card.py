@@ -32,6 +32,13 @@ NEXT = {
 SIMULATED = "Press Home: it puts the simulated arms against their stops."
 """Nobody has hands at the simulated robot."""
 
+
+def what_next(status: Status) -> str:
+    """What a new user does next, in one sentence."""
+    no_hands = status.simulated and status.state == "unhomed"
+    return SIMULATED if no_hands else NEXT.get(status.state, "")
+
+
 AMBER = "Amber: the ranging sensors (boxes), and where they see the platform (ball)."
 TURN = "Drag to turn, wheel or two fingers to zoom."
 DRAWN = f"Blue: where the step counts put it, green its way. {AMBER} {TURN}"
@@ -92,8 +99,7 @@ class StateCard:
         if self.motion is not None and belief is not None:
             self.motion.suggest(belief)
         self._set_state(status.state)
-        no_hands = status.simulated and status.state == "unhomed"
-        self._set("next", SIMULATED if no_hands else NEXT.get(status.state, ""))
+        self._set("next", what_next(status))
         self._set("caption", DRAWN if status.position_m else NOT_HOMED)
         self._numbers(status, seen)
         self._job(status)

@@ -121,7 +121,8 @@ def test_what_follows_a_diagnosis_is_a_click_away(
              "components": ["motor2"]}  # fmt: skip
     (its / "diagnosis.json").write_text(json.dumps(found))
     (its / "corrected.yaml").write_text("name: better\n")
-    (its / "next.yaml").write_text(CIRCLE.format(name="telling", robot="zhao-2023.yaml", turns=8))
+    (its / "next.yaml").write_text(CIRCLE.format(name="telling", robot="robot.yaml", turns=8))
+    (its / "robot.yaml").write_text(patient_robot(tmp_path).read_text())
     (simulated.recordings / "asked.mcap").write_bytes(b"not a recording")
     send = {"behavior": "allow", "downloadPath": str(tmp_path)}
     browser.driver.execute_cdp_cmd("Browser.setDownloadBehavior", send)
@@ -145,6 +146,7 @@ def test_what_follows_a_diagnosis_is_a_click_away(
     browser.wait(lambda: (tmp_path / "corrected.yaml").is_file(), "nothing was saved")
     press_text(browser, "The experiment that would tell more")
     browser.wait(lambda: "name: telling" in browser.text("text"), "the editor does not show it")
+    assert "robot: zhao-2023.yaml" in browser.text("text")
     browser.tab("Recordings")
     press_text(browser, "Show it on the robot")
     browser.says("state", "ready")

@@ -21,7 +21,7 @@ def of_another_robot(site: Site, name: str, text: str) -> str:
     if status is None or belief is None or not isinstance(wanted, str) or wanted == belief.file:
         return ""
     theirs = site.files().get(wanted)
-    if theirs is not None and _same_machine(belief, theirs):
+    if theirs is not None and same_machine(belief, theirs):
         return ""
     page = "deltactl web --simulate --robot" if status.simulated else "the daemon with"
     there = "" if theirs is not None else ", a file that is not here"
@@ -32,7 +32,8 @@ def of_another_robot(site: Site, name: str, text: str) -> str:
     )
 
 
-def _same_machine(belief: Belief, theirs: Path) -> bool:
+def same_machine(belief: Belief, theirs: Path) -> bool:
+    """Whether a robot file describes the machine that runs here."""
     try:
         return belief.robot.is_machine_of(Belief.of(theirs).robot)
     except DeltactlError:

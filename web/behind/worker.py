@@ -64,8 +64,9 @@ def diagnose(recording: Path, folder: Path, believed: Path | None = None) -> dic
     text = carried if believed is None else believed.read_text(encoding="utf-8")
     robot.write_text(text, encoding="utf-8")
     answer = answer_of([recording], robot, json_out=folder / "answer.json", progress=_progress)
-    write_report(answer, load_robot_model(robot), folder / "report.html")
-    lines = plain_lines(answer)
+    model = load_robot_model(robot)
+    write_report(answer, model, folder / "report.html")
+    lines = plain_lines(answer, model)
     if answer.findings:
         save_corrected(robot, answer, folder / "corrected.yaml")
         lines += [f"Corrected robot file, {written(answer, False)}", *support(answer, False)]

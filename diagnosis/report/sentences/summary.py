@@ -55,9 +55,9 @@ def summary_lines(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list
     return lines
 
 
-def plain_lines(diagnosis: Diagnosis) -> list[str]:
+def plain_lines(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]:
     """The same lines without markup."""
-    return [line for _, line in _summary(diagnosis, None)]
+    return [line for _, line in _summary(diagnosis, robot)]
 
 
 def head_lines(diagnosis: Diagnosis) -> list[str]:
