@@ -185,9 +185,13 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebPage]:
     end_page(page)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def chromium() -> Iterator[Open]:
-    """Opens pages: `chromium(url, size)`. Skips where there is no Chromium."""
+    """Opens pages: `chromium(url, size)`. Skips where there is no Chromium.
+
+    All are closed at the end of a file of tests: each draws the robot all the while, and a dozen
+    of them leave no time for its pulses.
+    """
     binary, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if binary is None or driver is None:
         pytest.skip("needs Debian's packages chromium and chromium-driver")
