@@ -14,6 +14,8 @@ ATTEMPTS, PATIENCE_S = 3, 20.0
 
 def _interrupted(folder: Path, begun: str, *arguments: str) -> tuple[int, str]:
     """Status and standard error of a command interrupted once the file `begun` is there."""
+    # A shell starts what it runs in the background with Ctrl-C ignored, and children inherit that.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     run = subprocess.Popen(
         [sys.executable, "-m", "command_line.main", *arguments],
         cwd=folder,

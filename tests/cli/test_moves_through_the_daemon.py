@@ -104,9 +104,10 @@ def test_run_says_what_the_daemon_compensates(
         "timing: {mode: accelerated, speed_mps: 0.3}\ninverse_kinematics: {kind: geometry}\n"
     )
     deltactl("home", "--robot", str(corrected))
-    said = deltactl("run", str(job)).output
+    ran = deltactl("run", str(job))
     deltactl("home", "--robot", str(mine))
-    assert "compensated: home_offset on motor1, in the inverse kinematics" in said
+    compensated = "compensated: home_offset on motor1, in the inverse kinematics"
+    assert compensated in ran.output, ran.exception
     corrected.write_text("name: broken")
     assert "compensated" not in deltactl("run", str(job)).output
 
