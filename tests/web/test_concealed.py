@@ -65,7 +65,8 @@ def test_a_heart_is_enough_to_name_what_is_concealed(defect: str, tmp_path: Path
     (tmp_path / "built.yaml").unlink()
     made = tmp_path / "made"
     made.mkdir()
-    call = [sys.executable, "-P", "-m", "web.behind.worker", "diagnose", str(recording), str(made)]
+    call = [sys.executable, "-P", "-m", "web.behind.worker", "diagnose", str(made), str(ROBOT),
+            str(recording)]  # fmt: skip
     subprocess.run(call, capture_output=True, check=True, timeout=120.0)
     first = json.loads((made / "answer.json").read_text())["findings"][0]
     assert (first["effect"], first["component"]) == (entry["effect"], entry["component"])

@@ -36,8 +36,9 @@ def test_a_recording_cut_off_is_one_line_or_a_report_that_says_so(
 ) -> None:
     out = tmp_path / "made"
     out.mkdir()
-    made = out if kind == "diagnose" else out / "run.html"
-    call = [sys.executable, "-P", "-m", "web.behind.worker", kind, str(torn), str(made)]
+    made = out / "run.html"
+    files = [out, out / "robot.yaml", torn] if kind == "diagnose" else [torn, made]
+    call = [sys.executable, "-P", "-m", "web.behind.worker", kind, *map(str, files)]
     done = subprocess.run(call, capture_output=True, text=True, timeout=60.0)
     said = [json.loads(line) for line in done.stdout.splitlines()]
     assert "Traceback" not in done.stderr

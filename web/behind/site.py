@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import json
 import re
 import secrets
 import shutil
@@ -14,53 +13,15 @@ from pathlib import Path
 from typing import Any
 
 from firmware_py.robot_file import CONFIG_FOLDER
-from recording.writing.names import ENDING
 from web.behind.belief import Belief, Beliefs
 from web.behind.concealment import Concealment
 from web.behind.link import DaemonLink, Seen
 from web.behind.own_recordings import OwnRecordings
+from web.behind.shelf import Listed, Shelf
 from web.behind.tasks import Tasks
 
 FIRST = "heart.yaml"
-SHOWN = 40
-"""Newest recordings that the page lists."""
-BY_HAND = re.compile(r"(jog|go-?to)-\d{4}-\d\d-\d\dT")
-"""Recordings of single moves: they say what moved the robot and when, and tell nothing else."""
 Act = Callable[..., Coroutine[Any, Any, bool]]
-
-
-@dataclass(frozen=True, slots=True)
-class Listed:
-    """A recording in the list, and the folder for what the page makes of it."""
-
-    path: Path
-    size_bytes: int
-    written_s: float
-    made: Path
-    own: str = ""
-    """Of one that somebody has sent: what it is called; else empty."""
-
-    @property
-    def title(self) -> str:
-        """What the list calls it."""
-        return self.own or self.path.stem
-
-    @property
-    def answered_s(self) -> float:
-        """When it was diagnosed; 0 if it never was."""
-        try:
-            return (self.made / "diagnosis.json").stat().st_mtime
-        except OSError:
-            return 0.0
-
-    @property
-    def diagnosis(self) -> dict[str, Any] | None:
-        """What `web.behind.worker diagnose` answered, if it was asked."""
-        try:
-            found = json.loads((self.made / "diagnosis.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return None
-        return found if isinstance(found, dict) else None
 
 
 @dataclass
@@ -78,10 +39,13 @@ class Site:
     numbers: itertools.count[int] = field(default_factory=itertools.count)
     own: OwnRecordings = field(init=False)
     """Recordings that somebody has sent."""
+    shelf: Shelf = field(init=False)
+    """Recordings, and what was made of them."""
     _made: dict[str, Path] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.own = OwnRecordings(self.work / "own")
+        self.shelf = Shelf(self.recordings, self.own, self.work / "made")
 
     def robot_file(self) -> Path | None:
         """Of the robot that runs, or that the page was given: for recordings that carry none."""
@@ -93,19 +57,8 @@ class Site:
         return None if seen.status is None else self.beliefs.of(seen.status.robot)
 
     def listed(self) -> list[Listed]:
-        """The newest recordings of jobs, newest first; moves by hand are kept, and not listed."""
-        found = []
-        for path in (*self.recordings.glob(f"*{ENDING}"), *self.own.newest_first()):
-            if BY_HAND.match(path.name):
-                continue
-            try:
-                its = path.stat()
-            except OSError:
-                continue
-            made = self.work / "made" / path.stem
-            own = self.own.name_of(path)
-            found.append(Listed(path, its.st_size, its.st_mtime, made, own))
-        return sorted(found, key=lambda one: one.written_s, reverse=True)[:SHOWN]
+        """What the tab of recordings lists, newest first."""
+        return self.shelf.newest_first()
 
     def grows(self, recording: Path) -> bool:
         """Whether this is the recording of the run that is being made."""

@@ -42,10 +42,10 @@ def run_report(recording: Path, out: Path) -> dict[str, Any]:
     return {}
 
 
-def diagnose(recording: Path, folder: Path, believed: Path | None = None) -> dict[str, Any]:
-    """Diagnose a recording by the robot file it carries; `folder` takes all that comes of it.
+def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
+    """Diagnose recordings of one robot together, by the robot file that the newest run carries.
 
-    believed: the robot file of a table, which carries none.
+    `folder` takes all that comes of it. believed: the robot file of tables, which carry none.
     """
     from diagnosis.answer.corrected_robot import save_corrected
     from diagnosis.api import diagnose as answer_of
@@ -55,15 +55,13 @@ def diagnose(recording: Path, folder: Path, believed: Path | None = None) -> dic
     from diagnosis.report.sentences.summary import WHY, head_lines, plain_lines
     from firmware_py.robot_file import CONFIG_FOLDER
     from models.robot import load_robot_model
-    from recording.reading.reader import read_run
+    from web.behind.carried import robot_text
 
     for name in ("corrected.yaml", "next.yaml"):
         (folder / name).unlink(missing_ok=True)
     robot = folder / "robot.yaml"
-    carried = read_run(recording).configuration.robot_text if believed is None else ""
-    text = carried if believed is None else believed.read_text(encoding="utf-8")
-    robot.write_text(text, encoding="utf-8")
-    answer = answer_of([recording], robot, json_out=folder / "answer.json", progress=_progress)
+    robot.write_text(robot_text(recordings, believed), encoding="utf-8")
+    answer = answer_of(recordings, robot, json_out=folder / "answer.json", progress=_progress)
     model = load_robot_model(robot)
     write_report(answer, model, folder / "report.html")
     lines = plain_lines(answer, model)

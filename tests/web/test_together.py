@@ -1,0 +1,103 @@
+"""Several recordings of one robot, diagnosed together on the page."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from selenium.webdriver.common.by import By
+
+from firmware_py.robot_file import CONFIG_FOLDER
+from foundation.errors import RecordingError
+from recording.format.configuration import RunConfiguration
+from recording.writing.writer import RunRecorder
+from tests.web.conftest import Browser, WebPage
+from web.behind.carried import robot_text
+from web.behind.own_recordings import OwnRecordings
+from web.behind.shelf import Shelf
+
+ZHAO = (CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8")
+AXIS = "kind: servo_axis\nname: wrist\nmotion: rotary\n"
+
+
+def a_run(path: Path, robot: str) -> Path:
+    with RunRecorder(path, RunConfiguration(robot, "name: x\n", "r", "x")) as recorder:
+        recorder.commanded(0, (0, 0, 0))
+    return path
+
+
+def a_table(path: Path, hertz: float) -> Path:
+    """An axis that stands 0.01 rad off where it is sent, with the small change of a real one."""
+    rows = ["t,command,position"]
+    for k in range(800):
+        wanted = 0.5 * math.sin(2 * math.pi * hertz * k * 0.01)
+        noise = 1e-4 * math.sin(12.9898 * k * k)
+        rows.append(f"{k * 0.01:.3f},{wanted:.6f},{wanted + 0.01 + noise:.6f}")
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    return path
+
+
+def test_the_worker_diagnoses_several_as_one(tmp_path: Path) -> None:
+    believed, made = tmp_path / "axis.yaml", tmp_path / "made"
+    believed.write_text(AXIS)
+    made.mkdir()
+    tables = [a_table(tmp_path / f"{name}.csv", f) for name, f in (("slow", 0.3), ("fast", 0.9))]
+    call = [sys.executable, "-P", "-m", "web.behind.worker", "diagnose", made, believed, *tables]
+    done = subprocess.run(
+        [str(one) for one in call], capture_output=True, text=True, timeout=60.0, check=True
+    )
+    assert "result" in json.loads(done.stdout.splitlines()[-1]), done.stdout
+    answer = json.loads((made / "answer.json").read_text())
+    assert answer["recordings"] == [str(one) for one in tables]
+
+
+def test_runs_count_as_of_one_robot_whatever_their_files_believe_of_it(tmp_path: Path) -> None:
+    plain = a_run(tmp_path / "a.mcap", ZHAO)
+    corrected = a_run(tmp_path / "b.mcap", f"{ZHAO}\neffects: []\n")
+    assert robot_text([plain, corrected], tmp_path / "none.yaml").endswith("effects: []\n")
+    other = a_run(tmp_path / "c.mcap", ZHAO.replace("name: zhao-2023", "name: sister"))
+    with pytest.raises(RecordingError, match=r"two robots .*differ in name"):
+        robot_text([plain, other], tmp_path / "none.yaml")
+
+
+def test_several_are_listed_as_long_as_each_is_there(tmp_path: Path) -> None:
+    shelf = Shelf(tmp_path, OwnRecordings(tmp_path / "own"), tmp_path / "made")
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.mcap").write_bytes(b"")
+    name = shelf.together(shelf.newest_first())
+    (several,) = (one for one in shelf.newest_first() if one.parts)
+    assert several.made.name == name
+    assert shelf.together(list(reversed(several.parts))) == name
+    (tmp_path / "b.mcap").unlink()
+    assert [one.title for one in shelf.newest_first()] == ["a"]
+
+
+def test_two_are_ticked_and_have_one_answer(browser: Browser, simulated: WebPage) -> None:
+    both = [simulated.recordings / f"{name}.mcap" for name in ("motion-one", "motion-two")]
+    for one in both:
+        one.parent.mkdir(exist_ok=True)
+        one.write_bytes(b"no recording")
+    try:
+        browser.tab("Recordings")
+        browser.wait(lambda: ticks(browser) >= 2, "they are not listed")
+        assert not browser.find("together").is_enabled()
+        for one in both:
+            place = f'[aria-label="choose {one.stem}"]'
+            browser.driver.find_element(By.CSS_SELECTOR, place).click()
+        browser.says("together", "diagnose 2 together")
+        browser.press("together")
+        browser.says("recording", "motion-one + motion-two")
+        browser.says("failed", "motion-")
+        assert str(simulated.recordings) not in browser.text("failed")
+        assert not browser.find("together").is_enabled()
+    finally:
+        for one in both:
+            one.unlink()
+
+
+def ticks(browser: Browser) -> int:
+    return len(browser.driver.find_elements(By.CSS_SELECTOR, '[data-testid="tick"]'))

@@ -1,0 +1,113 @@
+"""The answer of a diagnosis, and what follows from it at a click."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections.abc import Collection
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from web.behind.shelf import Listed
+from web.behind.whose_job import same_machine
+
+if TYPE_CHECKING:
+    from web.page import RobotPage
+
+REASONS = "Why, how surely, and what to do next"
+CORRECTED = (
+    "corrected.yaml compensates what was found: try it with deltactl run JOB.yaml"
+    " --robot corrected.yaml"
+)
+VERDICTS = {
+    "nothing_missing": ("nothing is missing", "green-8"),
+    "explained": ("explained", "orange-10"),
+    "partly_explained": ("partly explained", "deep-orange-10"),
+    "unexplained": ("unexplained", "red-8"),
+}
+
+
+class AnswerView:
+    """Empty until there is an answer, or a problem to tell."""
+
+    def __init__(self, page: RobotPage, listed: Listed):
+        self._page, self._made = page, listed.made
+        self._listed = listed
+        self._seen_s = 0.0
+        self._box = ui.column().classes("gap-1 w-full")
+
+    def look(self, listed: Listed) -> None:
+        """Show the newest answer, also of a diagnosis that another page has asked for."""
+        self._listed = listed
+        answered_s = listed.answered_s
+        if answered_s > self._seen_s and (answer := listed.diagnosis) is not None:
+            self._seen_s = answered_s
+            self._box.clear()
+            with self._box:
+                self._show(answer)
+
+    def tell(self, problem: str) -> None:
+        """Say why there is no answer."""
+        self._box.clear()
+        with self._box:
+            ui.label(problem).classes("text-red-800").props("data-testid=failed")
+
+    def _show(self, answer: dict[str, Any]) -> None:
+        text, colour = VERDICTS.get(answer["verdict"], (answer["verdict"], "grey-8"))
+        ui.badge(text).props(f"color={colour}").classes("text-sm").props("data-testid=answer")
+        lines, heads = answer["lines"], answer.get("heads", ())
+        at_once = answer.get("at_once", len(lines))
+        _write(lines[:at_once], heads)
+        if at_once < len(lines):
+            with ui.expansion(REASONS).classes("w-full").props("dense") as reasons:
+                _write(lines[at_once + 1 :], heads)
+            reasons.props("data-testid=reasons header-class=text-weight-bold")
+        corrected = (self._made / "corrected.yaml").is_file()
+        with ui.row().classes("gap-2"):
+            self._follow("The whole report", "article", self._report)
+            if answer["components"]:
+                self._follow("Show it on the robot", "my_location", self._blame)
+            if corrected:
+                self._follow("Correct it: save the robot file", "download", self._save)
+            if self._page.operates and (self._made / "next.yaml").is_file():
+                self._follow("The experiment that would tell more", "science", self._next)
+        if corrected:
+            ui.label(CORRECTED).classes("text-sm text-gray-600")
+
+    def _follow(self, text: str, icon: str, call: Any) -> None:
+        ui.button(text, icon=icon, on_click=call).props("no-caps dense flat")
+
+    def _report(self) -> None:
+        url = f"/made/{self._page.site.key_of(self._made / 'report.html')}"
+        ui.navigate.to(url, new_tab=True)
+
+    def _blame(self) -> None:
+        answer = self._listed.diagnosis
+        if answer and self._page.scene is not None:
+            self._page.scene.blame(answer["components"])
+            self._page.show_tab("Robot")
+
+    def _save(self) -> None:
+        with contextlib.suppress(OSError):
+            text = (self._made / "corrected.yaml").read_bytes()
+            ui.download.content(text, "corrected.yaml")
+
+    def _next(self) -> None:
+        with contextlib.suppress(OSError):
+            text = (self._made / "next.yaml").read_text(encoding="utf-8")
+            belief = self._page.site.belief(self._page.site.link.seen)
+            if belief is not None and same_machine(belief, self._made / "robot.yaml"):
+                # The answer knows the robot file of the recording by another name.
+                text = re.sub(r"(?m)^robot: .*$", f"robot: {belief.file}", text)
+            self._page.edit("next-experiment.yaml", text)
+
+
+def _write(lines: list[str], heads: Collection[str]) -> None:
+    """Titles bold, and what belongs to one set in."""
+    for line in lines:
+        label = ui.label(line.strip()).classes("text-sm")
+        if line in heads:
+            label.classes("font-bold")
+        elif line.startswith(" "):
+            label.classes("pl-4")
