@@ -73,6 +73,7 @@ class Controller:
         )
         self._belief = CalibratedInverse(robot)
         self._file = FileInForce(robot_file)
+        self._started_with = robot_file
         self._recordings = recordings
         self._homing = Homing(machine, self.ranging, self.condition, self._observer)
         self._progress = Progress()
@@ -141,8 +142,10 @@ class Controller:
             self.condition.require(Request.RUN)
             turn = self.condition.turns
         number = self.jobs.next_number()
-        prepared = self._prepare(job, InForce(self.robot, self._file.path, self._file.text))
-        made = queued(number, job, record, prepared, self._file.text, self._recordings)
+        file = self._file
+        started = None if file.path == self._started_with else self._started_with
+        prepared = self._prepare(job, InForce(self.robot, file.path, file.text, started))
+        made = queued(number, job, record, prepared, file.text, self._recordings)
         with self.condition.lock:
             self.condition.require(Request.RUN)
             self.condition.same(turn, "run")

@@ -6,7 +6,8 @@ import logging
 import platform
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed_version
@@ -43,6 +44,7 @@ class Actions:
     ):
         self._controller = controller
         self._jobs = jobs
+        self._robots = jobs.within("robots")
         self._recordings = recordings
         self._note = note or (lambda text: None)
         self._submitted: deque[int] = deque(maxlen=JOBS_KNOWN)
@@ -113,9 +115,16 @@ class Actions:
 
     def _home(self, request: Request) -> Message:
         accepted_deg = float(request.arguments.get("accept_unseen_deg", 0.0))
-        named = request.text("robot")
-        robot = None if named is None else check_job(named)
-        seen = self._controller.home(accepted_deg, robot)
+        named, text = request.text("robot"), request.text("robot_text")
+        if named is not None and text is not None:
+            raise ConfigError("'home' takes either 'robot', a path, or 'robot_text' with a 'name'")
+        if text is not None:
+            name = request.text("name") or "robot.yaml"
+            robot = self._robots.keep(text, name)
+            with _worded(robot, name):
+                seen = self._controller.home(accepted_deg, robot)
+        else:
+            seen = self._controller.home(accepted_deg, None if named is None else check_job(named))
         return {"seen": seen.text, "warning": seen.warning}
 
     def _run(self, request: Request) -> Message:
@@ -128,10 +137,8 @@ class Actions:
             return {"job_id": self._submit(check_job(named), target)}
         name = request.text("name") or "job.yaml"
         path = self._jobs.keep(text or "", name)
-        try:
+        with _worded(path, name):
             return {"job_id": self._submit(path, target)}
-        except DeltactlError as error:
-            raise error.worded(str(error).replace(str(path), name)) from error
 
     def _submit(self, job: Path, record: Path | None) -> int:
         number = self._controller.submit(job, record)
@@ -171,3 +178,12 @@ def own_version() -> str:
         return installed_version("deltactl")
     except PackageNotFoundError:
         return "unknown"
+
+
+@contextmanager
+def _worded(path: Path, name: str) -> Iterator[None]:
+    """Refusals speak of a text that was sent by the name that its sender gave it."""
+    try:
+        yield
+    except DeltactlError as error:
+        raise error.worded(str(error).replace(str(path), name)) from error

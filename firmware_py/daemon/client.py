@@ -61,14 +61,21 @@ class Client:
         self._ask("off")
 
     def home(self, accept_unseen_deg: float = 0.0, robot: Path | None = None) -> HomeSeen:
-        """See RobotController."""
-        extra: dict[str, object] = {}
-        if accept_unseen_deg:
-            extra["accept_unseen_deg"] = accept_unseen_deg
-        if robot is not None:
-            extra["robot"] = str(robot.absolute())
-        answer = self._ask("home", **extra)
-        return HomeSeen(str(answer.get("seen", "")), str(answer.get("warning", "")))
+        """See RobotController; the text of a file that the daemon cannot read is sent."""
+        extra = {"accept_unseen_deg": accept_unseen_deg} if accept_unseen_deg else {}
+        if robot is None:
+            return _home_seen(self._ask("home", **extra))
+        robot = robot.absolute()
+        try:
+            return _home_seen(self._ask("home", robot=str(robot), **extra))
+        except MissingFile as error:
+            if not str(error).startswith(f"{robot}:") or (text := _text_of(robot)) is None:
+                raise
+            return _home_seen(self._ask("home", robot_text=text, name=robot.name, **extra))
+
+    def home_by_text(self, text: str, name: str) -> HomeSeen:
+        """Home by another robot file that is no file; `name` stands for it in messages."""
+        return _home_seen(self._ask("home", robot_text=text, name=name))
 
     def submit(self, job: Path, record: Path | None = None) -> int:
         """Check and queue a job; its text is sent when the daemon cannot read the file.
@@ -162,10 +169,14 @@ def daemon_answers(path: Path | None = None, timeout_s: float = 1.0) -> bool:
     return True
 
 
-def _text_of(job: Path) -> str | None:
+def _home_seen(answer: Message) -> HomeSeen:
+    return HomeSeen(str(answer.get("seen", "")), str(answer.get("warning", "")))
+
+
+def _text_of(file: Path) -> str | None:
     """What stands in the file, if we can read it."""
     try:
-        return job.read_text(encoding="utf-8")
+        return file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         return None
 

@@ -1,4 +1,4 @@
-"""Jobs that clients name or send: only plain job files, and sent text under a safe name."""
+"""Files that clients name or send: only plain ones, and sent text under a safe name."""
 
 from __future__ import annotations
 
@@ -44,10 +44,14 @@ def check_job(named: str) -> Path:
 
 
 class JobStore:
-    """Keeps the text of jobs that were sent, in one folder of the daemon."""
+    """Keeps texts that were sent, in one folder of the daemon."""
 
     def __init__(self, folder: Path):
         self._folder = folder
+
+    def within(self, name: str) -> JobStore:
+        """One for texts of another kind, in a folder inside."""
+        return JobStore(self._folder / name)
 
     def keep(self, text: str, name: str) -> Path:
         """Write the text under a name of its own. Raises ServiceError when it cannot."""
@@ -62,7 +66,7 @@ class JobStore:
             self._thin_out()
         except OSError as error:
             raise ServiceError(
-                f"{path}: the job cannot be stored ({error.strerror}); make room or mend the folder"
+                f"{path}: cannot be stored ({error.strerror}); make room or mend the folder"
             ) from error
         return path
 

@@ -38,14 +38,20 @@ class Argument:
 
 
 _PATH = Argument(str, MAX_WORDS, 1)
+_TEXT = Argument(str, MAX_TEXT, 1)
 
 ARGUMENTS: Final[dict[str, dict[str, Argument]]] = {
     "ping": {},
     "version": {},
     "on": {},
     "off": {},
-    "home": {"accept_unseen_deg": Argument(float, 360.0), "robot": _PATH},
-    "run": {"job": _PATH, "job_text": Argument(str, MAX_TEXT, 1), "name": _PATH, "record": _PATH},
+    "home": {
+        "accept_unseen_deg": Argument(float, 360.0),
+        "robot": _PATH,
+        "robot_text": _TEXT,
+        "name": _PATH,
+    },
+    "run": {"job": _PATH, "job_text": _TEXT, "name": _PATH, "record": _PATH},
     "pause": {},
     "resume": {},
     "cancel": {"job_id": Argument(int, 1e15)},
@@ -172,7 +178,7 @@ def _check(do: str, name: str, value: object, request_id: RequestId) -> None:
         raise BadRequest(f"'{do}' takes no {_shown(name)}{_nearest(name, list(known))}", request_id)
     wanted = known[name]
     if wanted.type is str:
-        if not isinstance(value, str) or not _is_clean(value, lines=name == "job_text"):
+        if not isinstance(value, str) or not _is_clean(value, lines=wanted is _TEXT):
             raise BadRequest(f"'{name}' of '{do}' must be a plain text", request_id)
         size: float = len(value)
     else:

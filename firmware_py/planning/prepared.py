@@ -41,6 +41,14 @@ class InForce:
     robot: RobotFile
     path: Path
     text: str
+    started: Path | None = None
+    """The file that the daemon was started with, where another is in force by now: jobs may name
+    it all the same, as it is of the same machine."""
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """By which a job may mean this robot."""
+        return (self.path,) if self.started is None else (self.path, self.started)
 
 
 Prepare = Callable[[Path, InForce], Prepared]
@@ -54,8 +62,8 @@ def prepare_here(job_file: Path, robot: InForce, access: FileAccess | None = Non
     how = access or FileAccess()
     whole = read_whole(job_file, how)
     job = whole.job
-    wanted = _wanted(job.robot, job_file, robot.path, how)
-    same = wanted.resolve() == robot.path.resolve()
+    wanted = _wanted(job.robot, job_file, robot, how)
+    same = wanted.resolve() in {path.resolve() for path in robot.paths}
     if not same and not _is_machine(robot.robot, wanted, how.named):
         raise ConfigError(
             f"{job_file}: is for robot file {job.robot}, but this robot runs {robot.path.name};"
@@ -84,11 +92,13 @@ def _is_machine(robot: RobotFile, wanted: Path, how: FileAccess) -> bool:
         return robot.is_machine_of(load_robot(wanted, how.follow))
 
 
-def _wanted(name: str, job_file: Path, robot_file: Path, how: FileAccess) -> Path:
+def _wanted(name: str, job_file: Path, robot: InForce, how: FileAccess) -> Path:
     """The robot file a job means: a plain name that nothing beside it has may be the one that runs.
 
     So a job that was sent as text can be for a robot file that is not in the project.
     """
-    if name == robot_file.name and not (job_file.parent / name).is_file():
-        return robot_file
+    if not (job_file.parent / name).is_file():
+        for path in robot.paths:
+            if name == path.name:
+                return path
     return find(name, job_file, listing=how.follow)

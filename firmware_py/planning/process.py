@@ -72,6 +72,7 @@ class PlanningProcess:
             "job": str(job_file),
             "robot_path": str(robot.path),
             "robot_text": robot.text,
+            "robot_started": "" if robot.started is None else str(robot.started),
             "most_s": max(1, round(self._most_s)),
             "most_bytes": self._most_bytes,
             "quote": self._sent is None or job_file.parent == self._sent,

@@ -37,7 +37,8 @@ def main(arguments: list[str]) -> int:
     try:
         path = Path(asked["robot_path"])
         document = Document(path, asked["robot_text"])
-        robot = InForce(document.check(RobotFile), path, document.text)
+        started = Path(asked["robot_started"]) if asked["robot_started"] else None
+        robot = InForce(document.check(RobotFile), path, document.text, started)
         access = FileAccess(follow=False, quote=asked["quote"], most_bytes=asked["most_bytes"])
         prepared = prepare_here(Path(asked["job"]), robot, access)
         content = pack(prepared)

@@ -14,6 +14,7 @@ from firmware_py.daemon.client import Client
 from firmware_py.daemon.listener import Listener
 from firmware_py.daemon.server import Server
 from firmware_py.robot_file import CONFIG_FOLDER
+from foundation.clock import sleep_s
 from foundation.errors import ConfigError, NotReady
 
 TEXT = (CONFIG_FOLDER / "zhao-2023.yaml").read_text()
@@ -101,3 +102,29 @@ def test_homing_with_a_corrected_file_puts_it_in_force_and_leaves_the_truth(
     served.client.power_off()
     with pytest.raises(NotReady):
         served.client.home(robot=corrected)
+
+
+def test_a_corrected_file_that_the_daemon_cannot_read_is_sent(
+    served: Served, tmp_path: Path
+) -> None:
+    """As from a folder that is private to somebody; jobs name the file that they always did."""
+    corrected = tmp_path / "corrected.yaml"
+    corrected.write_text(TEXT + BELIEF)
+    link = tmp_path / "to-corrected.yaml"
+    link.symlink_to(corrected)  # the daemon follows none
+    served.client.power_on()
+    served.client.home(robot=link)
+    assert off_target_m(served) < MICROSTEP_M
+    assert served.client.status().robot_file.startswith("to-corrected-")
+    job = (
+        "name: up\nrobot: mine.yaml\npath: {shape: points, points_m: [[0.0, 0.0, -0.45]]}\n"
+        "timing: {mode: accelerated, speed_mps: 0.3}\ninverse_kinematics: {kind: geometry}\n"
+    )
+    number = served.client.submit_text(job, "up.yaml")
+    while served.client.result(number) is None:
+        sleep_s(served.controller.clock, 0.5)
+    served.client.home(robot=served.robot_file)
+    assert served.client.status().robot_file == "mine.yaml"
+    longer = TEXT.replace("forearm_m: 0.5 ", "forearm_m: 0.52 ")
+    with pytest.raises(ConfigError, match=r"^worse\.yaml: .*another machine"):
+        served.client.home_by_text(longer, "worse.yaml")
