@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 from typer.core import TyperGroup
@@ -23,4 +24,24 @@ class Commands(TyperGroup):
         """Which one is meant; ends with exit status 2 where there is none."""
         if args[0] in CALLED and args[0] not in self.commands:
             ctx.fail(f"No such command '{args[0]}'; type: {CALLED[args[0]]}")
+        if args[0] in self.commands and (wrong := _option_as_value(self.commands[args[0]], args)):
+            ctx.fail(wrong)
         return super().resolve_command(ctx, args)
+
+
+def _option_as_value(command: Any, args: list[str]) -> str:
+    """What is wrong where an option stands in the place of another's value; else empty."""
+    options = [one for one in command.params if one.param_type_name == "option"]
+    names = {name for one in options for name in one.opts}
+    valued = {name for one in options if not _alone(one) for name in one.opts}
+    for name, value in pairwise(args):
+        if name == "--":
+            break
+        if name in valued and value in names:
+            return f"Option '{name}' needs a value, and '{value}' is another option"
+    return ""
+
+
+def _alone(option: Any) -> bool:
+    """Whether an option takes no value."""
+    return bool(option.is_flag or option.count)

@@ -32,7 +32,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["--help", "-h"]},
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
-    help="""Runs rotary delta robots, and knows when its model of one is wrong.
+    help="""Finds out why a robot is not where it should be, and runs rotary delta robots.
 
 Try it without a robot:
 

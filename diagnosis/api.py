@@ -135,7 +135,7 @@ def _of_another_kind(
 ) -> MissingColumns:
     """The same, saying which kind of machine the recording that it is about looks like."""
     for recording in recordings:
-        if recording.source in str(error):
+        if recording.source == error.source:
             return of_another_kind(error, belief, recording)
     return error
 

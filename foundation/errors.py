@@ -137,7 +137,11 @@ class RecordingError(DeltactlError, ValueError):
 
 
 class MissingColumns(RecordingError):
-    """A table has not the columns that a machine of this kind needs."""
+    """A table has not the columns that a machine of this kind needs. source: the table's name."""
+
+    def __init__(self, says: str, source: str = ""):
+        super().__init__(says)
+        self.source = source
 
 
 class ServiceError(DeltactlError, ConnectionError):

@@ -33,6 +33,7 @@ MOST_IN_MM = 4
 """So many of them are written out in m."""
 EVIDENT, SIMILAR = 0.8, 0.5
 """How alike a misspelt key and the one meant are, beyond doubt and for want of another."""
+_RATIO = re.compile(r"\s*(\d+(?:\.\d+)?)\s*[:/]\s*([1-9]\d*)\s*")
 _WITH_UNIT = re.compile(r"\s*([-+]?[.\d]+(?:[eE][-+]?\d+)?)\s*([a-z/]+)\s*")
 
 
@@ -116,6 +117,8 @@ def in_its_unit(place: Location, found: Any) -> str:
     value = found["input"]
     if isinstance(value, str) and (said := _WITH_UNIT.fullmatch(value)) and said[2] in others:
         return f"; write it in {name} and without the unit, {float(said[1]) * others[said[2]]:.6g}"
+    if isinstance(value, str) and (ratio := _RATIO.fullmatch(value)):
+        return f"; a ratio is one number, {float(ratio[1]) / float(ratio[2]):.6g}"
     return ""
 
 

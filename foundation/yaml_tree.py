@@ -104,9 +104,8 @@ def _events(text: str) -> Iterator[Any]:
         yield from yaml.parse(text, Loader=_LOADER)
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise YamlError(
-            line, f"is not YAML: {_one_line(error.problem or error.context)}"
-        ) from error
+        problem = _one_line(error.problem or error.context)
+        raise YamlError(line, f"is not YAML: {problem}{_remedy(problem)}") from error
     except yaml.YAMLError as error:
         raise YamlError(1, f"is not YAML: {_one_line(error)}") from error
 
@@ -159,6 +158,22 @@ def _refuse_half_characters(text: str, line: int) -> None:
 
 def _line(event: Any) -> int:
     return int(event.start_mark.line) + 1
+
+
+_INDENTED = "is this line, or one before it, indented otherwise than its neighbours?"
+REMEDIES = {
+    "tab character": "indent with spaces",
+    "cannot start any token": "is there a tab in front of it? Indent with spaces",
+    "expected key": _INDENTED,
+    "expected <block end>": _INDENTED,
+    "mapping values are not allowed": "is there a second ':', or is this line indented too far?",
+}
+"""What is most often behind words of the YAML reader."""
+
+
+def _remedy(problem: str) -> str:
+    found = next((remedy for words, remedy in REMEDIES.items() if words in problem), None)
+    return "" if found is None else f"; {found}"
 
 
 def _one_line(error: object) -> str:

@@ -30,7 +30,7 @@ class ConcealingCard:
     def __init__(self, page: RobotPage, concealment: Concealment):
         self._page, self._concealment = page, concealment
         self._belief: Belief | None = None
-        with ui.card().classes("w-full p-3 gap-1") as self.card:
+        with ui.card().classes("conceal w-full p-3 gap-1") as self.card:
             ui.label(TITLE).classes("font-bold")
             self._choice = ui.select(
                 concealment.choices, label=LABEL, value=concealment.chosen, on_change=self._chosen

@@ -39,7 +39,8 @@ DARK = """
 and then each hue turned back."""
 
 PAPER = """
-@media print { .stop-button, .q-tabs, .q-btn, .q-card.jog, .stop-room { display: none !important; }
+@media print { .stop-button, .q-tabs, .q-btn, .q-card.jog,
+  .q-card.conceal, .stop-room { display: none !important; }
   .q-header { position: static; background: none !important; color: black; padding: 0; }
   .q-page-container { padding: 0 !important; } .latch { position: static; }
   .q-badge, .latch, .q-linear-progress, .news { print-color-adjust: exact; }

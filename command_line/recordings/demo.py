@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -110,17 +109,14 @@ def _say(shown: Demonstration) -> None:
     from rich.table import Table
 
     table = Table(box=SIMPLE_HEAD, title="Distance from the target", title_justify="left")
-    for heading in ("", "RMS", "above the limit", "largest"):
+    for heading in ("", "RMS", "largest"):
         table.add_column(heading, justify="right" if heading else "left")
-    limit_m = math.nan if shown.limit is None else shown.limit.rms_m
     runs = (("before", shown.before), ("after", shown.after), ("sound robot", shown.possible))
     for name, run in runs:
-        above_m = max(run.rms_m - limit_m, 0.0) if math.isfinite(limit_m) else math.nan
-        sizes_m = (run.rms_m, above_m, run.worst_m)
-        table.add_row(name, *(millimetres(size_m) for size_m in sizes_m))
-    if shown.limit is not None:
-        table.add_row("limit", millimetres(limit_m), "", "")
+        table.add_row(name, millimetres(run.rms_m), millimetres(run.worst_m))
     console.print(table)
+    if shown.limit is not None:
+        say(f"expected of this robot at best: {millimetres(shown.limit.rms_m)} RMS")
     from command_line.robot.check import say_covered
 
     say_covered(shown.coverage)

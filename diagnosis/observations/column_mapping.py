@@ -304,9 +304,13 @@ def _of_further_motor(column: str) -> bool:
 def _source(option: str) -> Source:
     match = _OPTION.fullmatch(option.strip())
     if match is None or match["name"] not in UNITS:
+        names = (*OF_THE_TABLE, *UNITS)
+        wanted = option.partition("=")[0].strip()
+        near = [] if wanted in names else difflib.get_close_matches(wanted, names, n=1)
+        meant = f" (did you mean {near[0]}?)" if near else ""
         raise ConfigError(
             f"--set {option}: must be NAME=COLUMN, NAME=COLUMN[unit], NAME=COLUMN*FACTOR+OFFSET or "
-            f"NAME=VALUE with NAME one of {', '.join((*OF_THE_TABLE, *UNITS))}"
+            f"NAME=VALUE with NAME one of {', '.join(names)}{meant}"
         )
     unit = match["unit"] or "1"
     if unit not in IN_SI:

@@ -34,7 +34,8 @@ def of_another_kind(
     kind, _, why = kind_of(guesses, [])
     if kind is None or kind == robot.kind:
         return error
-    return MissingColumns(f"{error}. It {_looks_like(kind, why, robot, recording)}")
+    also = _looks_like(kind, why, robot, recording)
+    return MissingColumns(f"{error}. It {also}", error.source)
 
 
 def _looks_like(kind: str, why: str, robot: RobotModel, recording: FlatRecording) -> str:

@@ -37,7 +37,8 @@ def needed(recording: FlatRecording, names: Sequence[str], wanted: str) -> str:
     if name is None:
         raise MissingColumns(
             f"{recording.source}: column {wanted} missing or empty; it needs {STANDS_IN[wanted]}; "
-            f"it has t, {', '.join([*recording.columns, *recording.extra])}; {MAPPING}"
+            f"it has t, {', '.join([*recording.columns, *recording.extra])}; {MAPPING}",
+            recording.source,
         )
     return name
 

@@ -132,7 +132,8 @@ def _three(recording: FlatRecording, stem: str) -> FloatArray:
     if missing:
         raise MissingColumns(
             f"{recording.source}: column {missing[0]} is missing; a servo delta needs theta_1..3 "
-            f"[rad] and disturbance_1..3 or current_1..3 [A]; {MAPPING}"
+            f"[rad] and disturbance_1..3 or current_1..3 [A]; {MAPPING}",
+            recording.source,
         )
     return np.stack([filled(recording, name) for name in names], axis=1)
 

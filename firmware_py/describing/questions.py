@@ -231,6 +231,12 @@ def remarks(questions: tuple[Question, ...], given: Answers, answers: Answers) -
             f"full steps:      {answers[MICROSTEPS.key]} pulses for one turn are full steps; if the"
             " drive makes microsteps, give what it is set to (1600 for 8 a step)"
         )
+    if MICROSTEPS in questions and numbers(answers, MICROSTEPS.key)[0] < min(FULL_STEPS):
+        said.append(
+            f"few steps:       {answers[MICROSTEPS.key]} pulses for one whole turn of the motor; of"
+            f" a motor of 200 full steps that makes {answers[MICROSTEPS.key]} a step, they are"
+            f" {200.0 * numbers(answers, MICROSTEPS.key)[0]:g}"
+        )
     return said
 
 

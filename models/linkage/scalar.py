@@ -13,10 +13,8 @@ import numpy as np
 from foundation.errors import Refusal, UnreachablePoint
 from models.linkage.arms import Linkage
 from models.linkage.inverse import inverse
+from models.linkage.reach_in_words import in_reach
 from models.linkage.status import STATUS_TEXT, Status
-
-LEVELS = 1001
-"""Heights that are tried for a message."""
 
 
 def inverse_one(linkage: Linkage, x_m: float, y_m: float, z_m: float) -> tuple[float, float, float]:
@@ -72,21 +70,8 @@ def _refuse(linkage: Linkage, x_m: float, y_m: float, z_m: float) -> NoReturn:
     # A pose within rounding of the limit can be OK in one form and not in the other.
     reason = STATUS_TEXT[Status.SINGULAR if status == Status.OK else status]
     in_mm = _words(1e3 * x_m, 1e3 * y_m, 1e3 * z_m)
-    why = f"{reason} (that is {in_mm} mm; {_in_reach(linkage, x_m, y_m)})"
+    why = f"{reason} (that is {in_mm} mm; {in_reach(linkage, x_m, y_m, z_m)})"
     raise UnreachablePoint.at(f"target {_words(x_m, y_m, z_m)} m is ", Refusal(why, remedy=""))
-
-
-def _in_reach(linkage: Linkage, x_m: float, y_m: float) -> str:
-    """Which z the linkage reaches at x, y, in words; a wrong unit or sign shows there."""
-    longest_m = float(np.max(linkage.upper_arm_m) + np.max(linkage.forearm_m))
-    z_m = np.linspace(-longest_m, longest_m, LEVELS)
-    places = np.stack([np.full(LEVELS, x_m), np.full(LEVELS, y_m), z_m], axis=1)
-    good = z_m[inverse(linkage, places).status == Status.OK]
-    said = "; job files are in m, goto is in mm"
-    if not len(good):
-        return f"at this x and y no z is in reach{said}"
-    span = f"z from {1e3 * good[0]:.0f} to {1e3 * good[-1]:.0f} mm is in reach"
-    return f"at this x and y {span}, negative below the base{said}"
 
 
 def _words(*values: float) -> str:

@@ -99,6 +99,13 @@ def test_a_column_may_be_a_constant_and_time_a_rate(tmp_path: Path) -> None:
     np.testing.assert_allclose(recording.columns["distance"], 0.076)
 
 
+def test_a_mistyped_name_gets_the_nearest() -> None:
+    with pytest.raises(ConfigError, match=r"did you mean theta_1\?"):
+        load_mapping(None, ["thetha_1=a"])
+    with pytest.raises(ConfigError, match=r", segment$"):
+        load_mapping(None, ["theta_1"])
+
+
 def test_a_missing_column_is_named_with_what_could_stand_for_it(tmp_path: Path) -> None:
     table = tmp_path / "theirs.csv"
     table.write_text("when,angle\n0,1\n1,2\n")

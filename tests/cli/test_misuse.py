@@ -18,6 +18,7 @@ import pytest
         ("run heart.yaml --nope", "No such option: --nope"),
         ("web --simulate my.yaml", "a robot file is named with --robot my.yaml (see"),
         ("goto 0 0 -450 my.yaml", "a robot file is named with --robot my.yaml (see"),
+        ("diagnose x.csv --save-robot --json", "needs a value, and '--json' is another option"),
         ("prove --cases many --out out", "Invalid value for '--cases'"),
     ],
 )

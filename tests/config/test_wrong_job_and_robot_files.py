@@ -148,6 +148,24 @@ def test_an_empty_file_and_one_that_is_no_yaml(tmp_path):
     assert "is not YAML" in refusal(tmp_path / "job.yaml", load_job, "name: [a\nrobot: b")
 
 
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("path:\n  a: 1\nik: {kind: b}\n  repeats: 3\n", ":4: .* indented otherwise"),
+        ("path: 1\n  repeats: 3\n", ":2: .* indented too far"),
+        ("path: {a: 1}\n\trepeats: 3\n", ":2: .* with spaces"),
+        ("path:\n  a: 1\n\tb: 3\n", ":3: .* with spaces"),
+    ],
+)
+def test_of_broken_yaml_it_says_what_is_behind_it(tmp_path: Path, text: str, says: str) -> None:
+    assert re.search(says, refusal(tmp_path / "job.yaml", load_job, text), re.IGNORECASE)
+
+
+def test_a_ratio_of_two_numbers_is_told_as_one(tmp_path: Path) -> None:
+    text = re.sub(r"gear_ratio: \S+", "gear_ratio: 3:2", ZHAO)
+    assert "a ratio is one number, 1.5" in refusal(tmp_path / "robot.yaml", load_robot, text)
+
+
 def test_a_file_that_is_not_there_lists_those_that_are(tmp_path):
     with pytest.raises(MissingFile) as error:
         find("zhao-2032.yaml", beside=tmp_path / "job.yaml")

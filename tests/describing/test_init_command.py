@@ -66,6 +66,8 @@ def test_what_was_taken_unasked_and_full_steps_are_said() -> None:
     assert remarks(QUESTIONS["delta"], DELTA, DELTA) == []
     full = DELTA | {"microsteps_per_rev": "200"}
     assert "200 pulses for one turn are full steps" in remarks(QUESTIONS["delta"], full, full)[0]
+    few = DELTA | {"microsteps_per_rev": "16"}
+    assert remarks(QUESTIONS["delta"], few, few)[0].endswith("they are 3200")
     assert remarks(QUESTIONS["range_sensor"], {"name": "tof"}, {"name": "tof"}) == []
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -61,8 +63,22 @@ def test_says_which_target_and_why(zhao: Linkage) -> None:
             inverse_one(zhao, 0.0, 0.0, wrong_m)
     with pytest.raises(UnreachablePoint, match="at this x and y no z is in reach"):
         inverse_one(zhao, 90.0, 0.0, -0.5)
+    with pytest.raises(UnreachablePoint, match=r"did you mean z = -0\.5\?"):
+        inverse_one(zhao, 0.0, 0.0, 0.5)
     with pytest.raises(ValueError, match=r"target \(0, 0, 0\) m is singular"):
         inverse_one(zhao, 0.0, 0.0, 0.0)
+
+
+def test_the_circle_that_it_names_is_the_widest_in_reach(zhao: Linkage) -> None:
+    with pytest.raises(UnreachablePoint) as refused:
+        inverse_one(zhao, 0.9, 0.0, -0.5)
+    found = re.search(r"circles of up to (\d+) mm radius", str(refused.value))
+    assert found is not None
+    turns_rad = np.linspace(0.0, 2.0 * np.pi, 360)
+    ring = np.stack([np.cos(turns_rad), np.sin(turns_rad), np.zeros(360)], axis=1)
+    for wider_mm, whole in ((0, True), (12, False)):
+        places_m = ring * (int(found[1]) + wider_mm) * 1e-3 + [0.0, 0.0, -0.5]
+        assert (inverse(zhao, places_m).status == Status.OK).all() == whole
 
 
 def test_needs_one_linkage(zhao: Linkage) -> None:

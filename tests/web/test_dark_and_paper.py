@@ -83,6 +83,10 @@ def sheets(browser: Browser) -> int:
 
 @pytest.mark.parametrize("tab", TABS)
 def test_paper_shows_what_is_and_nothing_to_press(browser: Browser, tab: str) -> None:
+    browser.tab("Robot")
+    if browser.find("power_on").is_enabled():
+        browser.press("power_on")
+    browser.says("state", "unhomed")
     browser.tab(tab)
     if tab != "Recordings":  # of which there may be many
         assert sheets(browser) == 1

@@ -43,7 +43,8 @@ class DeltaModel:
         if not seen:
             raise MissingColumns(
                 f"{recordings[0].source}: nothing observed; it needs range_x..z (with `sensors` in "
-                "the robot file), theta_1..3 or pos_x..z"
+                "the robot file), theta_1..3 or pos_x..z",
+                recordings[0].source,
             )
         self.readings = gather(recordings, seen, UNITS, status=STATUS)
         self.commanded_rad = np.concatenate([self._commands(r) for r in recordings])
@@ -94,7 +95,8 @@ class DeltaModel:
             return given * self.robot.drive.rad_per_step
         raise MissingColumns(
             f"{recording.source}: what was commanded is missing; it needs steps_1..3 [microsteps] "
-            f"or command_1..3 [rad], and has {', '.join(columns)}"
+            f"or command_1..3 [rad], and has {', '.join(columns)}",
+            recording.source,
         )
 
     def _split(self) -> list[Course]:
