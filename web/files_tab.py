@@ -136,7 +136,7 @@ class FilesTab:
             self._say(f"{name} is job {number}: follow it on the tab Robot.", "text-green-800")
             self._page.show_tab("Robot")
 
-    def load(self, name: str, text: str) -> None:
+    def load(self, name: str, text: str, says: str = "") -> None:
         """Put a text into the editor, and its name where one is chosen."""
         self._name = name
         self._texts[name] = text
@@ -144,7 +144,7 @@ class FilesTab:
             self._choice.set_options([name, *self._choice.options])
         self._choice.set_value(name)
         self._text.set_value(text)
-        self._say("")
+        self._say(says, "text-green-800")
 
     def _chosen(self, event: events.ValueChangeEventArguments[Any]) -> None:
         name = str(event.value)

@@ -9,13 +9,14 @@ from typing import Any
 
 from nicegui import run, ui
 
+from firmware_py.controller.contract import HomeSeen
 from fleet.checks import read_announced
 from foundation.errors import DeltactlError
 from web.behind.link import STALE_S, Seen
 from web.behind.site import Site
 from web.files_tab import FilesTab
 from web.motion_card import MotionCard
-from web.recordings_tab import RecordingsTab
+from web.recordings.recordings_tab import RecordingsTab
 from web.state_card import StateCard
 from web.style import DARK, PAPER, STYLE, WEBGL
 
@@ -78,9 +79,9 @@ class RobotPage:
         """Turn to another tab."""
         self._tabs.set_value(name)
 
-    def edit(self, name: str, text: str) -> None:
+    def edit(self, name: str, text: str, says: str = "") -> None:
         """Show a job in the editor, from where it can be checked and run."""
-        self._files.load(name, text)
+        self._files.load(name, text, says)
         self.show_tab("Jobs")
 
     def motion(self) -> MotionCard | None:
@@ -108,6 +109,11 @@ class RobotPage:
                 getattr(client, name)()
 
         return await self.act(name.replace("_", " "), call)
+
+    def tell_home(self, seen: HomeSeen) -> None:
+        """What the sensors said at home, and whether somebody should look."""
+        kind: Any = "warning" if seen.warning else "positive"
+        ui.notify(seen.says(), type=kind, multi_line=True, timeout=8_000)
 
     async def stop(self) -> None:
         """Emergency stop; everybody who sees the page may."""

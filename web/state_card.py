@@ -14,6 +14,7 @@ from web.concealing_card import ConcealingCard
 from web.motion_card import MotionCard
 from web.offers import offer, why_not
 from web.scene import RobotScene
+from web.trial_card import TrialCard
 
 if TYPE_CHECKING:
     from web.page import RobotPage
@@ -77,6 +78,7 @@ class StateCard:
                 )
             with ui.column().classes("grow basis-80 gap-2"):
                 self._state_and_buttons()
+                self._trial = TrialCard(page)
                 self._figures()
                 hidden = page.site.concealment
                 self._concealing = (
@@ -91,6 +93,7 @@ class StateCard:
         belief = self._page.site.belief(seen)
         if self._concealing is not None:
             self._concealing.update(belief, "" if status is None else status.state)
+        self._trial.update(status)
         if status is None:
             self._set("next", seen.problem)
             self._set_state("")
@@ -139,6 +142,7 @@ class StateCard:
                 ("range_y", "Range y"),
                 ("range_z", "Range z"),
                 ("recording", "Recording"),
+                ("robot_file", "Robot file"),
             ):
                 with ui.row().classes("w-full no-wrap gap-2"):
                     ui.label(name).classes("text-gray-600 w-32 shrink-0")
@@ -160,6 +164,7 @@ class StateCard:
         self._set("angles", _degrees(angles) if angles else "not homed")
         self._set("counts", "  ".join(str(count) for count in status.counts))
         self._set("recording", status.recording_error or (status.recording or "-").split("/")[-1])
+        self._set("robot_file", status.robot_file or "-")
         for sensor, noise_m in zip(status.sensors, seen.noise_m, strict=False):
             self._set(f"range_{sensor.axis}", _range(sensor, noise_m))
 

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import yaml
 from selenium.webdriver.common.by import By
 
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.controller import Controller
+from firmware_py.daemon.client import Client
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from foundation.clock import sleep_s
 from foundation.errors import ConfigError
 from recording.reading.reader import read_run
-from tests.web.conftest import Browser, WebPage, at_home, switch_off
+from tests.web.conftest import CIRCLE, Browser, WebPage, at_home, switch_off
 from web.behind.concealment import DEFECTS, NOTHING, SURPRISE, Concealment
 
 Open = Callable[..., Browser]
@@ -132,3 +136,59 @@ def test_the_page_conceals_while_the_robot_is_at_rest(simulated: WebPage, chromi
     browser.says("state", "off")
     choose(browser, NOTHING)
     browser.wait(lambda: not browser.text("conceal-why"), "the choice is not taken back")
+
+
+def test_the_corrected_file_is_tried_on_the_page_and_brings_the_robot_nearer(
+    simulated: WebPage, chromium: Open, tmp_path: Path
+) -> None:
+    """The correction is laid beside the run as a diagnosis leaves it there."""
+    switch_off(simulated)
+    browser = chromium(simulated.url)
+    browser.says("state", "off")
+    choose(browser, "motor 2 stands off its home")
+    at_home(simulated)
+    job = CIRCLE.format(name="trial", robot="zhao-2023.yaml", turns=1).replace("0.1}", "0.3}")
+    before = run_through(simulated, job)
+    robot = read_run(before).configuration.robot_text
+    its = simulated.recordings / "web" / "made" / before.stem
+    its.mkdir(parents=True)
+    entry = DEFECTS["motor 2 stands off its home"](load_robot(ROBOT))
+    (its / "corrected.yaml").write_text(f"{robot}\n{yaml.safe_dump({'effects': [entry]})}")
+    (its / "robot.yaml").write_text(robot)
+    (its / "job.yaml").write_text(job)
+    answer = {"verdict": "explained", "lines": ["Off its home."], "components": ["motor2"]}
+    (its / "diagnosis.json").write_text(json.dumps(answer))
+    try:
+        browser.tab("Recordings")
+        browser.press("try")
+        browser.says("verdict", "runs with the corrected file")
+        browser.press("run")
+        browser.says("trial", "trial-")
+        browser.says("robot_file", "corrected-")
+        browser.says("state", "ready")
+        browser.tab("Recordings")
+        browser.press("compare")
+        browser.says("compared", "the simulation knows")
+        before_mm, after_mm = (
+            float(one) for one in re.findall(r"([\d.]+) mm", browser.text("compared"))[:2]
+        )
+        assert after_mm < 0.2 * before_mm, browser.text("compared")
+        browser.tab("Robot")
+        browser.press("trial-back")
+        browser.wait(lambda: browser.text("robot_file") == "zhao-2023.yaml", "it does not go back")
+        browser.wait(lambda: not browser.find("trial").is_displayed(), "the trial goes on")
+    finally:
+        switch_off(simulated)
+        choose(browser, NOTHING)
+
+
+def run_through(page: WebPage, job: str) -> Path:
+    """Run a job to its end; its recording."""
+    assert page.socket is not None
+    with Client(page.socket) as client:
+        number = client.submit_text(job, "trial.yaml")
+        while (result := client.result(number)) is None:
+            time.sleep(0.1)
+        assert result.outcome == "done", result
+        assert result.recording is not None
+        return Path(result.recording)

@@ -16,7 +16,7 @@ from foundation.errors import RecordingError
 from recording.format.configuration import RunConfiguration
 from recording.writing.writer import RunRecorder
 from tests.web.conftest import Browser, WebPage
-from web.behind.carried import robot_text
+from web.behind.carried import carried_by
 from web.behind.own_recordings import OwnRecordings
 from web.behind.shelf import Shelf
 
@@ -58,10 +58,11 @@ def test_the_worker_diagnoses_several_as_one(tmp_path: Path) -> None:
 def test_runs_count_as_of_one_robot_whatever_their_files_believe_of_it(tmp_path: Path) -> None:
     plain = a_run(tmp_path / "a.mcap", ZHAO)
     corrected = a_run(tmp_path / "b.mcap", f"{ZHAO}\neffects: []\n")
-    assert robot_text([plain, corrected], tmp_path / "none.yaml").endswith("effects: []\n")
+    both = carried_by([plain, corrected], tmp_path / "none.yaml")
+    assert both.robot_text.endswith("effects: []\n")
     other = a_run(tmp_path / "c.mcap", ZHAO.replace("name: zhao-2023", "name: sister"))
     with pytest.raises(RecordingError, match=r"two robots .*differ in name"):
-        robot_text([plain, other], tmp_path / "none.yaml")
+        carried_by([plain, other], tmp_path / "none.yaml")
 
 
 def test_several_are_listed_as_long_as_each_is_there(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 from foundation.errors import RecordingError
 from foundation.strict_yaml import Document
+from recording.format.configuration import RunConfiguration
 from recording.reading.reader import read_run
 from recording.writing.names import ENDING
 
@@ -15,23 +16,23 @@ MAY_DIFFER = ("effects", "networks", "as_built", "recordings")
 """Sections in which two files of one machine may differ: counts mean the same by both."""
 
 
-def robot_text(recordings: Sequence[Path], believed: Path) -> str:
-    """The robot file of the last run among these, which are in order of time.
+def carried_by(recordings: Sequence[Path], believed: Path) -> RunConfiguration:
+    """Robot and job of the last run among these, which are in order of time.
 
     believed: of tables, which carry none. Raises RecordingError where runs are of several robots.
     """
     runs = [one for one in recordings if one.suffix == ENDING]
-    texts = {one: read_run(one).configuration.robot_text for one in runs}
+    carried = {one: read_run(one).configuration for one in runs}
     if not runs:
-        return believed.read_text(encoding="utf-8")
+        return RunConfiguration(believed.read_text(encoding="utf-8"), "")
     last = runs[-1]
     for one in runs:
-        if differing := _differing(texts[one], texts[last]):
+        if differing := _differing(carried[one].robot_text, carried[last].robot_text):
             raise RecordingError(
                 f"{one} and {last} are of two robots (their robot files differ in"
                 f" {', '.join(differing)}): only recordings of one robot are diagnosed together"
             )
-    return texts[last]
+    return carried[last]
 
 
 def _differing(text: str, other: str) -> list[str]:

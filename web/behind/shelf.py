@@ -18,6 +18,7 @@ SHOWN = 40
 """Newest recordings that the page lists."""
 BY_HAND = re.compile(r"(jog|go-?to)-\d{4}-\d\d-\d\dT")
 """Recordings of single moves: they say what moved the robot and when, and tell nothing else."""
+RUN = re.compile(r"(?P<job>.+)-\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d(-\d+)?")
 TOGETHER = "together.json"
 """In the folder of several: the names of their folders."""
 
@@ -60,6 +61,20 @@ class Listed:
         """What `web.behind.worker diagnose` answered, if it was asked."""
         found = _json(self.made / "diagnosis.json")
         return found if isinstance(found, dict) else None
+
+    @property
+    def job(self) -> str:
+        """Of a run: the job's name, as its recording has it; else empty."""
+        found = RUN.fullmatch(self.path.stem)
+        return found.group("job") if found and not self.own else ""
+
+    def again_in(self, listed: Sequence[Listed]) -> Listed | None:
+        """The newest run of the same job after these recordings."""
+        newest = self.singles[-1]
+        later = [one for one in listed
+                 if newest.job and one.job == newest.job and not one.parts
+                 and one.written_s > newest.written_s]  # fmt: skip
+        return max(later, key=lambda one: one.written_s, default=None)
 
     def shown(self, text: str) -> str:
         """A text with the names that people gave in place of paths."""

@@ -19,6 +19,7 @@ from web.behind.link import DaemonLink, Seen
 from web.behind.own_recordings import OwnRecordings
 from web.behind.shelf import Listed, Shelf
 from web.behind.tasks import Tasks
+from web.behind.trial import Trial
 
 FIRST = "heart.yaml"
 Act = Callable[..., Coroutine[Any, Any, bool]]
@@ -41,10 +42,13 @@ class Site:
     """Recordings that somebody has sent."""
     shelf: Shelf = field(init=False)
     """Recordings, and what was made of them."""
+    trial: Trial = field(init=False)
+    """A corrected robot file that the robot runs with for a while."""
     _made: dict[str, Path] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.own = OwnRecordings(self.work / "own")
+        self.trial = Trial(self.link, self.work / "trial.json")
         self.shelf = Shelf(self.recordings, self.own, self.work / "made")
 
     def robot_file(self) -> Path | None:

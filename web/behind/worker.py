@@ -55,12 +55,15 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
     from diagnosis.report.sentences.summary import WHY, head_lines, plain_lines
     from firmware_py.robot_file import CONFIG_FOLDER
     from models.robot import load_robot_model
-    from web.behind.carried import robot_text
+    from web.behind.carried import carried_by
 
-    for name in ("corrected.yaml", "next.yaml"):
+    for name in ("corrected.yaml", "next.yaml", "job.yaml"):
         (folder / name).unlink(missing_ok=True)
     robot = folder / "robot.yaml"
-    robot.write_text(robot_text(recordings, believed), encoding="utf-8")
+    carried = carried_by(recordings, believed)
+    robot.write_text(carried.robot_text, encoding="utf-8")
+    if carried.job_text:
+        (folder / "job.yaml").write_text(carried.job_text, encoding="utf-8")
     answer = answer_of(recordings, robot, json_out=folder / "answer.json", progress=_progress)
     model = load_robot_model(robot)
     write_report(answer, model, folder / "report.html")
@@ -79,11 +82,32 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
     }
 
 
+def compare(before: Path, after: Path) -> dict[str, Any]:
+    """How far from its targets the platform was in two runs of a job: RMS distance [m]."""
+    import numpy as np
+
+    from firmware_py.run_report.tracking import robot_of, track
+    from recording.reading.reader import read_run
+
+    runs = [read_run(path) for path in (before, after)]
+    robots = [robot_of(run) for run in runs]
+    errors_m: list[dict[str, float]] = []
+    for run, robot in zip(runs, robots, strict=True):
+        seen = track(run, robot).all()
+        errors_m.append({one.name: float(np.sqrt(np.square(one.rms_m).sum())) for one in seen})
+    both = [name for name in errors_m[0] if name in errors_m[1]]
+    return {
+        "errors_m": {name: [one[name] for one in errors_m] for name in both},
+        "same_file": robots[0].effects == robots[1].effects,
+    }
+
+
 KINDS: dict[str, Callable[..., dict[str, Any]]] = {
     "check_job": check_job,
     "check_robot": check_robot,
     "run_report": run_report,
     "diagnose": diagnose,
+    "compare": compare,
 }
 
 

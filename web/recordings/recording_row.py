@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from foundation.errors import DeltactlError
-from web.answer_view import AnswerView
 from web.behind.shelf import Listed
 from web.offers import offer
+from web.recordings.answer_view import AnswerView
 
 if TYPE_CHECKING:
     from web.page import RobotPage
@@ -64,15 +64,20 @@ class RecordingRow:
         if self._tick is not None:
             self._tick.set_value(False)
 
-    def look(self, listed: Listed) -> None:
-        """Follow the file, and what was answered about it, also to another page."""
+    def look(self, listed: Listed, again: Listed | None) -> None:
+        """Follow the file, and what was answered about it, also to another page.
+
+        again: a later run of its job.
+        """
         self._listed = listed
         when = datetime.fromtimestamp(listed.written_s)
         text = f"{when:%d %b %H:%M}, {listed.size_bytes / 1e6:.1f} MB"
         self._lock(any(self._page.site.grows(one.path) for one in listed.singles))
         if self._when.text != text:
             self._when.set_text(text)
-        self._answer.look(listed)
+        if again is not None and self._page.site.grows(again.path):
+            again = None
+        self._answer.look(listed, again)
 
     def _lock(self, grows: bool) -> None:
         """What is not whole yet can be neither shown nor diagnosed."""
@@ -115,7 +120,7 @@ class RecordingRow:
             self._button.set_enabled(True)
         if answer is not None:
             (made / "diagnosis.json").write_text(json.dumps(answer), encoding="utf-8")
-            self.look(self._listed)
+            self._answer.look(self._listed, None)
 
     async def _work(self, what: str, kind: str, *files: Path) -> dict[str, Any] | None:
         """A worker with its progress; None when it failed, which is shown."""

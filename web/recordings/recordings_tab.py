@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from nicegui import ui
 
 from web.offers import offer
-from web.own_recording import OwnRecording
-from web.recording_row import RecordingRow
+from web.recordings.own_recording import OwnRecording
+from web.recordings.recording_row import RecordingRow
 
 if TYPE_CHECKING:
     from web.page import RobotPage
@@ -44,7 +44,8 @@ class RecordingsTab:
 
     def _look(self) -> None:
         """Add and remove rows; one that stays keeps its answer and a diagnosis under way."""
-        found = {one.made.name: one for one in self._page.site.listed()}
+        listed = self._page.site.listed()
+        found = {one.made.name: one for one in listed}
         for name in self._rows.keys() - found.keys():
             self._rows.pop(name).card.delete()
         with self._list:
@@ -53,7 +54,7 @@ class RecordingsTab:
                     self._rows[name] = RecordingRow(self._page, one, self._ticked)
         for place, name in enumerate(found):
             row = self._rows[name]
-            row.look(found[name])
+            row.look(found[name], found[name].again_in(listed))
             if self._list.default_slot.children[place] is not row.card:
                 row.card.move(target_index=place)
         self._empty.set_visibility(not found)
