@@ -11,8 +11,7 @@ from foundation.errors import DeltactlError
 from web.access.texts import MAX_CHARACTERS, kind_of
 from web.behind.own_recordings import plain_name
 from web.behind.whose_job import of_another_robot
-from web.offers import why_not
-from web.state_card import what_next
+from web.offers import what_next, why_not
 
 if TYPE_CHECKING:
     from web.page import RobotPage

@@ -12,33 +12,12 @@ from web.behind.belief import Belief
 from web.behind.link import Seen
 from web.concealing_card import ConcealingCard
 from web.motion_card import MotionCard
-from web.offers import offer, why_not
+from web.offers import offer, what_next, why_not
 from web.scene import RobotScene
 from web.trial_card import TrialCard
 
 if TYPE_CHECKING:
     from web.page import RobotPage
-
-NEXT = {
-    "off": "Switch the robot on.",
-    "unhomed": "Put the arms against their stops, then press Home.",
-    "ready": "Ready: choose a job on the tab Jobs, or move by hand.",
-    "running": "A job runs.",
-    "paused": "Paused: resume, or cancel.",
-    "stopped": "Stopped: clear the cause, acknowledge above, then home.",
-    "fault": "Fault: clear the cause, acknowledge above, then home.",
-}
-"""What a new user does next."""
-
-SIMULATED = "Press Home: it puts the simulated arms against their stops."
-"""Nobody has hands at the simulated robot."""
-
-
-def what_next(status: Status) -> str:
-    """What a new user does next, in one sentence."""
-    no_hands = status.simulated and status.state == "unhomed"
-    return SIMULATED if no_hands else NEXT.get(status.state, "")
-
 
 AMBER = "Amber: the ranging sensors (boxes), and where they see the platform (ball)."
 TURN = "Drag to turn, wheel or two fingers to zoom."

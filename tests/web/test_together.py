@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from selenium.webdriver.common.by import By
+from selenium.webdriver.remote.webelement import WebElement
 
 from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import RecordingError
@@ -84,11 +85,11 @@ def test_two_are_ticked_and_have_one_answer(browser: Browser, simulated: WebPage
         one.write_bytes(b"no recording")
     try:
         browser.tab("Recordings")
-        browser.wait(lambda: ticks(browser) >= 2, "they are not listed")
+        for one in both:
+            browser.wait(lambda one=one: tick(browser, one.stem), f"{one} is not listed")
         assert not browser.find("together").is_enabled()
         for one in both:
-            place = f'[aria-label="choose {one.stem}"]'
-            browser.driver.find_element(By.CSS_SELECTOR, place).click()
+            tick(browser, one.stem)[0].click()
         browser.says("together", "diagnose 2 together")
         browser.press("together")
         browser.says("recording", "motion-one + motion-two")
@@ -100,5 +101,6 @@ def test_two_are_ticked_and_have_one_answer(browser: Browser, simulated: WebPage
             one.unlink()
 
 
-def ticks(browser: Browser) -> int:
-    return len(browser.driver.find_elements(By.CSS_SELECTOR, '[data-testid="tick"]'))
+def tick(browser: Browser, name: str) -> list[WebElement]:
+    place = f'[aria-label="choose {name}"]'
+    return browser.driver.find_elements(By.CSS_SELECTOR, place)

@@ -91,13 +91,15 @@ def compare(before: Path, after: Path) -> dict[str, Any]:
 
     runs = [read_run(path) for path in (before, after)]
     robots = [robot_of(run) for run in runs]
-    errors_m: list[dict[str, float]] = []
-    for run, robot in zip(runs, robots, strict=True):
-        seen = track(run, robot).all()
-        errors_m.append({one.name: float(np.sqrt(np.square(one.rms_m).sum())) for one in seen})
+    seen = [track(run, robot) for run, robot in zip(runs, robots, strict=True)]
+    errors_m = [
+        {one.name: float(np.sqrt(np.square(one.rms_m).sum())) for one in tracking.all()}
+        for tracking in seen
+    ]
     both = [name for name in errors_m[0] if name in errors_m[1]]
     return {
         "errors_m": {name: [one[name] for one in errors_m] for name in both},
+        "whole": all(one.whole and one.windows_ns for one in seen),
         "same_file": robots[0].effects == robots[1].effects,
     }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import re
 from collections.abc import Collection
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import ui
 
@@ -14,12 +14,9 @@ from firmware_py.controller.states import ALLOWED, Request
 from foundation.errors import NotReady
 from web.behind.shelf import Listed
 from web.behind.whose_job import same_machine
-from web.offers import why_not
+from web.offers import what_next, why_not
 from web.recordings.before_and_after import BeforeAndAfter
-from web.state_card import what_next
-
-if TYPE_CHECKING:
-    from web.page import RobotPage
+from web.recordings.host import Host
 
 REASONS = "Why, how surely, and what to do next"
 CORRECTED = (
@@ -39,7 +36,7 @@ VERDICTS = {
 class AnswerView:
     """Empty until there is an answer, or a problem to tell."""
 
-    def __init__(self, page: RobotPage, listed: Listed):
+    def __init__(self, page: Host, listed: Listed):
         self._page, self._made = page, listed.made
         self._listed = listed
         self._seen_s = 0.0

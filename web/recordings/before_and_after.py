@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import ui
 
 from foundation.errors import DeltactlError
 from web.behind.shelf import Listed
-
-if TYPE_CHECKING:
-    from web.page import RobotPage
+from web.recordings.host import Host
 
 OFFER = "Compare with the run of {run}"
 SEEN_BY = {
@@ -18,13 +16,14 @@ SEEN_BY = {
     "measured": "By the sensors, with their noise",
 }
 """How far the platform was from where it should have been: what is shown of it."""
+ENDED_EARLY = "One of the runs did not come to the end of its path: run the job again to compare."
 SAME_FILE = "Both runs were made with the same effects in their robot file."
 
 
 class BeforeAndAfter:
     """A button once the job was run again, and then a few lines."""
 
-    def __init__(self, page: RobotPage):
+    def __init__(self, page: Host):
         self._page = page
         self._before: Listed | None = None
         self._again: Listed | None = None
@@ -60,8 +59,8 @@ class BeforeAndAfter:
             self._write(found)
 
     def _write(self, found: dict[str, Any]) -> None:
-        if "problem" in found:
-            ui.label(found["problem"]).classes("text-red-800")
+        if problem := found.get("problem") or ("" if found["whole"] else ENDED_EARLY):
+            ui.label(problem).classes("text-red-800")
             return
         ui.label("Distance from the targets (RMS), before and after:").classes("font-bold text-sm")
         for name, says in SEEN_BY.items():

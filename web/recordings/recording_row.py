@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import ui
 
@@ -15,9 +15,7 @@ from foundation.errors import DeltactlError
 from web.behind.shelf import Listed
 from web.offers import offer
 from web.recordings.answer_view import AnswerView
-
-if TYPE_CHECKING:
-    from web.page import RobotPage
+from web.recordings.host import Host
 
 RECORDED = "still being recorded; possible when the run has ended"
 
@@ -25,7 +23,7 @@ RECORDED = "still being recorded; possible when the run has ended"
 class RecordingRow:
     """One recording, or several that are diagnosed together."""
 
-    def __init__(self, page: RobotPage, listed: Listed, ticked: Callable[[], None]):
+    def __init__(self, page: Host, listed: Listed, ticked: Callable[[], None]):
         """ticked: called when the choice of this one changes."""
         self._page, self._listed = page, listed
         self._open = False

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from nicegui import ui
 
 from web.offers import offer
+from web.recordings.host import Host
 from web.recordings.own_recording import OwnRecording
 from web.recordings.recording_row import RecordingRow
-
-if TYPE_CHECKING:
-    from web.page import RobotPage
 
 LOOK_S = 3.0
 INTRODUCTION = (
@@ -25,7 +21,7 @@ TICK = "Tick two recordings or more of one robot: together they tell more than o
 class RecordingsTab:
     """A list that follows the folder."""
 
-    def __init__(self, page: RobotPage):
+    def __init__(self, page: Host):
         self._page = page
         self._rows: dict[str, RecordingRow] = {}
         ui.label(INTRODUCTION).classes("text-sm text-gray-600")

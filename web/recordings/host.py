@@ -1,0 +1,35 @@
+"""The page as the tab of recordings knows it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from firmware_py.controller.contract import HomeSeen
+from web.behind.site import Site
+
+
+class Host(Protocol):
+    """`web.page.RobotPage`, as far as this room needs it."""
+
+    site: Site
+
+    @property
+    def operates(self) -> bool:
+        """Whether whoever looks may command the robot."""
+
+    @property
+    def scene(self) -> Any:
+        """The drawing, once the robot is known."""
+
+    def show_tab(self, name: str) -> None:
+        """Turn to another tab."""
+
+    def edit(self, name: str, text: str, says: str = "") -> None:
+        """Show a job in the editor."""
+
+    def tell_home(self, seen: HomeSeen) -> None:
+        """What the sensors said at home."""
+
+    async def act(self, name: str, call: Callable[..., Any], *arguments: Any) -> Any:
+        """Ask the daemon something; None when it refuses, which is shown."""
