@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 STEPS_MM = {0.1: "0.1 mm", 1: "1 mm", 10: "10 mm", 50: "50 mm"}
 STEPS_DEG = {0.1: "0.1°", 1: "1°", 5: "5°", 20: "20°"}
-BY_HAND = (State.READY, State.RUNNING)
 MOST_WAITING = 3
 """Presses that may be ahead of the robot; more would run on after the hand is off."""
 BY_HAND_JOBS = ("jog", "go-to")
@@ -45,6 +44,7 @@ class MotionCard:
         """From this status on, the newest move that was sent is in what the daemon tells."""
         self._parts: list[Any] = []
         self._suggested = False
+        self._why: str | None = None
         with (
             ui.card().classes("w-full p-3 gap-2 jog"),
             ui.row().classes("items-start gap-6"),
@@ -55,9 +55,16 @@ class MotionCard:
             self._point()
         self._keyboard = ui.keyboard(self._key, active=False)
 
-    def enable(self, state: str) -> None:
-        """Offer what fits the robot's state; without a daemon that is empty."""
-        why = why_not("Moving by hand", BY_HAND, state)
+    def enable(self, state: str, job: str | None) -> None:
+        """Offer what fits the robot's state, which is empty without a daemon.
+
+        Moves by hand may follow one another; a job comes to its end, or is cancelled, before.
+        """
+        moves = state == State.RUNNING.value and job in (None, *BY_HAND_JOBS)
+        why = "" if moves else why_not("Moving by hand", (State.READY,), state)
+        if why == self._why:
+            return
+        self._why = why
         for part in self._parts:
             offer(part, why)
         self._unable.set_text(why)
@@ -111,7 +118,7 @@ class MotionCard:
         self._parts.append(button)
 
     async def _key(self, event: events.KeyEventArguments) -> None:
-        if event.action.keydown and event.key.name in KEYS and self._page.site.link.seen.status:
+        if event.action.keydown and event.key.name in KEYS and not self._why:
             await self.jog(*KEYS[event.key.name])
 
     async def jog(self, axis: int, sign: int) -> None:

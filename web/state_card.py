@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -11,6 +12,7 @@ from firmware_py.controller.states import ALLOWED, Request
 from web.behind.belief import Belief
 from web.behind.link import Seen
 from web.concealing_card import ConcealingCard
+from web.ended_card import EndedCard
 from web.motion_card import MotionCard
 from web.offers import offer, what_next, why_not
 from web.scene import RobotScene
@@ -76,11 +78,15 @@ class StateCard:
         if status is None:
             self._set("next", seen.problem)
             self._set_state("")
+            if self.motion is not None:
+                self.motion.enable("", None)
             return
         self._draw(status, belief)
         if self.motion is not None and belief is not None:
             self.motion.suggest(belief)
         self._set_state(status.state)
+        if self.motion is not None:
+            self.motion.enable(status.state, status.job)
         self._set("next", what_next(status))
         self._set("caption", DRAWN if status.position_m else NOT_HOMED)
         self._numbers(status, seen)
@@ -107,6 +113,7 @@ class StateCard:
                     ui.label().classes("figures whitespace-nowrap").props("data-testid=left")
                 )
             self._texts["job"] = ui.label().classes("text-sm").props("data-testid=job")
+            self._ended = EndedCard(self._page)
             self._queue = ui.column().classes("w-full gap-0").props("data-testid=queue")
             self._waiting: tuple[tuple[int, str], ...] = ()
 
@@ -137,10 +144,12 @@ class StateCard:
     def _numbers(self, status: Status, seen: Seen) -> None:
         belief = self._page.site.belief(seen)
         measured = belief.measured(status.sensors) if belief else None
-        self._set("position", _millimetres(status.position_m) if status.position_m else "not homed")
-        self._set("measured", _millimetres(measured) if measured else "-")
+        self._set(
+            "position", in_millimetres(status.position_m) if status.position_m else "not homed"
+        )
+        self._set("measured", in_millimetres(measured) if measured else "-")
         angles = status.angles_rad
-        self._set("angles", _degrees(angles) if angles else "not homed")
+        self._set("angles", in_degrees(angles) if angles else "not homed")
         self._set("counts", "  ".join(str(count) for count in status.counts))
         self._set("recording", status.recording_error or (status.recording or "-").split("/")[-1])
         self._set("robot_file", status.robot_file or "-")
@@ -148,6 +157,7 @@ class StateCard:
             self._set(f"range_{sensor.axis}", _range(sensor, noise_m))
 
     def _job(self, status: Status) -> None:
+        self._ended.update(status)
         self._job_row.set_visibility(status.job is not None)
         self._set("job", status.job or "No job.")
         self._show_queue(tuple(zip(status.queued_ids, status.queued, strict=False)))
@@ -192,8 +202,6 @@ class StateCard:
         for text, _, request, _ in BUTTONS:
             if request in self._buttons:
                 offer(self._buttons[request], why_not(text, ALLOWED[request], state))
-        if self.motion is not None:
-            self.motion.enable(state)
 
     def _set(self, key: str, text: str) -> None:
         label = self._texts[key]
@@ -201,12 +209,19 @@ class StateCard:
             label.set_text(text)
 
 
-def _millimetres(point: tuple[float, ...]) -> str:
-    return "  ".join(f"{value * 1e3:.2f}" for value in point) + " mm"
+def in_millimetres(point: tuple[float, ...]) -> str:
+    """A point [m] as the page shows it."""
+    return "  ".join(_fixed(value * 1e3, 2) for value in point) + " mm"
 
 
-def _degrees(angles: tuple[float, ...]) -> str:
-    return "  ".join(f"{angle * 57.29577951308232:.3f}" for angle in angles) + "°"
+def in_degrees(angles: tuple[float, ...]) -> str:
+    """Angles [rad] as the page shows them."""
+    return "  ".join(_fixed(math.degrees(angle), 3) for angle in angles) + "°"
+
+
+def _fixed(value: float, digits: int) -> str:
+    """Without a minus where only zeros are left."""
+    return f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def _range(sensor: SensorStatus, noise_m: float | None) -> str:

@@ -17,7 +17,10 @@ STOP_REASONS = ("e-stop", "stop requested")
 """What the output says of a stop that somebody wanted."""
 
 NO_HEARTBEAT = "no heartbeat"
-BUSY = "; this computer was too busy to simulate the robot in real time"
+BUSY = (
+    "; this computer was too busy to simulate the robot in real time: end other programs, and close"
+    " pages that show it"
+)
 """What a missing heartbeat means where nothing but this computer can be the cause."""
 
 

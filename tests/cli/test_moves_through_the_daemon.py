@@ -124,7 +124,8 @@ def test_after_a_fault_teach_says_what_happened_and_what_to_type(
         assert deltactl(command).exception is None
     assert refused.startswith(
         "the position is unknown since the fault (no heartbeat: the controller hung for 0.6 s; this"
-        " computer was too busy to simulate the robot in real time); 'deltactl acknowledge',"
+        " computer was too busy to simulate the robot in real time: end other programs, and close"
+        " pages that show it); 'deltactl acknowledge',"
     )
     assert deltactl("teach", str(tmp_path / "points.csv")).exception is None
 

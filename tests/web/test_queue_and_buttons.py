@@ -60,9 +60,14 @@ def test_jobs_wait_in_order_and_one_can_be_left_out(
     assert result.outcome == "cancelled"
     browser.says("job", "third", 180.0)
     assert waiting(browser) == []
+    assert "moving by hand: not now, the robot is running" in browser.text("unable")
+    assert not browser.find("jog-x+1").is_enabled()
     browser.press("cancel")
     browser.says("state", "ready")
     browser.says("job", "no job")
+    browser.says("ended", "third has ended: its recording is third-")
+    browser.press("show-recording")
+    browser.says("recording", "third-")
 
 
 def test_what_cannot_be_pressed_looks_so_and_says_why(browser: Browser, simulated: WebPage) -> None:

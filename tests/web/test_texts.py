@@ -9,6 +9,7 @@ from firmware_py.job_file import JobFile
 from foundation.errors import ConfigError
 from web.access.texts import kind_of
 from web.motion_card import to_angles, to_point
+from web.state_card import in_degrees, in_millimetres
 
 HEART = {"name": "h", "robot": "zhao-2023.yaml", "path": {"shape": "heart"}}
 
@@ -49,3 +50,8 @@ def yaml_as_json(text: str) -> str:
     import json
 
     return json.dumps(yaml.safe_load(text))
+
+
+def test_nothing_is_no_negative_nothing() -> None:
+    assert in_millimetres((-1e-9, 0.0, -0.45)) == "0.00  0.00  -450.00 mm"
+    assert in_degrees((-1e-9, 0.0, -0.1)) == "0.000  0.000  -5.730°"
