@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding
-from diagnosis.answer.verdict import at_floor, claimed, gained, grew, seen
+from diagnosis.answer.verdict import at_floor, claimed, gained, grew, much_goes_on, seen
 
 NOTHING_MISSING = "nothing is missing"
 
@@ -45,6 +45,8 @@ def _verdict(answer: Diagnosis) -> Iterator[str]:
                 yield "explained, and not by named effects alone"
             if not at_floor(answer.fit):
                 yield "explained, and the residual is above the noise floor"
+            if much_goes_on(answer.fit):
+                yield "explained, and much is left that is no sensor's noise"
             if grew(answer.fit):
                 yield "explained, and the held-out mismatch grew"
             elif not gained(answer.findings, answer.fit):

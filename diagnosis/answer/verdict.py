@@ -41,9 +41,21 @@ def at_floor(fit: Fit) -> bool:
 def goes_on(fit: Fit) -> bool:
     """Whether what is left is much the same from one reading to the next, as no sensor's noise is.
 
-    For the words only: tests and floor allow for noise with a memory.
+    Tests and floor allow for noise with a memory, so that they take it for noise.
     """
     return (fit.left_correlation or 0.0) >= VERDICT.goes_on
+
+
+def much_goes_on(fit: Fit) -> bool:
+    """Whether more than a faint rest of the mismatch is left and goes on between readings."""
+    going_on = (fit.left_correlation or 0.0) * fit.rms_after_m**2
+    return goes_on(fit) and going_on > VERDICT.faint_rest * fit.rms_before_m**2
+
+
+def faint(fit: Fit, rest: Rest) -> bool:
+    """Whether so little is left that is not a sensor's noise that the model explains the rest."""
+    quiet = not seen(rest.p) or left_over(fit, rest) <= VERDICT.faint_rest
+    return quiet and not much_goes_on(fit)
 
 
 def is_noise(fit: Fit, rest: Rest) -> bool:
@@ -101,6 +113,5 @@ def verdict(
     named = [claimed(one) for one in findings]
     if not any(named):
         return "unexplained"
-    faint = not seen(rest.p) or left_over(fit, rest) <= VERDICT.faint_rest
-    whole = all(named) and at_floor(fit) and faint and gained(findings, fit)
+    whole = all(named) and at_floor(fit) and faint(fit, rest) and gained(findings, fit)
     return "explained" if whole else "partly_explained"
