@@ -43,10 +43,10 @@ class Browser:
 
     driver: webdriver.Chrome
 
-    def find(self, name: str) -> WebElement:
+    def find(self, name: str, within_s: float = PATIENCE_S) -> WebElement:
         """The element with this data-testid, as soon as it is there."""
         place = f'[data-testid="{name}"]'
-        self.wait(lambda: self.driver.find_elements(By.CSS_SELECTOR, place), f"no {name}")
+        self.wait(lambda: self.driver.find_elements(By.CSS_SELECTOR, place), f"no {name}", within_s)
         return self.driver.find_element(By.CSS_SELECTOR, place)
 
     def text(self, name: str) -> str:
@@ -70,6 +70,7 @@ class Browser:
 
     def says(self, name: str, words: str, within_s: float = PATIENCE_S) -> None:
         """Wait until an element says something."""
+        self.find(name, within_s)
         self.wait(
             lambda: words in self.text(name),
             lambda: f"{name} says {self.text(name)!r}, not {words!r}",

@@ -43,10 +43,10 @@ def off_target_m(controller: Controller) -> float:
     return max(abs(one - other) for one, other in zip(true, believed, strict=True))
 
 
-def run_heart(controller: Controller) -> Path:
+def run_job(controller: Controller, job: Path = HEART) -> Path:
     controller.power_on()
     controller.home()
-    number = controller.submit(HEART)
+    number = controller.submit(job)
     while (result := controller.result(number)) is None:
         sleep_s(controller.clock, 0.5)
     assert result.outcome == "done", result
@@ -60,7 +60,7 @@ def test_a_heart_is_enough_to_name_what_is_concealed(defect: str, tmp_path: Path
     hidden = Concealment(tmp_path / "built.yaml")
     hidden.conceal(defect, load_robot(ROBOT))
     controller = simulated_robot(tmp_path)
-    recording = run_heart(controller)
+    recording = run_job(controller)
     controller.close()
     configuration = read_run(recording).configuration
     assert configuration.robot_text == ROBOT.read_text(encoding="utf-8")

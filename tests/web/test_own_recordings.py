@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import subprocess
-import sys
 from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 
@@ -15,7 +13,8 @@ from selenium.webdriver.remote.webelement import WebElement
 from starlette.testclient import TestClient
 
 from foundation.errors import RecordingError
-from tests.web.conftest import Browser, WebPage
+from tests.web.conftest import CIRCLE, Browser, WebPage
+from tests.web.test_concealed import run_job, simulated_robot
 from web.access.guard import MAX_UPLOAD, UPLOAD, Guard
 from web.access.sessions import Session, Sessions
 from web.behind import own_recordings
@@ -114,36 +113,35 @@ def test_the_size_is_counted_whatever_was_announced_and_the_oldest_go(
         asyncio.run(own.take("one.csv", pieces(5)))
 
 
-@pytest.fixture(scope="module")
-def heart(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run as a table, as `deltactl export` writes it."""
-    folder = tmp_path_factory.mktemp("heart")
-    for call in (["run", "demo-heart.yaml", "--simulate", "--record", "heart.mcap"],
-                 ["export", "heart.mcap", "my heart.csv"]):  # fmt: skip
-        subprocess.run(
-            [sys.executable, "-m", "command_line.main", *call], cwd=folder, check=True,
-            capture_output=True, timeout=120.0,
-        )  # fmt: skip
-    return folder / "my heart.csv"
-
-
-def test_a_table_is_opened_and_diagnosed_and_a_bad_one_is_a_line(
-    simulated: WebPage, chromium: Open, heart: Path, tmp_path: Path
+def test_a_run_is_opened_and_diagnosed_and_a_bad_table_is_a_line(
+    simulated: WebPage, chromium: Open, tmp_path: Path
 ) -> None:
+    controller = simulated_robot(tmp_path)
+    job = tmp_path / "circle.yaml"
+    job.write_text(CIRCLE.format(name="circle", robot="zhao-2023.yaml", turns=2))
+    run = run_job(controller, job).rename(tmp_path / "my heart.mcap")
+    controller.close()
     browser = chromium(simulated.url)
     browser.tab("Recordings")
-    send(browser, heart)
-    browser.says("own-says", "my heart.csv is in the list")
-    card = row(browser, "my heart.csv")
+    send(browser, run)
+    browser.says("own-says", "my heart.mcap is in the list")
+    card = row(browser, "my heart.mcap")
     card.find_element(By.CSS_SELECTOR, '[data-testid="diagnose"]').click()
     browser.says("answer", "nothing is missing", 90.0)
+    assert browser.text("own-says") == ""
     bad = tmp_path / "bad.csv"
-    bad.write_text("these,are\nno,numbers\n")
+    bad.write_text("ms,angle\n0,1\n20,2\n40,3\n")
     send(browser, bad)
     browser.says("own-says", "bad.csv is in the list")
-    row(browser, "bad.csv").find_element(By.CSS_SELECTOR, '[data-testid="diagnose"]').click()
-    browser.says("failed", "bad.csv")
-    assert "traceback" not in browser.text("failed")
+    card = row(browser, "bad.csv")
+    card.find_element(By.CSS_SELECTOR, '[data-testid="diagnose"]').click()
+    browser.says("failed", "press columns")
+    assert "deltactl" not in browser.text("failed")
+    card.find_element(By.CSS_SELECTOR, '[data-testid="columns"]').click()
+    browser.says("columns-form", "ms (0, 20, 40 ...)")
+    browser.press("columns-done")
+    browser.wait(lambda: "press columns" not in browser.text("failed"), "the choice is not taken")
+    assert "bad.csv" in browser.text("failed")
     other = tmp_path / "song.mp3"
     other.write_bytes(b"la")
     send(browser, other)

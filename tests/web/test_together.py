@@ -18,7 +18,8 @@ from recording.format.configuration import RunConfiguration
 from recording.writing.writer import RunRecorder
 from tests.web.conftest import Browser, WebPage
 from web.behind.carried import carried_by
-from web.behind.own_recordings import OwnRecordings
+from web.behind.columns import Chosen, inspected, mapping_text
+from web.behind.own_recordings import CHOSEN, OwnRecordings
 from web.behind.shelf import Shelf
 
 ZHAO = (CONFIG_FOLDER / "zhao-2023.yaml").read_text(encoding="utf-8")
@@ -54,6 +55,32 @@ def test_the_worker_diagnoses_several_as_one(tmp_path: Path) -> None:
     assert "result" in json.loads(done.stdout.splitlines()[-1]), done.stdout
     answer = json.loads((made / "answer.json").read_text())
     assert answer["recordings"] == [str(one) for one in tables]
+
+
+def test_the_columns_of_a_table_are_guessed_chosen_and_taken(tmp_path: Path) -> None:
+    believed, made = tmp_path / "axis.yaml", tmp_path / "made"
+    believed.write_text(AXIS)
+    made.mkdir()
+    plain = a_table(tmp_path / "plain.csv", 0.3).read_text().splitlines()
+    rows = [line.split(",") for line in plain[1:]]
+    table = tmp_path / "0a1b.csv"
+    table.write_text("ms,goal,angle\n" + "".join(
+        f"{1e3 * float(t):.0f},{math.degrees(float(c)):.4f},{math.degrees(float(p)):.4f}\n"
+        for t, c, p in rows))  # fmt: skip
+    (tmp_path / "0a1b.csv.name").write_text("wrist.csv")
+    found = inspected(table)
+    assert [one["name"] for one in found["columns"]] == ["t", "command", "position"]
+    assert found["columns"][0]["unit"] == "ms"
+    chosen = [Chosen("ms", "t", "ms"), Chosen("goal", "command", "deg"),
+              Chosen("angle", "position", "deg")]  # fmt: skip
+    (tmp_path / f"0a1b.csv{CHOSEN}").write_text(mapping_text(found["mapping"], chosen))
+    call = [sys.executable, "-P", "-m", "web.behind.worker", "diagnose", made, believed, table]
+    subprocess.run([str(one) for one in call], check=True, timeout=60.0, capture_output=True)
+    report = (made / "report.html").read_text()
+    assert "wrist.csv" in report
+    assert "0a1b" not in report
+    (first, *_) = json.loads((made / "answer.json").read_text())["findings"]
+    assert abs(next(iter(first["parameters"].values()))["value"]) == pytest.approx(0.01, rel=0.05)
 
 
 def test_runs_count_as_of_one_robot_whatever_their_files_believe_of_it(tmp_path: Path) -> None:

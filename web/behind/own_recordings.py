@@ -17,6 +17,8 @@ MOST = 10
 LEAST_FREE_BYTES = 2**30
 """On the disk, which the robot's own recordings need."""
 LONGEST_NAME = 60
+CHOSEN = ".columns.yaml"
+"""Behind a table's name: what was chosen of its columns."""
 
 
 class OwnRecordings:
@@ -61,15 +63,18 @@ class OwnRecordings:
 
     def name_of(self, path: Path) -> str:
         """As it was called by whoever sent it; empty for what is none of these."""
-        if path.parent != self._folder:
-            return ""
-        with suppress(OSError):
-            return path.with_name(f"{path.name}.name").read_text(encoding="utf-8")
-        return path.name
+        return name_beside(path) if path.parent == self._folder else ""
 
     def _remove(self, path: Path) -> None:
-        for one in (path, path.with_name(f"{path.name}.name")):
-            one.unlink(missing_ok=True)
+        for ending in ("", ".name", CHOSEN):
+            path.with_name(f"{path.name}{ending}").unlink(missing_ok=True)
+
+
+def name_beside(path: Path) -> str:
+    """What a recording was called by whoever sent it; of a robot's own run the file's name."""
+    with suppress(OSError):
+        return path.with_name(f"{path.name}.name").read_text(encoding="utf-8")
+    return path.name
 
 
 async def _write(part: Path, shown: str, body: AsyncIterable[bytes]) -> None:

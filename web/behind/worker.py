@@ -56,6 +56,8 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
     from firmware_py.robot_file import CONFIG_FOLDER
     from models.robot import load_robot_model
     from web.behind.carried import carried_by
+    from web.behind.columns import reader
+    from web.behind.own_recordings import name_beside
 
     for name in ("corrected.yaml", "next.yaml", "job.yaml"):
         (folder / name).unlink(missing_ok=True)
@@ -64,7 +66,11 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
     robot.write_text(carried.robot_text, encoding="utf-8")
     if carried.job_text:
         (folder / "job.yaml").write_text(carried.job_text, encoding="utf-8")
-    answer = answer_of(recordings, robot, json_out=folder / "answer.json", progress=_progress)
+    answer = answer_of(
+        recordings, robot, json_out=folder / "answer.json", progress=_progress, read=reader()
+    )
+    # Whoever reads the report, or the corrected file, knows the name under which it was sent.
+    answer = answer.model_copy(update={"recordings": [name_beside(one) for one in recordings]})
     model = load_robot_model(robot)
     write_report(answer, model, folder / "report.html")
     lines = plain_lines(answer, model)
@@ -104,12 +110,20 @@ def compare(before: Path, after: Path) -> dict[str, Any]:
     }
 
 
+def inspect(table: Path) -> dict[str, Any]:
+    """How a table is read, as far as it tells."""
+    from web.behind.columns import inspected
+
+    return inspected(table)
+
+
 KINDS: dict[str, Callable[..., dict[str, Any]]] = {
     "check_job": check_job,
     "check_robot": check_robot,
     "run_report": run_report,
     "diagnose": diagnose,
     "compare": compare,
+    "inspect": inspect,
 }
 
 

@@ -40,6 +40,10 @@ class OwnRecording:
         button.on("click", js_handler=f"() => getElement({place.id}).click()")
         self._line = ui.label().classes("text-sm").props("data-testid=own-says")
 
+    def tell(self, text: str) -> None:
+        """Say something about the newest file."""
+        self._line.set_text(text)
+
     def _told(self, event: events.GenericEventArguments) -> None:
-        self._line.set_text(str(event.args)[:400])
+        self.tell(str(event.args)[:400])
         self._taken()

@@ -12,19 +12,29 @@ from typing import Any
 from nicegui import ui
 
 from foundation.errors import DeltactlError
+from web.behind.columns import OPTION
 from web.behind.shelf import Listed
 from web.offers import offer
 from web.recordings.answer_view import AnswerView
+from web.recordings.columns_form import ColumnsForm
 from web.recordings.host import Host
 
+COLUMNS = "press Columns, and say what each is"
 RECORDED = "still being recorded; possible when the run has ended"
 
 
 class RecordingRow:
     """One recording, or several that are diagnosed together."""
 
-    def __init__(self, page: Host, listed: Listed, ticked: Callable[[], None]):
-        """ticked: called when the choice of this one changes."""
+    def __init__(
+        self,
+        page: Host,
+        listed: Listed,
+        ticked: Callable[[], None],
+        begun: Callable[[], None],
+    ):
+        """ticked: called when the choice of this one changes; begun: when work on it begins."""
+        self._begun = begun
         self._page, self._listed = page, listed
         self._open = False
         self._tick: Any = None
@@ -43,9 +53,16 @@ class RecordingRow:
                 self._read.set_visibility(not listed.parts and listed.path.suffix == ".mcap")
                 self._button = ui.button("Diagnose", icon="troubleshoot", on_click=self.diagnose)
                 self._button.props("no-caps dense").classes("px-2").props("data-testid=diagnose")
+                if listed.own and listed.path.suffix != ".mcap" and page.operates:
+                    self._offer_columns()
             self._progress = ui.row().classes("items-center gap-2")
             self._written = ui.row()
+            self._columns = ColumnsForm(page, listed, self.diagnose)
             self._answer = AnswerView(page, listed)
+
+    def _offer_columns(self) -> None:
+        button = ui.button("Columns", icon="view_column", on_click=lambda: self._columns.open())
+        button.props("no-caps dense outline data-testid=columns").classes("px-2")
 
     @property
     def listed(self) -> Listed:
@@ -122,6 +139,7 @@ class RecordingRow:
 
     async def _work(self, what: str, kind: str, *files: Path) -> dict[str, Any] | None:
         """A worker with its progress; None when it failed, which is shown."""
+        self._begun()
         started_s = time.monotonic()
         with self._progress:
             ui.spinner(size="sm")
@@ -133,7 +151,10 @@ class RecordingRow:
         try:
             return await self._page.site.tasks.run(kind, *files, progress=tell)
         except DeltactlError as error:
-            self._answer.tell(self._listed.shown(str(error)))
+            says, told = str(error), OPTION.sub("", str(error))
+            tables = any(one.own for one in self._listed.singles)
+            says = f"{told}; {COLUMNS}" if tables and told != says else says
+            self._answer.tell(self._listed.shown(says))
             return None
         finally:
             self._progress.clear()

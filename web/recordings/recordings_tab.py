@@ -12,7 +12,8 @@ from web.recordings.recording_row import RecordingRow
 LOOK_S = 3.0
 INTRODUCTION = (
     "Runs of this robot, newest first. A diagnosis compares a run with its robot file. "
-    "A table of your own is compared with the file of the robot that is shown here; "
+    "A table of your own is compared with the file of the robot that is shown here; Columns says "
+    "what its columns are; "
     "for other machines: deltactl diagnose data.csv --inspect"
 )
 TICK = "Tick two recordings or more of one robot: together they tell more than one motion does."
@@ -24,10 +25,11 @@ class RecordingsTab:
     def __init__(self, page: Host):
         self._page = page
         self._rows: dict[str, RecordingRow] = {}
+        self._own: OwnRecording | None = None
         ui.label(INTRODUCTION).classes("text-sm text-gray-600")
         with ui.row().classes("items-center gap-2"):
             if page.operates:
-                OwnRecording(self._look)
+                self._own = OwnRecording(self._look)
             self._together = ui.button(
                 "Diagnose together", icon="join_full", on_click=self._diagnose_together
             )
@@ -47,13 +49,17 @@ class RecordingsTab:
         with self._list:
             for name, one in found.items():
                 if name not in self._rows:
-                    self._rows[name] = RecordingRow(self._page, one, self._ticked)
+                    self._rows[name] = RecordingRow(self._page, one, self._ticked, self._begun)
         for place, name in enumerate(found):
             row = self._rows[name]
             row.look(found[name], found[name].again_in(listed))
             if self._list.default_slot.children[place] is not row.card:
                 row.card.move(target_index=place)
         self._empty.set_visibility(not found)
+
+    def _begun(self) -> None:
+        if self._own is not None:
+            self._own.tell("")
 
     def _chosen(self) -> list[RecordingRow]:
         return [row for row in self._rows.values() if row.ticked]
