@@ -31,6 +31,9 @@ COLOURS = {
     "stopped": "red-8",
     "fault": "red-8",
 }
+TURNED = """window.scrollTo(0, 0);
+setTimeout(() => window.dispatchEvent(new Event("resize")), 100);"""
+"""A tab begins at its top; and the drawing, which has no size while it is hidden, finds its own."""
 _log = logging.getLogger(__name__)
 LATCHED = ("stopped", "fault")
 
@@ -51,7 +54,7 @@ class RobotPage:
         self._small_name = ui.label("deltactl").classes("w-full lt-sm text-base font-bold px-1")
         self._small_name.props("data-testid=small-name")
         self._latch()
-        self._tabs.on_value_change(lambda: ui.run_javascript("window.scrollTo(0, 0)"))
+        self._tabs.on_value_change(lambda: ui.run_javascript(TURNED))
         with ui.tab_panels(self._tabs, value="Robot", animated=False, keep_alive=True).classes(
             "w-full"
         ):
@@ -70,10 +73,10 @@ class RobotPage:
         """Whether whoever looks may command the robot."""
         return self.may == "operator"
 
-    @property
-    def scene(self) -> Any:
-        """The drawing, once the robot is known."""
-        return self._state.scene
+    def blame(self, components: list[str], found_in: str) -> None:
+        """Colour the parts that a diagnosis names, and turn to the robot."""
+        self._state.blame(components, found_in)
+        self.show_tab("Robot")
 
     def show_tab(self, name: str) -> None:
         """Turn to another tab."""

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 AMBER = "Amber: the ranging sensors (boxes), and where they see the platform (ball)."
 TURN = "Drag to turn, wheel or two fingers to zoom."
 DRAWN = f"Blue: where the step counts put it, green its way. {AMBER} {TURN}"
+RED = "Red: {names}, named by the diagnosis of {found_in}."
 NO_WEBGL = (
     "No drawing: this browser offers no WebGL (switch on hardware acceleration, or use another "
     "browser). Everything else on this page works without it."
@@ -54,6 +55,12 @@ class StateCard:
             with ui.card().classes("p-1 grow basis-96 min-w-0 overflow-hidden"):
                 self._box = ui.element("div").classes("scene-box w-full")
                 ui.label(NO_WEBGL).classes("no-webgl text-sm px-1").props("data-testid=no-webgl")
+                with ui.row().classes("w-full items-center gap-2 px-1") as self._blamed:
+                    self._texts["blamed"] = ui.label().classes("text-sm text-red-800 grow")
+                    self._texts["blamed"].props("data-testid=blamed")
+                    clear = ui.button("Clear", on_click=lambda: self.blame([], ""))
+                    clear.props("no-caps dense outline data-testid=blame-clear").classes("px-2")
+                self._blamed.set_visibility(False)
                 self._texts["caption"] = ui.label().classes(
                     "scene-caption text-xs text-gray-600 px-1"
                 )
@@ -67,6 +74,13 @@ class StateCard:
                 )
         if page.operates:
             self.motion = MotionCard(page)
+
+    def blame(self, components: list[str], found_in: str) -> None:
+        """Red in the drawing: what a diagnosis names; nothing of it where there is none."""
+        if self.scene is not None:
+            self.scene.blame(components)
+        self._texts["blamed"].set_text(RED.format(names=", ".join(components), found_in=found_in))
+        self._blamed.set_visibility(bool(components))
 
     def update(self, seen: Seen) -> None:
         """Show a status, or why there is none."""

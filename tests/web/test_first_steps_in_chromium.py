@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
@@ -135,6 +136,16 @@ def test_a_tab_begins_at_its_top_and_a_stop_stays_in_sight(
     assert phone.driver.execute_script(over, button), "what to press lies out of sight"
     button.click()
     phone.says("state", "unhomed")
+    phone.tab("Recordings")
+    phone.find("own-recording")
+    phone.driver.set_window_size(620, 700)
+    time.sleep(0.5)
+    phone.tab("Robot")
+    width = "return document.querySelector('.scene-box canvas').clientWidth"
+    phone.wait(lambda: phone.driver.execute_script(width) > 450,
+               lambda: f"the drawing is {phone.driver.execute_script(width)} wide")  # fmt: skip
+    phone.driver.set_window_size(*PHONE)
+    phone.driver.execute_script("window.scrollTo(0, 99)")
     phone.tab("Jobs")
     phone.wait(lambda: phone.driver.execute_script("return scrollY") == 0,
                "the tab Jobs begins in its middle")  # fmt: skip

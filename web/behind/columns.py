@@ -17,6 +17,8 @@ AS_IT_IS = "1"
 OPTION = re.compile(r"[;:]?(?: [^;:]*:)? (?:type: )?deltactl diagnose --inspect .*$", re.DOTALL)
 """What a message says to type."""
 
+IN_COMMANDS = re.compile(r"put \[(\w+)\] in place of .*")
+
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
@@ -49,7 +51,7 @@ def inspected(path: Path) -> dict[str, Any]:
         "columns": columns,
         "units_of": {name: [AS_IT_IS, *known] for name, known in units.items()},
         "mapping": found.mapping_text(),
-        "warnings": found.warnings,
+        "warnings": [IN_COMMANDS.sub(r"choose \1", one) for one in found.warnings],
     }
 
 

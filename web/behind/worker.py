@@ -76,6 +76,8 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
     lines = plain_lines(answer, model)
     if answer.findings:
         save_corrected(robot, answer, folder / "corrected.yaml")
+        if (folder / "corrected.yaml").read_text(encoding="utf-8") == carried.robot_text:
+            (folder / "corrected.yaml").unlink()  # nothing is sure enough to be corrected
         lines += [f"Corrected robot file, {written(answer, False)}", *support(answer, False)]
     if answer.next_experiment is not None:
         write_job(answer.next_experiment, folder / "next.yaml", robot, CONFIG_FOLDER)

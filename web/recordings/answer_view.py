@@ -96,9 +96,8 @@ class AnswerView:
 
     def _blame(self) -> None:
         answer = self._listed.diagnosis
-        if answer and self._page.scene is not None:
-            self._page.scene.blame(answer["components"])
-            self._page.show_tab("Robot")
+        if answer:
+            self._page.blame(answer["components"], self._listed.title)
 
     def _save(self) -> None:
         with contextlib.suppress(OSError):

@@ -18,9 +18,8 @@ class Host(Protocol):
     def operates(self) -> bool:
         """Whether whoever looks may command the robot."""
 
-    @property
-    def scene(self) -> Any:
-        """The drawing, once the robot is known."""
+    def blame(self, components: list[str], found_in: str) -> None:
+        """Colour the parts that a diagnosis names, and turn to the robot."""
 
     def show_tab(self, name: str) -> None:
         """Turn to another tab."""

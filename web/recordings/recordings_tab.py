@@ -30,9 +30,7 @@ class RecordingsTab:
         with ui.row().classes("items-center gap-2"):
             if page.operates:
                 self._own = OwnRecording(self._look)
-            self._together = ui.button(
-                "Diagnose together", icon="join_full", on_click=self._diagnose_together
-            )
+            self._together = ui.button(icon="join_full", on_click=self._diagnose_together)
             self._together.props("no-caps dense data-testid=together").classes("px-2")
         self._empty = ui.label("No recording yet: run a job.").classes("text-base")
         self._list = ui.column().classes("w-full gap-2")
@@ -66,9 +64,8 @@ class RecordingsTab:
 
     def _ticked(self) -> None:
         chosen = len(self._chosen())
-        self._together.set_text(
-            f"Diagnose {chosen} together" if chosen > 1 else "Diagnose together"
-        )
+        text = "Tick several to diagnose them together"
+        self._together.set_text(f"Diagnose {chosen} together" if chosen > 1 else text)
         offer(self._together, TICK if chosen < 2 else "")
 
     async def _diagnose_together(self) -> None:
