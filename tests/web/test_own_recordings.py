@@ -113,6 +113,22 @@ def test_the_size_is_counted_whatever_was_announced_and_the_oldest_go(
         asyncio.run(own.take("one.csv", pieces(5)))
 
 
+async def stalled() -> AsyncIterator[bytes]:
+    yield b"t,x\n"
+    await asyncio.sleep(60.0)
+
+
+def test_one_that_stalls_is_given_up_and_the_next_is_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = OwnRecordings(tmp_path)
+    monkeypatch.setattr(own_recordings, "LONGEST_PAUSE_S", 0.1)
+    with pytest.raises(RecordingError, match=r"slow\.csv: nothing came of it for 0\.1 s"):
+        asyncio.run(asyncio.wait_for(own.take("slow.csv", stalled()), 5.0))
+    assert list(tmp_path.glob("*")) == []
+    asyncio.run(own.take("next.csv", pieces(5)))
+
+
 def test_a_run_is_opened_and_diagnosed_and_a_bad_table_is_a_line(
     simulated: WebPage, chromium: Open, tmp_path: Path
 ) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import secrets
 import shutil
-from collections.abc import AsyncIterable, Iterator
+from collections.abc import AsyncIterable, AsyncIterator, Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -17,6 +18,8 @@ MOST = 10
 LEAST_FREE_BYTES = 2**30
 """On the disk, which the robot's own recordings need."""
 LONGEST_NAME = 60
+LONGEST_PAUSE_S = 20.0
+"""Without a byte for so long a recording on its way is given up: it keeps others waiting."""
 CHOSEN = ".columns.yaml"
 """Behind a table's name: what was chosen of its columns."""
 
@@ -70,6 +73,17 @@ class OwnRecordings:
             path.with_name(f"{path.name}{ending}").unlink(missing_ok=True)
 
 
+async def _next(pieces: AsyncIterator[bytes], shown: str) -> bytes | None:
+    """None at the end. Raises RecordingError where nothing comes."""
+    try:
+        async with asyncio.timeout(LONGEST_PAUSE_S):
+            return await anext(pieces, None)
+    except TimeoutError:
+        raise RecordingError(
+            f"{shown}: nothing came of it for {LONGEST_PAUSE_S:g} s; send it again"
+        ) from None
+
+
 def name_beside(path: Path) -> str:
     """What a recording was called by whoever sent it; of a robot's own run the file's name."""
     with suppress(OSError):
@@ -78,9 +92,9 @@ def name_beside(path: Path) -> str:
 
 
 async def _write(part: Path, shown: str, body: AsyncIterable[bytes]) -> None:
-    size = 0
+    size, pieces = 0, aiter(body)
     with part.open("xb") as out:
-        async for piece in body:
+        while (piece := await _next(pieces, shown)) is not None:
             size += len(piece)
             if size > MAX_BYTES:
                 raise RecordingError(f"{shown}: more than {MAX_BYTES // 2**20} MB are not taken")
