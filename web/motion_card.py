@@ -134,7 +134,8 @@ class MotionCard:
         wanted[axis] += sign * float(self._step_mm.value or 0) * 1e-3
         goal = belief.held(here, (wanted[0], wanted[1], wanted[2]))
         if math.dist(goal, here) < 1e-6:
-            ui.notify("at the limit: no further this way", type="warning")
+            limit = belief.limit_at((wanted[0], wanted[1], wanted[2]))
+            ui.notify(f"no further this way: {limit}", type="warning")
             return
         await self._to(goal, belief)
 
@@ -161,8 +162,8 @@ class MotionCard:
             ui.notify("give x, y and z in mm", type="warning")
             return
         x_m, y_m, z_m = (float(value) * 1e-3 for value in values)
-        if not belief.allows((x_m, y_m, z_m)):
-            ui.notify("that point is out of reach or outside the robot's limits", type="warning")
+        if limit := belief.limit_at((x_m, y_m, z_m)):
+            ui.notify(f"cannot go there: {limit}", type="warning")
             return
         await self._to((x_m, y_m, z_m), belief)
 

@@ -147,7 +147,7 @@ class RobotPage:
             ui.element("div").classes("stop-room")
 
     def _stop_button(self) -> None:
-        # Above everything, dialogs too; Quasar draws those at 6000.
+        # Above everything; Quasar draws dialogs at 6000, and what it tells at 9500.
         button = ui.button("STOP", icon="front_hand", on_click=self.stop)
         button.props('color=red-8 text-color=white unelevated aria-label="Emergency stop"')
         button.classes("stop-button").props("data-testid=stop")

@@ -14,6 +14,7 @@ from web.behind.belief import Belief
 
 ARM, ROD, PLATE, SENSED, CULPRIT = "#3b82f6", "#94a3b8", "#1e293b", "#f59e0b", "#dc2626"
 LINK_RADIUS_M, ROD_RADIUS_M, JOINT_RADIUS_M = 0.012, 0.005, 0.022
+NUMBER = "font-weight: bold; color: #1e293b; background: #f1f5f9; padding: 0 2px"
 TRACED = "#059669"
 TRACE_STEP_M, TRACE_LINES = 0.003, 300
 JUMP_M = 0.05
@@ -99,6 +100,7 @@ class RobotScene:
         for number, (x_m, y_m, z_m) in enumerate(frame.shoulders_m().tolist(), start=1):
             joint = self.view.sphere(JOINT_RADIUS_M).move(x_m, y_m, z_m)
             self._mark(f"motor{number}", joint, PLATE)
+            self.view.text(str(number), NUMBER).move(1.2 * x_m, 1.2 * y_m, z_m + 0.05)
         for number, length_m in enumerate(frame.upper_arm_m, start=1):
             with self.view.group() as link:
                 bar = self.view.cylinder(LINK_RADIUS_M, LINK_RADIUS_M, length_m, 12)

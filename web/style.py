@@ -5,7 +5,7 @@ WEBGL = """if (!document.createElement("canvas").getContext("webgl2"))
 """Marks the page of a browser that cannot draw in 3D, where words stand instead."""
 
 STYLE = """
-.stop-button { position: fixed; top: 4px; right: 8px; z-index: 7000; min-width: 7rem;
+.stop-button { position: fixed; top: 4px; right: 8px; z-index: 9900; min-width: 7rem;
   font-size: 1.15rem; font-weight: 800; height: 42px; box-shadow: 0 0 0 2px white; }
 .stop-room { min-width: 7.5rem; }
 .latch { z-index: 1500; background: #b91c1c; color: white; padding: 8px 12px; border-radius: 6px;
@@ -23,7 +23,8 @@ STYLE = """
 @media (hover: none) and (pointer: coarse) { .with-keys { display: none; } }
 @media (max-width: 599px) { .scene-box { height: 36vh; min-height: 220px; }
   .editor { height: 24rem; }
-  .stop-button { top: auto; bottom: 12px; right: 12px; height: 60px; min-width: 9rem; }
+  .stop-button { top: auto; bottom: 0; left: 0; right: 0; height: 60px; border-radius: 0; }
+  .q-notifications__list--bottom { bottom: 64px; }
   .stop-room { min-width: 0; } .q-page-container { padding-bottom: 84px; }
   .nicegui-content { padding: 4px; padding-bottom: 90px; } }
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -45,6 +46,15 @@ def test_a_move_is_held_to_the_limits(x_m: float, y_m: float, z_m: float) -> Non
     assert BELIEF.allows(held)
     if BELIEF.allows((x_m, y_m, z_m)):
         assert held == (x_m, y_m, z_m)
+
+
+@pytest.mark.parametrize(
+    ("point_m", "says"),
+    [((0.0, 0.0, -3.0), "the arms do not reach"), ((0.0, 0.0, -0.45), "^$"),
+     ((0.4, 0.0, -0.35), "arm 1 may turn from -20 to 110 degrees")],
+)  # fmt: skip
+def test_a_refused_point_says_which_limit(point_m: tuple[float, float, float], says: str) -> None:
+    assert re.search(says, BELIEF.limit_at(point_m))
 
 
 @pytest.mark.parametrize("name", ["zhao-2023.yaml", "uzunovic-2013.yaml", "gripper-delta.yaml"])

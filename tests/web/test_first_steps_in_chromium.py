@@ -122,6 +122,19 @@ def test_a_tab_begins_at_its_top_and_a_stop_stays_in_sight(
     at_home(simulated)
     phone = chromium(simulated.url, PHONE)
     phone.says("state", "ready")
+    press_three_times(phone, "jog-z-1")
+    press_three_times(phone, "jog-z-1")
+    toast = ".q-notification"
+    phone.wait(lambda: phone.driver.find_elements(By.CSS_SELECTOR, toast), "nothing is told")
+    bottom = "return arguments[0].getBoundingClientRect().bottom"
+    top = "return arguments[0].getBoundingClientRect().top"
+    stop_y = phone.driver.execute_script(top, phone.find("stop"))
+
+    def clear_of_stop() -> bool:
+        told = phone.driver.find_elements(By.CSS_SELECTOR, toast)
+        return bool(told) and phone.driver.execute_script(bottom, told[-1]) <= stop_y
+
+    phone.wait(clear_of_stop, "what is told lies over STOP", 4.0)
     script = "window.scrollTo(0, 9999); return scrollY"
     assert phone.driver.execute_script(script) > 300
     phone.press("stop")
@@ -141,7 +154,7 @@ def test_a_tab_begins_at_its_top_and_a_stop_stays_in_sight(
     phone.driver.set_window_size(620, 700)
     time.sleep(0.5)
     phone.tab("Robot")
-    width = "return document.querySelector('.scene-box canvas').clientWidth"
+    width = "return document.querySelector('.scene-box canvas')?.clientWidth ?? 0"
     phone.wait(lambda: phone.driver.execute_script(width) > 450,
                lambda: f"the drawing is {phone.driver.execute_script(width)} wide")  # fmt: skip
     phone.driver.set_window_size(*PHONE)

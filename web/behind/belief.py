@@ -60,14 +60,23 @@ class Belief:
 
     def allows(self, position_m: Vector) -> bool:
         """Whether the platform may be there: reachable, arms and box within their limits."""
+        return not self.limit_at(position_m)
+
+    def limit_at(self, position_m: Vector) -> str:
+        """Which limit keeps the platform from a point, in words; empty where it may be."""
         found = inverse(self.linkage, np.array(position_m))
-        angles = np.degrees(found.angles_rad)
-        if not np.isfinite(angles).all() or int(found.status) != 0:
-            return False
-        low, high = self.robot.limits.arm_deg
+        angles_deg = np.degrees(found.angles_rad).tolist()
+        if not np.isfinite(angles_deg).all() or int(found.status) != 0:
+            return "the arms do not reach there"
         box = self.robot.limits.box_m or ((-math.inf, math.inf),) * 3
-        inside = all(a <= p <= b for p, (a, b) in zip(position_m, box, strict=True))
-        return inside and bool((angles >= low).all() and (angles <= high).all())
+        for axis, at_m, (least_m, most_m) in zip("xyz", position_m, box, strict=True):
+            if not least_m <= at_m <= most_m:
+                return f"{axis} may be {1e3 * least_m:g} to {1e3 * most_m:g} mm (limits.box_m)"
+        low, high = self.robot.limits.arm_deg
+        for arm, angle_deg in enumerate(angles_deg, start=1):
+            if not low <= angle_deg <= high:
+                return f"arm {arm} may turn from {low:g} to {high:g} degrees (limits.arm_deg)"
+        return ""
 
     @property
     def home_m(self) -> Vector | None:
