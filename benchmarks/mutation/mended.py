@@ -26,8 +26,8 @@ MENDED: tuple[Named, ...] = (
     Named(
         "explained without a held-out gain",
         "diagnosis/answer/verdict.py",
-        "and at_floor(fit) and faint and gained(findings, fit)",
-        "and at_floor(fit) and faint",
+        "and at_floor(fit) and faint(fit, rest) and gained(findings, fit)",
+        "and at_floor(fit) and faint(fit, rest)",
     ),
     Named(
         "a residual below the noise floor",

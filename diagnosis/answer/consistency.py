@@ -20,6 +20,7 @@ def contradictions(answer: Diagnosis) -> list[str]:
     """
     return [
         *_verdict(answer),
+        *_chances(answer),
         *_shares(answer),
         *_figures(answer),
         *(line for finding in answer.findings for line in _sizes(finding)),
@@ -57,6 +58,13 @@ def _verdict(answer: Diagnosis) -> Iterator[str]:
         case "unexplained":
             if named:
                 yield "unexplained, and a named effect is a finding"
+
+
+def _chances(answer: Diagnosis) -> Iterator[str]:
+    for one in answer.findings:
+        rivals = sum(other.probability or 0.0 for other in one.alternatives)
+        if one.probability is not None and one.probability + rivals < VERDICT.even:
+            yield f"{one.effect} on {one.component} is named, and more probably nothing is there"
 
 
 def _shares(answer: Diagnosis) -> Iterator[str]:

@@ -127,6 +127,9 @@ def _absorbed(tests: Detection) -> dict[int, tuple[float, float]]:
             coordinate, at = term.candidate.coordinates[i], float(term.at[i])
             if at in (coordinate.low, coordinate.high):
                 column = empty.tangent[: len(white), place]
+                if not column.any():  # what it changes is not in this recording
+                    place += 1
+                    continue
                 shared = white.T @ column.astype(np.float32) / float(column @ column)
                 room = coordinate.high - coordinate.low
                 way = 1.0 if at == coordinate.low else -1.0

@@ -307,6 +307,7 @@ def _source(option: str) -> Source:
         names = (*OF_THE_TABLE, *UNITS)
         wanted = option.partition("=")[0].strip()
         near = [] if wanted in names else difflib.get_close_matches(wanted, names, n=1)
+        near = [one for one in names if one == f"{wanted}_1"] or near  # the first motor's
         meant = f" (did you mean {near[0]}?)" if near else ""
         raise ConfigError(
             f"--set {option}: must be NAME=COLUMN, NAME=COLUMN[unit], NAME=COLUMN*FACTOR+OFFSET or "

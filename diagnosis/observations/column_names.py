@@ -24,7 +24,8 @@ WORDS: dict[str, str] = {
     "distance": "distance truth true true_distance ground_truth reference_distance actual_distance "
     "known_distance",
     "range": "range reading measured_distance tof lidar sensor sensor_distance ultrasonic dist",
-    "steps": "steps step counts count pulses pulse microsteps ticks step_count",
+    "steps": "steps step counts count pulses pulse microsteps ticks step_count "
+    "schritte schritt schrittzahl impulse pas pasos passi",
     "segment": "segment run trial stretch episode episode_index spot site",
     "temp_c": "temp temperature temp_c",
 }

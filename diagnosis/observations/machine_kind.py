@@ -105,5 +105,11 @@ def _lacking(guesses: Mapping[str, Guess], left: Sequence[str]) -> str:
             f" read, {here} {shlex.join(['--set', asked, '--set', read])}"
         )
     likely = next((one for one in left if pulls(one)), left[0] if left else "COLUMN")
-    example = shlex.join(["--set", f"effort={without_unit(likely)}"])
-    return f"a command or an effort was not found; say which column it is, {here} {example}"
+    name = without_unit(likely)
+    example = shlex.join(["--set", f"effort={name}"])
+    counts = "" if pulls(likely) else f"; or, if it counts steps, {_set('steps_1', name)}"
+    return f"a command or an effort was not found; say which column it is, {here} {example}{counts}"
+
+
+def _set(name: str, column: str) -> str:
+    return shlex.join(["--set", f"{name}={column}"])

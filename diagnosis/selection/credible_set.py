@@ -131,23 +131,42 @@ def _weigh(
     """factor: by which all priors are wider."""
     left = search.tests.left_by_measured
 
-    def cost(fit: Solution, number: int) -> float:
+    def cost(fit: Solution, number: int, share: float) -> float:
         own = fit.terms[number].candidate
-        return size_cost(fit, number, factor) + odds_cost(own) + left.charge(own)
+        return size_cost(fit, number, factor) + odds_cost(own) + share * left.charge(own)
 
-    costs = [cost(solution, number) for number in range(len(solution.terms))]
+    shares = _shares(solution, stands)
+    costs = [cost(solution, number, share) for number, share in enumerate(shares)]
     own = [term.candidate.key for term in solution.terms]
 
-    def behind(rival: Solution) -> float:
+    def behind(rival: Solution, share: float) -> float:
         """By how much the -2 log evidence of a rival is larger."""
         others = [term.candidate.key for term in rival.terms]
-        more = sum(cost(rival, k) for k, key in enumerate(others) if key not in own)
+        more = sum(cost(rival, k, share) for k, key in enumerate(others) if key not in own)
         less = sum(c for key, c in zip(own, costs, strict=True) if key not in others)
         return rival.cost - solution.cost + more - less
 
-    rivals = [[_weight(behind(rival)) for rival in stand.rivals] for stand in stands]
+    rivals = [
+        [_weight(behind(rival, share)) for rival in stand.rivals]
+        for stand, share in zip(stands, shares, strict=True)
+    ]
     none = [_weight(stand.gain - c) for stand, c in zip(stands, costs, strict=True)]
     return _Weights(costs, rivals, none)
+
+
+def _shares(solution: Solution, stands: Sequence[Standing]) -> list[float]:
+    """Of what measured effects may leave, the share that each term has to exceed.
+
+    They leave it once: of joints that err alike, found together, each bears what it explains.
+    """
+    gains = [max(stand.gain, 0.0) for stand in stands]
+    effects = [term.candidate.effect for term in solution.terms]
+    together = {
+        effect: sum(gain for one, gain in zip(effects, gains, strict=True) if one == effect)
+        for effect in effects
+    }
+    pairs = zip(effects, gains, strict=True)
+    return [gain / together[effect] if together[effect] else 1.0 for effect, gain in pairs]
 
 
 def _weight(behind: float) -> float:

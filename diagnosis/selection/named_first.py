@@ -93,8 +93,14 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
 
 
 def _left_over(plant: RegressionPlant, named: Explanation) -> tuple[Laplace, Posterior]:
-    """Spline terms in what the named effects leave."""
+    """Spline terms in what the named effects leave.
+
+    Under the noise of that search the sizes of named effects may be such as no machine has (play
+    below a step of the reading): nothing can be weighed beside them then.
+    """
     free = Laplace(plant, noise_beyond(plant, named, left_over=True))
+    if not np.isfinite(free(named.keys).log_evidence):
+        return free, Posterior([named], [1.0])
     return free, HillClimb(free, named.keys, left_over=True).run()
 
 

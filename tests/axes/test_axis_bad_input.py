@@ -102,6 +102,8 @@ def test_a_column_may_be_a_constant_and_time_a_rate(tmp_path: Path) -> None:
 def test_a_mistyped_name_gets_the_nearest() -> None:
     with pytest.raises(ConfigError, match=r"did you mean theta_1\?"):
         load_mapping(None, ["thetha_1=a"])
+    with pytest.raises(ConfigError, match=r"did you mean steps_1\?"):
+        load_mapping(None, ["steps=a"])
     with pytest.raises(ConfigError, match=r", segment$"):
         load_mapping(None, ["theta_1"])
 

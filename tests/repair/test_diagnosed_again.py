@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import cont2discrete, lfilter
 
+from diagnosis.answer.consistency import contradictions
 from diagnosis.answer.corrected_robot import save_corrected
 from diagnosis.answer.records import Diagnosis
 from diagnosis.api import diagnose_recordings
@@ -54,13 +55,18 @@ def followed(commanded: FloatArray, hertz: float) -> FloatArray:
     return moved
 
 
-def recorded(seed: int, warm_rad: float = 0.0, first_hertz: float = HERTZ) -> FlatRecording:
-    """The machine; the first encoder's zero may have moved, the first drive have become slower."""
+def recorded(
+    seed: int, warm_rad: float = 0.0, first_hertz: float = HERTZ, all_rad: float = 0.0
+) -> FlatRecording:
+    """The machine; the first encoder's zero may have moved, or that of all, the first drive have
+    become slower.
+    """
     commanded = places(seed)
     hertz = (first_hertz, HERTZ, HERTZ)
     pairs = zip(commanded.T, hertz, strict=True)
     moved = np.stack([followed(own, rate) for own, rate in pairs], axis=1)
     moved[:, 0] += warm_rad
+    moved += all_rad
     read = moved + NOISE_RAD * np.random.default_rng(seed + 1).standard_normal(moved.shape)
     columns = {f"command_{arm + 1}": commanded[:, arm] for arm in range(3)}
     columns |= {f"theta_{arm + 1}": read[:, arm] for arm in range(3)}
@@ -171,3 +177,10 @@ def test_lengths_and_what_is_written_by_hand_stay(by_hand: bool) -> None:
     bare, measured = measured_before(robot, 1.0, 60.0)
     assert bare.effects == ((lag, home) if by_hand else (home,))
     assert len(measured) == (0 if by_hand else 1)
+
+
+@pytest.mark.parametrize("all_rad", [0.0006, 0.002, 0.004])
+def test_what_is_named_is_more_probable_than_nothing(corrected: DeltaRobot, all_rad: float) -> None:
+    """Together the joints show more than their drives may leave; each by itself does not."""
+    answer = diagnose_recordings(corrected, [recorded(1, all_rad=all_rad)], [])
+    assert contradictions(answer) == []

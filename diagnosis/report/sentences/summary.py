@@ -227,8 +227,12 @@ def share_line(finding: Finding) -> str:
         return words.sentence(f"{says}, even with the others fitted again")
     if share >= 1.0:
         return words.sentence(f"{says}: the others, at wrong sizes, take up the rest of its part")
-    yet = "; yet noise alone does not add so much" if finding.evidence.p < sureness.SURE_P else ""
-    return words.sentence(f"its part is small: {says}, with the others fitted again{yet}")
+    if finding.evidence.p < sureness.SURE_P:
+        return words.sentence(
+            f"{says}: either its part is small, or the others, at wrong sizes, take up nearly all"
+            " of it; yet noise alone does not add so much"
+        )
+    return words.sentence(f"its part is small: {says}, with the others fitted again")
 
 
 def where_line(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> str:
