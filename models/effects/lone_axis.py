@@ -39,6 +39,9 @@ LINEAR_UNIT = {
 }  # fmt: skip
 """Linear axes use m, N, kg in place of rad, N m, kg m2 (contract)."""
 
+FINEST = 1e-6
+"""Shortest period [rad, m]: of a scale's grating, or of a motor's turns behind a high reduction."""
+
 _COMMAND = (
     following_lag.EFFECT, lost_steps.EFFECT, gear_ratio.EFFECT, transmission_error.EFFECT,
     axis_play.BACKLASH, axis_play.FRICTION, viscous_friction.EFFECT, joint_compliance.EFFECT,
@@ -60,7 +63,10 @@ def _unit(unit: str, motion: Motion) -> str:
 
 def of_axis(kind: EffectKind, motion: Motion) -> EffectKind:
     """A kind on the component `axis`, with the units of its motion."""
-    parameters = tuple(replace(p, unit=_unit(p.unit, motion)) for p in kind.parameters)
+    parameters = tuple(
+        replace(p, unit=_unit(p.unit, motion), low=FINEST if p.name == "period" else p.low)
+        for p in kind.parameters
+    )
     return replace(
         kind,
         components=(COMPONENT,),

@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from diagnosis.answer.consistency import contradictions
+from diagnosis.answer.corrected_robot import save_corrected
 from diagnosis.api import diagnose, diagnose_recordings
 from models.robot import DeltaRobot, EffectEntry
 from tests.diagnosis.conftest import Record
@@ -62,8 +63,10 @@ def test_answers_to_drawn_recordings_agree_with_themselves(
 @pytest.mark.timeout(900)
 @pytest.mark.skipif(not MACHINES, reason="the shared recordings are not here (DELTACTL_RECORDINGS)")
 @pytest.mark.parametrize("folder", MACHINES, ids=lambda folder: folder.name)
-def test_answers_to_real_recordings_agree_with_themselves(folder: Path) -> None:
-    """The shortest recording of each machine that is not refused."""
+def test_answers_to_real_recordings_agree_with_themselves(folder: Path, tmp_path: Path) -> None:
+    """The shortest recording of each machine that is not refused, and that once more against the
+    robot file with everything that was found.
+    """
     names = [name for name in json.loads((folder / "expected.json").read_text()) if name[0] != "_"]
     files = sorted((folder / name for name in names), key=lambda file: file.stat().st_size)
     for file in files:
@@ -72,5 +75,9 @@ def test_answers_to_real_recordings_agree_with_themselves(folder: Path) -> None:
         except ValueError:
             continue
         assert contradictions(answer) == []
+        if answer.findings:
+            new = tmp_path / "new.yaml"
+            save_corrected(folder / "robot.yaml", answer, new, all_of_them=True)
+            assert contradictions(diagnose([file], new)) == []
         return
     pytest.skip("all its recordings are refused")
