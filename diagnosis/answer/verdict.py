@@ -80,6 +80,13 @@ def grew(fit: Fit) -> bool:
     return fit.holdout_rms_after_m > VERDICT.grew * fit.holdout_rms_before_m
 
 
+def fits_worse(fit: Fit) -> bool:
+    """Whether the mismatch as a whole is larger with what was found: tests that allow for noise
+    with a memory judge by the fine course of the readings, and not by their size.
+    """
+    return fit.rms_after_m > VERDICT.grew * fit.rms_before_m
+
+
 def gained(findings: Sequence[Finding], fit: Fit) -> bool:
     """Whether the held-out mismatch fell by what was found; where all of it are events, which do
     not come back, whether it did not grow.

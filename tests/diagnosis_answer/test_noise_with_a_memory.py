@@ -4,8 +4,19 @@ from __future__ import annotations
 
 import pytest
 
-from diagnosis.answer.records import Evidence, Finding, Fit, ParameterResult, Verdict, Where
+from diagnosis.answer.records import (
+    Diagnosis,
+    Evidence,
+    Finding,
+    Fit,
+    ParameterResult,
+    Unexplained,
+    Verdict,
+    Where,
+)
 from diagnosis.answer.verdict import Rest, verdict
+from diagnosis.report.sentences.remedies import CHANGE_NOTHING, remedies
+from diagnosis.report.sentences.summary import headline
 
 LAG = Finding(
     effect="following_lag", component="motor1",
@@ -33,3 +44,20 @@ def test_the_model_explains_no_more_than_it_does(
         holdout_rms_after_m=left_m, left_correlation=correlation,
     )  # fmt: skip
     assert verdict([LAG], fit, 1e-9, Rest(1.0), 0.0) == said
+
+
+def test_a_fit_that_grows_asks_for_no_work() -> None:
+    worse = Fit(
+        rms_before_m=0.010, rms_after_m=0.012, noise_floor_m=0.012, holdout_rms_before_m=0.01,
+        holdout_rms_after_m=0.012,
+    )  # fmt: skip
+    answer = Diagnosis(
+        robot="r", recordings=["a.csv"], fit=worse, findings=[LAG], false_alarm_p=1e-9,
+        probability_nothing_missing=0.0, unexplained=Unexplained(share_of_mismatch=0.0),
+        verdict=verdict([LAG], worse, 1e-9, Rest(1.0), 0.0),
+    )  # fmt: skip
+    assert answer.verdict == "partly_explained"
+    assert remedies(answer) == [CHANGE_NOTHING]
+    assert "no better" in headline(answer)
+    better = worse.model_copy(update={"rms_after_m": 0.005})
+    assert remedies(answer.model_copy(update={"fit": better})) != [CHANGE_NOTHING]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from diagnosis.answer.corrected_robot import sure
 from diagnosis.answer.records import Diagnosis, Finding
-from diagnosis.answer.verdict import NAMELESS, claimed
+from diagnosis.answer.verdict import NAMELESS, claimed, fits_worse
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.advice import advice, machine_of
 from diagnosis.report.sentences.sizes import LEAST_S, number, quantity, scale_of, significant
@@ -25,6 +25,10 @@ KEPT = (
 )
 """The same for a lone machine, which no job of ours moves."""
 
+CHANGE_NOTHING = (
+    "Change nothing yet: with what was found the mismatch as a whole is no smaller. Record a longer"
+    " run, with more reversals and places, and diagnose both together."
+)
 RUN_FIRST = (
     "Before anything is taken apart, record the run proposed below, which is made to tell the"
     " causes apart (--next-job JOB.yaml writes it), and diagnose it together with this recording."
@@ -76,9 +80,12 @@ class Remedy:
 def remedies(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]:
     """One sentence for each finding that can be remedied, the surest and largest first.
 
-    Before them, where causes are tied, the run that would tell them apart.
+    Before them, where causes are tied, the run that would tell them apart. None where the fit as a
+    whole is no better for what was found.
     """
     named = [one for one in diagnosis.findings if claimed(one)]
+    if named and fits_worse(diagnosis.fit):
+        return [CHANGE_NOTHING]
     found = (remedy(one, robot, sure(one, diagnosis)) for one in named)
     lines = [one.line for one in found if one is not None]
     lone = [one for one in named if one.component == LONE and one.effect in WRITABLE]

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from rich.markup import escape
 
 from diagnosis.answer.records import Alternative, Diagnosis, Finding, Thinned, Where
-from diagnosis.answer.verdict import claimed, rather_unknown, seen
+from diagnosis.answer.verdict import claimed, fits_worse, rather_unknown, seen
 from diagnosis.report.sentences import sureness, words
 from diagnosis.report.sentences.fit_words import fit_lines, fit_title
 from diagnosis.report.sentences.limit_words import faintest_line, untested_line
@@ -35,6 +35,7 @@ PART_OF_UNKNOWN = "probably only a part of what is unknown, though it looks like
 MOSTLY_LEFT = 0.5
 """Share of the mismatch that nothing explains, from which on the headline says so first."""
 CHECK_FIRST = "first check that each column and the robot file are the right ones"
+FINE_COURSE = "the fine course of the readings points to"
 IN_HEADLINE = 3
 """Findings that the headline names; of more it names two, and all have their own title below."""
 
@@ -82,6 +83,8 @@ def headline(diagnosis: Diagnosis) -> str:
         rest = "; another part is real and matches no known effect" if more else ""
         left = diagnosis.unexplained.share_of_mismatch
         part = "part"
+        if fits_worse(diagnosis.fit):
+            return words.sentence(f"{FINE_COURSE} {what}, and yet the fit as a whole is no better")
         if left >= MOSTLY_LEFT:
             part, rest = (
                 "only a small part",
