@@ -129,7 +129,7 @@ class TargetMapper:
             where,
             Refusal(
                 f"arm {arm} would be at {angle_deg:.2f} deg, outside its limits of "
-                f"{low_deg:g} to {high_deg:g} deg"
+                f"{low_deg:g} to {high_deg:g} deg (limits.arm_deg, or its default)"
             ),
         )
 

@@ -205,6 +205,12 @@ def _diagnosing(file: Path, kind: Kind, recording: Path | None, columns: list[st
     return f"deltactl diagnose RECORDING --robot {file}{options}"
 
 
+LOOK_FIRST = (
+    "before it: look whether the arms are at their stops; no sensor of this robot sees that, which"
+    " --accept-unseen accepts up to so many degrees"
+)
+
+
 def _first_job(file: Path, force: bool) -> list[str]:
     """Write it; what is to be said of it. Raises ConfigError for arms that are interchanged."""
     from firmware_py.controller.sensing.determined import unseen_by_none_deg
@@ -220,11 +226,12 @@ def _first_job(file: Path, force: bool) -> list[str]:
         unseen = (
             "" if robot.sensors is not None else f" --accept-unseen {unseen_by_none_deg(robot)}"
         )
-        return [
+        lines = [
             f"job: {job}, {what}",
             f"next: deltactl check {job}",
             f"then: deltactl run {job}{unseen}",
         ]
+        return [*lines, LOOK_FIRST] if unseen else lines
     if arms_interchanged(robot):
         raise ConfigError(
             "no circle fits, and the forearm is not longer than the upper arm: are the two"

@@ -71,9 +71,9 @@ def refuse_other_units(asked: FloatArray, seen: FloatArray, names: str, source: 
     wide, told = travel(asked), travel(seen)
     if wide <= 0.0 or told <= 0.0:
         return
-    ratio, largest = told / wide, OBSERVATIONS.largest_ratio
-    if ratio > largest or ratio < 1.0 / largest:
+    ratio = max(told, wide) / min(told, wide)
+    if ratio > OBSERVATIONS.largest_ratio:
         raise RecordingError(
-            f"{source}: {names} move by {told:.3g} and {wide:.3g}, {ratio:.3g} to 1; are the units "
-            "(rad, m, microsteps) or the robot file another machine's?"
+            f"{source}: {names} move by {told:.3g} and {wide:.3g}, one {ratio:.3g} times as far as"
+            " the other; are the units (rad, m, microsteps) or the robot file another machine's?"
         )

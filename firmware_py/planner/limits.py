@@ -100,7 +100,7 @@ class PathLimits:
                 row,
                 LimitExceeded,
                 f"arm {arm + 1} would be at {angle_deg:.2f} deg, outside its limits of"
-                f" {low_deg:g} to {high_deg:g} deg",
+                f" {low_deg:g} to {high_deg:g} deg (limits.arm_deg, or its default)",
             )
 
     def _box_problems(self, lap: Lap) -> Iterator[Problem]:

@@ -298,6 +298,7 @@ def test_a_delta_without_sensors_says_none_and_its_first_job_runs(
     )  # fmt: skip
     assert load_robot(tmp_path / "bare.yaml").sensors is None
     assert "then: deltactl run bare-circle.yaml --accept-unseen 80" in done.stdout
+    assert "look whether the arms are at their stops" in done.stdout
     deltactl("run", "bare-circle.yaml", "--accept-unseen", "80", "--simulate")
 
 

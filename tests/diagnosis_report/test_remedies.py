@@ -115,6 +115,13 @@ def test_what_looks_the_same_is_to_be_ruled_out_first() -> None:
     assert "but this is only 55 % sure, so first rule out bearing friction" in one.line
 
 
+def test_nobody_is_asked_to_rule_out_what_is_in_no_list() -> None:
+    one = remedy(found("gear_backlash", "motor1", 0.01, "rad", "unknown"), ROBOT)
+    assert one is not None
+    assert "rule out" not in one.line
+    assert "it may as well be a part of something that no list has" in one.line
+
+
 def test_what_is_not_certain_is_recorded_only_when_all_is_asked_for(make: Any) -> None:
     tied = found("transmission_error", "motor1", 0.01, "rad", "sensor_offset")
     own = found("home_offset", "motor1", 0.01, "rad")

@@ -90,7 +90,7 @@ def test_before_and_after_stand_against_the_noise_and_on_held_out_data(make: Any
     text = "\n".join(plain_lines(make("explained")))
     assert "before 4.10 mm, after 2.21 mm; the noise alone is 2.10 mm" in text
     # (4.2^2 - 2.24^2) / (4.2^2 - 2.1^2) = 0.954
-    assert "(not of the choice of causes): before 4.20 mm, after 2.24 mm (95 % of what" in text
+    assert "(the choice of causes did): before 4.20 mm, after 2.24 mm (95 % of what" in text
 
 
 def test_one_off_events_are_not_expected_in_another_run(make: Any, parts: Any) -> None:
@@ -292,7 +292,7 @@ def test_a_probable_finding_is_not_called_open(
 
 
 def test_many_untested_effects_are_counted(make: Any) -> None:
-    hidden = [NotTestable(effect=name, component="motor1", why="") for name in list(EFFECTS)[:9]]
+    hidden = [NotTestable(effect=name, component="motor3", why="") for name in list(EFFECTS)[:9]]
     text = "\n".join(plain_lines(make("explained", not_testable=hidden)))
     assert "5 more kinds of effect" in text
     text = "\n".join(plain_lines(make("explained", not_testable=hidden[:5])))
@@ -302,3 +302,14 @@ def test_many_untested_effects_are_counted(make: Any) -> None:
 def test_it_says_where_the_search_ended_early(make: Any) -> None:
     assert ENDED_EARLY in shown(summary_lines(make(ended_early=True)))
     assert ENDED_EARLY not in shown(summary_lines(make()))
+
+
+def test_a_rival_of_a_finding_is_not_out_of_sight(make: Any, parts: Any) -> None:
+    hidden = [NotTestable(effect="joint_compliance", component="motor1", why="no load")]
+    rival = Alternative(effect="joint_compliance", component="motor1", delta_chi2=20.0)
+    alone, tied = (
+        "\n".join(plain_lines(make("explained", not_testable=hidden, findings=[found])))
+        for found in (parts["backlash"](), parts["backlash"](alternatives=[rival]))
+    )
+    assert "could not show" in alone
+    assert "could not show" not in tied

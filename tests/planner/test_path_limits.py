@@ -65,7 +65,7 @@ def test_an_arm_limit_names_arm_angle_and_point(zhao, job_of, limited):
     message = refusal(job_of(path=line_to(0.25)), limited(arm_deg=(0.0, 80.0)))
     assert "point 24 at (0.2400, 0.0000, -0.4500) m (repeat 1)" in message
     assert "arm 2 would be at 81.48 deg" in message
-    assert "outside its limits of 0 to 80 deg" in message
+    assert "outside its limits of 0 to 80 deg (limits.arm_deg" in message
 
 
 def test_the_box_is_kept(zhao, job_of, limited):

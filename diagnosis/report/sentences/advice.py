@@ -77,7 +77,8 @@ EVERYWHERE: Table = {
     "unknown.speed": "record {part} at several steady speeds, slow to fast, both ways: an unknown"
     " error follows {follows}, and such a recording shows how it depends on it",
     "unknown.direction": "come to the same places from both sides: an unknown error at {part}"
-    " follows {follows}, and play, friction and what yields differ there",
+    " follows {follows}; play and friction leave the same difference everywhere, what yields leaves"
+    " more under more load",
     "unknown.time": "record again from switching on, with the same motion: an unknown error at"
     " {part} follows {follows}; what comes back is warming up, what does not came loose or moved",
     "unknown.load": "repeat the motion with another weight: an unknown error at {part} follows"

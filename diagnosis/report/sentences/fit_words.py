@@ -15,7 +15,7 @@ ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)
 MOSTLY_BY_PLACE = 0.7
 """Less scatter at a place than this share: over half of the noise's power is between places."""
 MORE_PLACES = "More places make the answer surer, longer stays do not."
-LEFT_OUT = "parts of the recording left out of the last fit (not of the choice of causes)"
+LEFT_OUT = "parts of the recording that the last fit did not see (the choice of causes did)"
 
 
 def fit_title(diagnosis: Diagnosis) -> str:

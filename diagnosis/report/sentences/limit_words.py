@@ -17,9 +17,14 @@ MOST_NAMED = 4
 
 
 def untested_line(diagnosis: Diagnosis) -> str:
-    """What could not have been seen."""
+    """What could not have been seen; not what may be at work in place of a finding."""
+    named = {
+        (one.effect, one.component) for found in diagnosis.findings for one in found.alternatives
+    }
     grouped: dict[str, list[str]] = {}
     for one in diagnosis.not_testable:
+        if (one.effect, one.component) in named:
+            continue
         grouped.setdefault(one.effect, []).append(one.component)
     names = [words.effect(effect, *components) for effect, components in grouped.items()]
     reasons = {one.why for one in diagnosis.not_testable}

@@ -165,12 +165,16 @@ def remedy(finding: Finding, robot: RobotModel | None, certain: bool = True) -> 
     if finding.effect in WRITABLE and finding.component != LONE:
         says += NOTE.format(all="" if certain else " --all")
     likely = finding.alternatives if tied(finding) else []
+    nameless = any(one.effect == NAMELESS for one in likely)
+    likely = [one for one in likely if one.effect != NAMELESS]
     others = [words.rival(finding.effect, o.effect, o.component) for o in likely]
     sure_of = finding.probability
     only = "" if sure_of is None else f"this is only {percent(sure_of)} sure, so "
     unsure = f"; but {only}first rule out {others[0]}, which looks the same here" if others else ""
     if len(others) > 1:
         unsure = f"; but {only}first rule out {len(others)} others that look the same here (below)"
+    if nameless and not others:
+        unsure = f"; but {only}it may as well be a part of something that no list has"
     return Remedy(says, unsure)
 
 
