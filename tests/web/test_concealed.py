@@ -113,6 +113,7 @@ def test_a_servo_robot_has_its_own_place_for_that(tmp_path: Path) -> None:
 
 
 def choose(browser: Browser, choice: str) -> None:
+    browser.tab("Robot")  # where another test may have left it
     field = browser.find("conceal").find_element(By.XPATH, "ancestor::label")
     browser.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", field)
     field.click()
