@@ -110,7 +110,7 @@ MENDED: tuple[Named, ...] = (
     Named(
         "held-out blocks that took part in the choice of causes, unsaid",
         "diagnosis/report/sentences/fit_words.py",
-        " (not of the choice of causes)",
+        " (the choice of causes did)",
         "",
     ),
     Named(
