@@ -9,7 +9,8 @@ import pytest
 from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.advice import ADVICE, EVERYWHERE, advice
-from diagnosis.report.sentences.remedies import KEPT, remedies, remedy
+from diagnosis.report.sentences.remedies import remedies, remedy
+from diagnosis.report.sentences.ways import TERMINAL
 from diagnosis.report.sentences.words import EFFECTS
 from firmware_py.robot_file import CONFIG_FOLDER
 from models.effects.lone_axis import effort_effects
@@ -102,7 +103,7 @@ def test_a_lone_machine_is_told_once_how_what_stays_is_made_known(make: Any) -> 
     both = [found("home_offset", "axis", 0.01, "rad"), found("joint_friction", "axis", 1.0, "N m")]
     lines = remedies(make("explained", findings=both), SERVO)
     assert sum("--save-robot" in line for line in lines) == 1
-    assert lines[-1] == KEPT.format(all="")
+    assert lines[-1] == TERMINAL.keep.format(all="")
 
 
 def test_what_looks_the_same_is_to_be_ruled_out_first() -> None:

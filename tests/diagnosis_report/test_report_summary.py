@@ -29,6 +29,7 @@ from diagnosis.report.sentences.summary import (
 )
 from diagnosis.report.sentences.sureness import odds
 from diagnosis.report.sentences.telling import NOISE
+from diagnosis.report.sentences.ways import TERMINAL
 from diagnosis.report.sentences.words import EFFECTS, effect, followed, listed, spelled
 from models.effects import VOCABULARY
 from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
@@ -300,8 +301,9 @@ def test_many_untested_effects_are_counted(make: Any) -> None:
 
 
 def test_it_says_where_the_search_ended_early(make: Any) -> None:
-    assert ENDED_EARLY in shown(summary_lines(make(ended_early=True)))
-    assert ENDED_EARLY not in shown(summary_lines(make()))
+    said = ENDED_EARLY.format(way=TERMINAL.all_compared)
+    assert said in shown(summary_lines(make(ended_early=True)))
+    assert said not in shown(summary_lines(make()))
 
 
 def test_a_rival_of_a_finding_is_not_out_of_sight(make: Any, parts: Any) -> None:

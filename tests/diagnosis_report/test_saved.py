@@ -15,7 +15,11 @@ from diagnosis.answer.records import (
     ParameterResult,
     Where,
 )
+from diagnosis.report.sentences.remedies import CHANGE_NOTHING
 from diagnosis.report.sentences.saved import support, written
+from diagnosis.report.sentences.summary import plain_lines
+from diagnosis.report.sentences.ways import PAGE, TERMINAL, Ways
+from tests.diagnosis_report.conftest import delta_robot
 
 
 def found(
@@ -61,8 +65,34 @@ def test_the_proposed_run_is_what_checks(make: Any) -> None:
         expected_delta_chi2=54.0,
         minutes=2.5,
     )
-    (line,) = support(make("explained", findings=[open_one], next_experiment=plan), False)
+    answer = make("explained", findings=[open_one], next_experiment=plan)
+    (line,) = support(answer, False)
     assert "run the job proposed above (--next-job JOB.yaml)" in line
+    (line,) = support(answer, False, PAGE)
+    assert "run the experiment that would tell more (the button below)" in line
+
+
+@pytest.mark.parametrize("ways", [TERMINAL, PAGE])
+def test_a_page_speaks_of_its_buttons_and_a_terminal_of_commands(make: Any, ways: Ways) -> None:
+    both = [OWN, found("home_offset", "motor2", "angle", 0.55, ("gear_backlash", 0.45))]
+    lone = [found("home_offset", "axis", "angle", 0.999)]
+    plan = NextExperiment(
+        job={}, tells_apart=["home_offset motor2"], expected_delta_chi2=54.0, minutes=2.5
+    )
+    for findings in (both, lone):
+        answer = make("explained", findings=findings, next_experiment=plan, ended_early=True)
+        lines = [*plain_lines(answer, delta_robot(), ways), *support(answer, False, ways)]
+        assert CHANGE_NOTHING not in lines
+        text = "\n".join(lines).replace("in a terminal, 'deltactl diagnose --thorough'", "")
+        assert ("--" in text) == (ways is TERMINAL)
+        assert ("button" in text) == (ways is PAGE)
+
+
+def test_what_is_not_certain_is_in_no_file_of_the_page(make: Any) -> None:
+    open_one = found("gear_ratio", "axis", "scale", 0.5, ("joint_compliance", 0.5))
+    answer = make("explained", findings=[open_one])
+    assert any("--save-robot" in line for line in plain_lines(answer, None))
+    assert not any("corrected robot file" in line for line in plain_lines(answer, None, PAGE))
 
 
 def test_an_even_tie_of_a_lone_axis_is_left_out_until_it_is_asked_for(make: Any) -> None:

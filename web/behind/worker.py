@@ -53,6 +53,7 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
     from diagnosis.report.page.html import write_report
     from diagnosis.report.sentences.saved import support, written
     from diagnosis.report.sentences.summary import WHY, head_lines, plain_lines
+    from diagnosis.report.sentences.ways import PAGE
     from firmware_py.robot_file import CONFIG_FOLDER
     from models.robot import load_robot_model
     from web.behind.carried import carried_by
@@ -73,12 +74,12 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
     answer = answer.model_copy(update={"recordings": [name_beside(one) for one in recordings]})
     model = load_robot_model(robot)
     write_report(answer, model, folder / "report.html")
-    lines = plain_lines(answer, model)
+    lines = plain_lines(answer, model, PAGE)
     if answer.findings:
         save_corrected(robot, answer, folder / "corrected.yaml")
         if (folder / "corrected.yaml").read_text(encoding="utf-8") == carried.robot_text:
             (folder / "corrected.yaml").unlink()  # nothing is sure enough to be corrected
-        lines += [f"Corrected robot file, {written(answer, False)}", *support(answer, False)]
+        lines += [f"Corrected robot file, {written(answer, False)}", *support(answer, False, PAGE)]
     if answer.next_experiment is not None:
         write_job(answer.next_experiment, folder / "next.yaml", robot, CONFIG_FOLDER)
     return {

@@ -13,25 +13,13 @@ from diagnosis.report.sentences.advice import advice, machine_of
 from diagnosis.report.sentences.sizes import LEAST_S, number, quantity, scale_of, significant
 from diagnosis.report.sentences.sureness import late_in_all_s, percent, settled
 from diagnosis.report.sentences.telling_apart import LONE, beside_friction
+from diagnosis.report.sentences.ways import TERMINAL, Ways
 from models.effects import VOCABULARY
 from models.robot import DeltaRobot, RobotModel, per_arm
-
-NOTE = " (deltactl diagnose ... --save-robot NEW.yaml{all} does)"
-"""For what can be described in the robot file instead of being repaired."""
-
-KEPT = (
-    "For what is to stay as it is, 'deltactl diagnose ... --save-robot NEW.yaml{all}' makes a robot"
-    " file that knows it, so that the next diagnosis looks beyond it."
-)
-"""The same for a lone machine, which no job of ours moves."""
 
 CHANGE_NOTHING = (
     "Change nothing yet: with what was found the mismatch as a whole is no smaller. Record a longer"
     " run, with more reversals and places, and diagnose both together."
-)
-RUN_FIRST = (
-    "Before anything is taken apart, record the run proposed below, which is made to tell the"
-    " causes apart (--next-job JOB.yaml writes it), and diagnose it together with this recording."
 )
 
 MAPPED = {
@@ -77,7 +65,9 @@ class Remedy:
         return words.sentence(self.says + self.unsure)
 
 
-def remedies(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]:
+def remedies(
+    diagnosis: Diagnosis, robot: RobotModel | None = None, ways: Ways = TERMINAL
+) -> list[str]:
     """One sentence for each finding that can be remedied, the surest and largest first.
 
     Before them, where causes are tied, the run that would tell them apart. None where the fit as a
@@ -86,17 +76,17 @@ def remedies(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]
     named = [one for one in diagnosis.findings if claimed(one)]
     if named and fits_worse(diagnosis.fit):
         return [CHANGE_NOTHING]
-    found = (remedy(one, robot, sure(one, diagnosis)) for one in named)
+    found = (remedy(one, robot, sure(one, diagnosis), ways) for one in named)
     lines = [one.line for one in found if one is not None]
     lone = [one for one in named if one.component == LONE and one.effect in WRITABLE]
-    if lone:
-        certain = all(sure(one, diagnosis) for one in lone)
-        lines.append(KEPT.format(all="" if certain else " --all"))
+    certain = all(sure(one, diagnosis) for one in lone)
+    if lone and (certain or ways.unsure_too):
+        lines.append(ways.keep.format(all="" if certain else " --all"))
     nameless = [one for one in diagnosis.findings if one.effect == NAMELESS]
     lines += [line for one in nameless if (line := mapped(one) or unnamed(one, robot, diagnosis))]
     plan = diagnosis.next_experiment
     if lines and plan is not None and any(tied(one) for one in named):
-        lines.insert(0, RUN_FIRST)
+        lines.insert(0, ways.run_first)
     return lines
 
 
@@ -139,7 +129,9 @@ def tied(finding: Finding) -> bool:
     return bool(finding.alternatives) and not settled(finding)
 
 
-def remedy(finding: Finding, robot: RobotModel | None, certain: bool = True) -> Remedy | None:
+def remedy(
+    finding: Finding, robot: RobotModel | None, certain: bool = True, ways: Ways = TERMINAL
+) -> Remedy | None:
     """What to do about one finding; None where nobody can say.
 
     certain: it is written into a robot file without being asked for.
@@ -162,8 +154,8 @@ def remedy(finding: Finding, robot: RobotModel | None, certain: bool = True) -> 
         factor=_factor(largest),
         sign=_Sign(departure),
     )
-    if finding.effect in WRITABLE and finding.component != LONE:
-        says += NOTE.format(all="" if certain else " --all")
+    if finding.effect in WRITABLE and finding.component != LONE and (certain or ways.unsure_too):
+        says += ways.describe.format(all="" if certain else " --all")
     likely = finding.alternatives if tied(finding) else []
     nameless = any(one.effect == NAMELESS for one in likely)
     likely = [one for one in likely if one.effect != NAMELESS]

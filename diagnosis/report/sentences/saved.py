@@ -8,9 +8,8 @@ from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.sureness import percent, settled
 from diagnosis.report.sentences.telling_apart import LONE, OTHERWISE, measurement, way_apart
+from diagnosis.report.sentences.ways import TERMINAL, Ways
 
-LEFT_OUT = "left out (--all writes it too): "
-THE_RUN = "run the job proposed above (--next-job JOB.yaml) and diagnose both recordings"
 MOST_RIVALS = 3
 
 
@@ -20,17 +19,17 @@ def written(diagnosis: Diagnosis, all_of_them: bool) -> str:
     return f"with {words.count(len(kept), 'finding')}" if kept else "as it was"
 
 
-def support(diagnosis: Diagnosis, all_of_them: bool) -> list[str]:
+def support(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> list[str]:
     """One line for each finding that lasts: how sure it is, and what would check it."""
     _, left = _kept_and_left(diagnosis, all_of_them)
-    out = [f"- {LEFT_OUT}{_supported(one, diagnosis)}" for one in left]
-    return [*supported(diagnosis, all_of_them), *out]
+    out = [f"- {ways.left_out}{_supported(one, diagnosis, ways)}" for one in left]
+    return [*supported(diagnosis, all_of_them, ways), *out]
 
 
-def supported(diagnosis: Diagnosis, all_of_them: bool) -> list[str]:
+def supported(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> list[str]:
     """The same, of those in the file only."""
     kept, _ = _kept_and_left(diagnosis, all_of_them)
-    return [f"- {_supported(one, diagnosis)}" for one in kept]
+    return [f"- {_supported(one, diagnosis, ways)}" for one in kept]
 
 
 def _kept_and_left(diagnosis: Diagnosis, all_of_them: bool) -> tuple[list[Finding], list[Finding]]:
@@ -39,7 +38,7 @@ def _kept_and_left(diagnosis: Diagnosis, all_of_them: bool) -> tuple[list[Findin
     return kept, [one for one in lasting if one not in kept]
 
 
-def _supported(finding: Finding, diagnosis: Diagnosis) -> str:
+def _supported(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
     name = words.effect(finding.effect, finding.component)
     probability = finding.probability
     if settled(finding) or (probability is None and not finding.alternatives):
@@ -50,10 +49,10 @@ def _supported(finding: Finding, diagnosis: Diagnosis) -> str:
         return (
             f"{percent(together)} sure that this is to be corrected, not of its cause: {name}"
             f" ({percent(probability)}){_or_else(finding)}, and that calls for the same"
-            f" correction; to tell which it is, {_check(finding, diagnosis)}"
+            f" correction; to tell which it is, {_check(finding, diagnosis, ways)}"
         )
     sure_of = "not certain" if probability is None else f"only {percent(probability)} sure"
-    return f"{sure_of}: {name}{_or_else(finding)}; to check, {_check(finding, diagnosis)}"
+    return f"{sure_of}: {name}{_or_else(finding)}; to check, {_check(finding, diagnosis, ways)}"
 
 
 def _or_else(finding: Finding) -> str:
@@ -69,10 +68,10 @@ def _or_else(finding: Finding) -> str:
     return f", which may be {words.listed(named, 'or')} instead" if named else ""
 
 
-def _check(finding: Finding, diagnosis: Diagnosis) -> str:
+def _check(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
     plan = diagnosis.next_experiment
     if plan is not None and f"{finding.effect} {finding.component}" in plan.tells_apart:
-        return THE_RUN
+        return ways.run
     if way := way_apart(finding):
         return way
     if finding.component == LONE or not finding.alternatives:

@@ -16,17 +16,17 @@ from diagnosis.report.sentences.next_run_words import experiment_line, tie_lines
 from diagnosis.report.sentences.remedies import remedies, tied
 from diagnosis.report.sentences.sizes import quantity, sizes, told
 from diagnosis.report.sentences.telling_apart import hint
+from diagnosis.report.sentences.ways import TERMINAL, Ways
 from models.robot import RobotModel
 
 ENDED_EARLY = (
     "The search stopped at its limit of work, with the best explanation so far: not everything was "
-    "compared (--thorough compares the rest, which takes longer)."
+    "compared ({way})."
 )
 LOOSE = (
     "Beside the findings, small errors of lengths and angles were allowed for everywhere, as large "
     "as those of a machine built with care: together they explain what no single finding does."
 )
-ON_TOP = "It comes on top of what the robot file has of it already; --save-robot adds both."
 WHY = "Why"
 """Title above the reasons: what comes before is what to do."""
 MOST_NAMED = 4
@@ -56,9 +56,11 @@ def summary_lines(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list
     return lines
 
 
-def plain_lines(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]:
+def plain_lines(
+    diagnosis: Diagnosis, robot: RobotModel | None = None, ways: Ways = TERMINAL
+) -> list[str]:
     """The same lines without markup."""
-    return [line for _, line in _summary(diagnosis, robot)]
+    return [line for _, line in _summary(diagnosis, robot, ways)]
 
 
 def head_lines(diagnosis: Diagnosis) -> list[str]:
@@ -123,10 +125,12 @@ def _enters(finding: Finding) -> str:
     return f"{at} and follows {follows}" if follows else at
 
 
-def _summary(diagnosis: Diagnosis, robot: RobotModel | None) -> Iterator[tuple[str, str]]:
+def _summary(
+    diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways = TERMINAL
+) -> Iterator[tuple[str, str]]:
     yield "head", headline(diagnosis)
     yield from (("", f"Look at this first: {line}") for line in diagnosis.doubts)
-    if do := remedies(diagnosis, robot):
+    if do := remedies(diagnosis, robot, ways):
         yield "head", "Do this"
         yield from (("", f"- {line}") for line in do)
         yield "head", WHY
@@ -135,13 +139,13 @@ def _summary(diagnosis: Diagnosis, robot: RobotModel | None) -> Iterator[tuple[s
         title = finding_title(finding)
         yield "head", f"{number}. {title}"
         if robot is not None and _known(finding, robot):
-            yield "", f"   {ON_TOP}"
+            yield "", f"   {ways.on_top}"
         yield from (
             ("", f"   {line}") for line in finding_lines(finding, span_s(diagnosis), number == 1)
         )
         if diagnosis.next_experiment is None and tied(finding) and (tells := hint(finding)):
             yield "", f"   {tells}"
-    yield from (("", line) for line in remarks(diagnosis))
+    yield from (("", line) for line in remarks(diagnosis, ways))
     yield "head", fit_title(diagnosis)
     yield from (("", line) for line in fit_lines(diagnosis))
     if left := unexplained_line(diagnosis):
@@ -175,10 +179,10 @@ def span_s(diagnosis: Diagnosis) -> tuple[float, float]:
     return float(picture.t_s[0]), float(picture.t_s[-1])
 
 
-def remarks(diagnosis: Diagnosis) -> list[str]:
+def remarks(diagnosis: Diagnosis, ways: Ways = TERMINAL) -> list[str]:
     """Remarks on the machine and the search as a whole, in addition to the findings."""
     lines = [LOOSE] if diagnosis.loosely_built else []
-    lines += [ENDED_EARLY] if diagnosis.ended_early else []
+    lines += [ENDED_EARLY.format(way=ways.all_compared)] if diagnosis.ended_early else []
     lines += [thinned_line(one) for one in diagnosis.thinned]
     lines += [f"The torques were not read: {why}." for why in diagnosis.not_read]
     lines += [sureness.by_priors(one) for one in diagnosis.prior_sensitivity]
