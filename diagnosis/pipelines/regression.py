@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.special import expit
 
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Agreement, Diagnosis, Finding, Picture, PriorSensitivity
@@ -14,11 +15,17 @@ from diagnosis.answer.verdict import ALARM
 from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.assessment.prior_sensitivity import as_found, prior_sensitivity
 from diagnosis.assessment.regression_holdout import Blocks, beyond_noise, on_blocks
-from diagnosis.assessment.significance import chance
+from diagnosis.assessment.significance import chance, charge
 from diagnosis.evidence.detection import Progress
 from diagnosis.experiment.propose import Proposal
 from diagnosis.pipelines.agreement import agreement, widened
-from diagnosis.pipelines.regression_figures import detection_limits, fit_of, picture_of, rest_of
+from diagnosis.pipelines.regression_figures import (
+    detection_limits,
+    fit_of,
+    picture_of,
+    rest_of,
+    with_left,
+)
 from diagnosis.pipelines.regression_findings import findings, sizes
 from diagnosis.pipelines.way import Figures, Limits, answered
 from diagnosis.plants.regression import RegressionPlant
@@ -37,7 +44,7 @@ def diagnose_plant(
     others: plants of held-out recordings; without any, blocks of time are left out in turn.
     singles: each of several recordings by itself, to say whether they agree.
     """
-    searched = select(plant, progress)
+    searched = _charged(select(plant, progress))
     first_p = _first_p(searched)
     progress("what else it could be")
     selected, blocks = _widened(searched)
@@ -67,6 +74,9 @@ class SummedColumns:
         rest = rest_of(self.selected)
         found = findings(self.selected, self.plant.readings, [self.plant.channel])
         fit = fit_of(self.selected, self.others, rest, self.blocks)
+        excused = bool(self.searched.best.keys and not self.selected.best.keys)
+        if self.plant.left_by_known:
+            fit = with_left(fit, rest, self.selected, excused)
         return Figures(widened(found, self.compared), fit, rest)
 
     def chance(self, found: Sequence[Finding]) -> float:
@@ -135,10 +145,20 @@ def _claimed(selected: Selected, first_p: float, blocks: Blocks) -> bool:
 def _first_p(selected: Selected) -> float:
     """Calibrated p of 'nothing is missing', before any finding."""
     best, empty = selected.best, selected.empty
+    charged = charge(selected)
     if best.keys:
-        return chance(selected, best, empty)
+        return chance(selected, best, empty, charged)
     tried = [e for e in selected.evidence.evaluated if len(e.keys) == 1]
-    return min([chance(selected, one, empty) for one in tried], default=1.0)
+    return min([chance(selected, one, empty, charged) for one in tried], default=1.0)
+
+
+def _charged(selected: Selected) -> Selected:
+    """The same, with what the file's effects may leave taken off the evidence of anything more."""
+    best, empty, charged = selected.best, selected.empty, charge(selected)
+    if not best.keys or charged <= 0.0:
+        return selected
+    against = best.log_evidence - empty.log_evidence - 0.5 * charged
+    return replace(selected, nothing=max(selected.nothing, float(expit(-against))))
 
 
 def _nothing(selected: Selected) -> Selected:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from diagnosis.answer.records import Channel, Fit, Picture, SmallestDetectable
 from diagnosis.answer.verdict import Rest, seen
 from diagnosis.assessment.covariance import NORMAL_95
 from diagnosis.assessment.regression_holdout import Blocks, on_other_runs, scaled_covariance
-from diagnosis.assessment.significance import chance
+from diagnosis.assessment.significance import chance, charge
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import IntArray
 from diagnosis.pipelines.options import REGRESSION
@@ -32,7 +33,9 @@ def rest_of(selected: Selected) -> Rest:
     if not unknown:
         return Rest(1.0)
     asked = [(r, free(best.keys | {r.key}, [known])) for r in unknown]
-    pairs = [(chance(selected, more, known), r, more) for r, more in asked]
+    # Under the noise of this search, as it is not told from the other where nothing is found.
+    charged = charge(replace(selected, evidence=free, empty=known))
+    pairs = [(chance(selected, more, known, charged), r, more) for r, more in asked]
     p, regressor, more = min(pairs, key=lambda item: item[0])
     share = max(known.chi2 - more.chi2, 0.0) / max(known.chi2, 1e-12)
     return Rest(p, regressor.follows, "", share)
@@ -57,6 +60,23 @@ def fit_of(
         scatter_within_m=_within(selected),
         holdout="run" if others else "blocks",
     )
+
+
+def with_left(fit: Fit, rest: Rest, selected: Selected, excused: bool) -> Fit:
+    """What no test sees, with what effects of the file may leave, is the floor.
+
+    excused: an explanation was found, and gained no more than those effects may leave: what is left
+    is theirs then.
+    """
+    rows = selected.noise.rows
+    parts = [share * np.mean(alone[rows] ** 2) for share, alone in selected.plant.left_by_known]
+    may = math.sqrt(sum(map(float, parts)))
+    if seen(rest.p):
+        return fit
+    if excused:
+        may = max(may, math.sqrt(max(fit.rms_after_m**2 - fit.noise_floor_m**2, 0.0)))
+    least = max(fit.noise_floor_m, min(fit.rms_after_m, math.hypot(fit.noise_floor_m, may)))
+    return fit.model_copy(update={"noise_floor_m": least, "left_by_known_m": may})
 
 
 def _within(selected: Selected) -> float | None:

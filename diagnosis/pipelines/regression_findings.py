@@ -54,7 +54,6 @@ def _finding(
         for t, s in zip(equivalents, share[1:], strict=True)
     ]  # fmt: skip
     alternatives += _others(selected, regressor)
-    missing = max(selected.empty.chi2 - best.chi2, 1e-9)
     return Finding(
         effect=regressor.effect,
         component=regressor.component,
@@ -62,12 +61,25 @@ def _finding(
         parameters=sizes(selected, regressor.key),
         where=_where(regressor, readings, best, axes),
         evidence=Evidence(delta_chi2=gain, p=chance(selected, best, without)),
-        share_of_mismatch=float(np.clip(gain / missing, 0.0, 1.0)),
+        share_of_mismatch=_share(selected, without),
         probability=float(probability * share[0]),
         alternatives=alternatives,
         depends_on=list(regressor.follows),
         table=_table(selected, regressor),
     )
+
+
+def _share(selected: Selected, without: Explanation) -> float:
+    """How much of the power that the set takes off the mismatch comes back without one of it.
+
+    Of the mismatch as it is read: under noise with a memory a constant counts for next to nothing.
+    """
+    rows = selected.noise.rows
+    before, after, left = (
+        float(np.mean(np.square(one.residual[rows])))
+        for one in (selected.empty, selected.best, without)
+    )
+    return float(np.clip((left - after) / max(before - after, 1e-300), 0.0, 1.0))
 
 
 def _table(selected: Selected, regressor: Regressor) -> Table | None:

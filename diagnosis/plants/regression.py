@@ -134,6 +134,9 @@ class RegressionPlant(Protocol):
     """Standard deviation of the rounding of a reading, in `unit`."""
     averages: bool
     """Whether noise of neighbouring readings is alike: a sensor that averages over time."""
+    left_by_known: Sequence[tuple[float, FloatArray]]
+    """Of each effect that the robot file has from an earlier diagnosis the share of its power that
+    it may leave, and what it does (n,)."""
     drawn_on: FloatArray
     """(n,) what drawings add to `observed` and to every prediction of it."""
 

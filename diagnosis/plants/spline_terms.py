@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.interpolate import BSpline
 
@@ -69,6 +71,7 @@ class KeepsBeside:
 
     beside: FloatArray
     groups: IntArray
+    left_by_known: Sequence[tuple[float, FloatArray]] = ()
 
     @property
     def stays(self) -> IntArray:

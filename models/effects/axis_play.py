@@ -14,7 +14,7 @@ import numpy as np
 
 from models.effects.effort_flow import BoolArray
 from models.effects.flow import Flow
-from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
+from models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
 from models.effects.recursion import clipped
 from models.robot import FloatArray
@@ -94,6 +94,8 @@ def _kind(name: str, operate: Callable[[Flow, int, Values, Memory], None], text:
         says=lambda component, v: text.format(1e3 * v["width"]),
         order=3,
         smooth=False,
+        # a tooth or a bearing is not as square as its operator (as `gear_backlash` of a delta)
+        discrepancy=Discrepancy(0.001, 0.012),
     )
 
 

@@ -42,8 +42,11 @@ LINEAR_UNIT = {
 FINEST = 1e-6
 """Shortest period [rad, m]: of a scale's grating, or of a motor's turns behind a high reduction."""
 
+_WAVE = replace(transmission_error.EFFECT, order=4)
+"""Behind the play: by where the axis is, as readings of it show a wave."""
+
 _COMMAND = (
-    following_lag.EFFECT, lost_steps.EFFECT, gear_ratio.EFFECT, transmission_error.EFFECT,
+    following_lag.EFFECT, lost_steps.EFFECT, gear_ratio.EFFECT, _WAVE,
     axis_play.BACKLASH, axis_play.FRICTION, viscous_friction.EFFECT, joint_compliance.EFFECT,
     home_offset.EFFECT, axis_resonance.EFFECT, encoder_error.EFFECT, axis_latency.EFFECT,
 )  # fmt: skip

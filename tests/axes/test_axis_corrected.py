@@ -5,10 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 from diagnosis.answer.corrected_robot import save_corrected
 from diagnosis.pipelines.lone_machine import diagnose_axis
+from diagnosis.report.sentences.summary import plain_lines
+from diagnosis.report.sentences.telling import told
 from models.robot import DeltaRobot, RobotModel, load_robot_model
 from recording.tables.flat import FlatRecording
 
@@ -34,10 +37,12 @@ def corrected(text: str, recording: FlatRecording, folder: Path) -> tuple[RobotM
     [
         (FOLLOWS, "FollowingRig", {"wave": 0.004, "period": 0.2}),
         (FOLLOWS, "FollowingRig", {"lag_s": 0.08}),
+        (FOLLOWS, "FollowingRig", {"play": 0.03}),
+        (FOLLOWS, "FollowingRig", {"play": 0.01, "wave": 0.004, "period": 0.2}),
         (FORCED, "ForcedRig", {"viscous": 6.0}),
         (RANGES, "RangingRig", {"offset": 0.02}),
     ],
-    ids=["periodic", "lag", "friction", "ranging"],
+    ids=["periodic", "lag", "play", "play and wave", "friction", "ranging"],
 )
 def test_with_the_saved_robot_the_mismatch_is_gone(
     rigs: ModuleType, tmp_path: Path, text: str, rig: str, wrong: dict[str, float]
@@ -48,3 +53,41 @@ def test_with_the_saved_robot_the_mismatch_is_gone(
     assert again.findings == []
     assert again.fit.rms_before_m < 0.25 * before
     assert again.fit.rms_after_m < 1.1 * again.fit.noise_floor_m
+
+
+def test_play_is_known_from_whichever_flank_a_recording_begins(
+    rigs: ModuleType, tmp_path: Path
+) -> None:
+    """Of a slow motion, the first reversal comes late: half the play would stand until there."""
+    robot, before = corrected(FOLLOWS, rigs.FollowingRig(play=0.03).record(1), tmp_path)
+    again = rigs.FollowingRig(play=0.03).record(2)
+    early = again.t_s < 1.5
+    short = FlatRecording(again.t_s[early], {n: v[early] for n, v in again.columns.items()})
+    for begins in (again, short):
+        answer = diagnose_axis(robot, [begins])
+        assert answer.findings == []
+        assert answer.fit.rms_before_m < 0.1 * before
+
+
+def test_play_that_has_grown_is_found_beyond_what_the_file_knows(
+    rigs: ModuleType, tmp_path: Path
+) -> None:
+    robot, _ = corrected(FOLLOWS, rigs.FollowingRig(play=0.02).record(1), tmp_path)
+    (found,) = diagnose_axis(robot, [rigs.FollowingRig(play=0.03).record(2)]).findings
+    assert {found.effect, *(one.effect for one in found.alternatives)} >= {"gear_backlash"}
+    assert found.parameters["width"].components[0][0] == pytest.approx(0.01, rel=0.2)
+
+
+def test_what_a_measured_effect_may_leave_is_no_second_effect(
+    rigs: ModuleType, tmp_path: Path
+) -> None:
+    """Teeth that wear unevenly: the play is one width in the file, and another at each place."""
+    rig = rigs.FollowingRig(play=0.03, noise=1e-5)
+    uneven = rig.record(1)
+    at, seen = uneven.columns["command"], uneven.columns["position"]
+    seen += 0.06 * (seen - at) * np.sin(at / 0.07)
+    robot, before = corrected(FOLLOWS, uneven, tmp_path)
+    again = diagnose_axis(robot, [uneven])
+    assert again.verdict == "nothing_missing"
+    assert "earlier diagnoses may leave" in "\n".join(plain_lines(told(again)))
+    assert again.fit.rms_before_m < 0.1 * before

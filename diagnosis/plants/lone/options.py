@@ -132,6 +132,8 @@ class CommandedAxisOptions:
     """and at most this share of the travel."""
     side_starts: tuple[float, ...] = (-0.7, 0.0, 0.7)
     """Where in its play an axis begins: towards either side, and its middle."""
+    known_starts: int = 21
+    """Places in a play of the robot file that are tried: a twentieth of it is below any finding."""
     wave_starts: int = 3
     """Highest peaks of the residual's spectrum over the travel that are fitted,"""
     rows_scanned: int = 800

@@ -24,6 +24,7 @@ from diagnosis.observations.readings import (
     gather,
     step_of,
 )
+from diagnosis.plants.lone.known_effects import Foretold, begun, may_leave
 from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.plants.lone.travel import arrivals, count_places, direction_of, turns
 from diagnosis.plants.lone.waves import resolved_waves
@@ -70,18 +71,31 @@ class RecordedAxis:
             for p in self.parts
         ]
         self.pull = self._pull(recordings)
-        self.nominal = np.concatenate(
-            [
-                self.chain.simulate(c, (), self.pull[p, None])
-                for c, p in zip(self._commands, self.parts, strict=True)
-            ]
-        )
+        self._foretell()
         self.resolution = step_of(self.readings.values[:, 0])
         """Smallest step of the reading: no play below it can be told from rounding."""
         self.rounding = self.resolution / float(np.sqrt(12.0))
         self.rows = self._rows()
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = self._moving()
+
+    def _foretell(self) -> None:
+        """By the robot file (n,), and what its effects may leave; each recording for itself."""
+        constant = self.robot.zero != "absolute"
+        nominal, left = [], []
+        for commands, part in zip(self._commands, self.parts, strict=True):
+            foretold = self._by_effects(commands, self.pull[part, None])
+            known = begun(self.chain.believed, foretold, self.readings.values[part, 0], constant)
+            nominal.append(foretold(known))
+            left.append(may_leave(known, foretold, constant))
+        self.nominal = np.concatenate(nominal)
+        self.left_by_known: Sequence[tuple[float, FloatArray]] = [
+            (parts[0][0], np.concatenate([alone for _, alone in parts]))
+            for parts in zip(*left, strict=True)
+        ]
+
+    def _by_effects(self, commands: Commands, pull: FloatArray) -> Foretold:
+        return lambda known: self.chain.believing(known).simulate(commands, (), pull)
 
     def _chain(self) -> AxisChain:
         robot = self.robot

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from rich.markup import escape
 
+from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Alternative, Diagnosis, Finding, Thinned, Where
 from diagnosis.answer.verdict import claimed, fits_worse, rather_unknown, seen
 from diagnosis.report.sentences import sureness, words
@@ -29,6 +30,11 @@ LOOSE = (
 )
 WHY = "Why"
 """Title above the reasons: what comes before is what to do."""
+NOT_TOLD = (
+    "What is left is more than noise, and too faint to say what it is: record longer, or a motion "
+    "that shows more."
+)
+"""Where no test sees anything, and the size of what is left is no noise's."""
 MOST_NAMED = 4
 """Things of one kind that a sentence names; the rest are counted."""
 PART_OF_UNKNOWN = "probably only a part of what is unknown, though it looks like this: "
@@ -100,6 +106,8 @@ def headline(diagnosis: Diagnosis) -> str:
         )
     nothing = diagnosis.probability_nothing_missing
     if nothing is not None and not seen(diagnosis.false_alarm_p):
+        if nothing >= VERDICT.even:
+            return NOT_TOLD
         likely = sureness.percent(1.0 - nothing)
         return (
             f"Something may be missing from the model (probability {likely}), too faint to say "

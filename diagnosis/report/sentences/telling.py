@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from diagnosis.answer.options import VERDICT
-from diagnosis.answer.records import Diagnosis, Finding
+from diagnosis.answer.records import Diagnosis, Finding, Fit
 from diagnosis.answer.verdict import goes_on, seen
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.fit_words import MORE_PLACES, persists, said_of_rest
@@ -116,7 +116,7 @@ def _like_noise(answer: Diagnosis) -> str:
     within, left = answer.fit.scatter_within_m, answer.fit.rms_after_m
     nameless = any(one.effect == "unknown" for one in answer.findings)
     head = BESIDE if nameless else LEFT
-    if within is None or not said_of_rest(answer.fit):
+    if within is None or not said_of_rest(answer.fit) or _by_known(answer.fit):
         return _that_goes_on(answer, head) if goes_on(answer.fit) else f"{head} {IS_NOISE}"
     at_rest, left_m = (quantity(size, answer.fit.unit, digits=2) for size in (within, left))
     more = "" if answer.verdict == "nothing_missing" else ": it is more than the noise of reading"
@@ -127,10 +127,15 @@ def _like_noise(answer: Diagnosis) -> str:
     )
 
 
+def _by_known(fit: Fit) -> bool:
+    """Whether the effects of the file may leave most of what is left, and it goes on as theirs."""
+    return goes_on(fit) and fit.left_by_known_m > VERDICT.most_of_rest * fit.rms_after_m
+
+
 def _that_goes_on(answer: Diagnosis, head: str) -> str:
     """What no test sees, though it is much the same from one reading to the next."""
     fit = answer.fit
-    if fit.left_by_known_m > VERDICT.most_of_rest * fit.rms_after_m:
+    if _by_known(fit):
         left, may = (
             quantity(size, fit.unit, digits=2) for size in (fit.rms_after_m, fit.left_by_known_m)
         )
