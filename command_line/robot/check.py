@@ -61,8 +61,7 @@ def limit_rows(limit: Limit | str) -> list[tuple[str, str]]:
     said = ", ".join(
         f"{millimetres(size_m)} from {why}" for why, size_m in parts.items() if size_m > 0.0
     )
-    evenly = "while the rotors turn evenly from step to step"
-    return [("limit of tracking", f"{millimetres(limit.rms_m)} RMS, {evenly}: {said}")]
+    return [("limit of tracking", f"{millimetres(limit.rms_m)} RMS at best: {said}")]
 
 
 def _single_steps(moved_m: FloatArray, limit: Limit | str) -> list[tuple[str, str]]:
@@ -73,9 +72,9 @@ def _single_steps(moved_m: FloatArray, limit: Limit | str) -> list[tuple[str, st
         f"{millimetres(size_m)} in {axis}" for axis, size_m in zip(AXES, moved_m, strict=True)
     )
     said = (
-        f"of all three arms moves the platform by up to {each}. The table after a run compares"
-        " whole steps with the target: its largest errors are about so far above the limit even"
-        " where nothing is wrong"
+        f"of all three arms moves the platform by up to {each}. Between two steps a rotor turns"
+        " on evenly, which the limit counts on; the table after a run does not, so there the"
+        " largest error is about one microstep, even where nothing is wrong"
     )
     return [("one microstep", said)]
 

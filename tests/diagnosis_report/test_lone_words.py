@@ -21,6 +21,7 @@ from diagnosis.report.sentences.fit_words import fit_lines
 from diagnosis.report.sentences.lone_sentences import spoken
 from diagnosis.report.sentences.remedies import remedies
 from diagnosis.report.sentences.summary import finding_lines, plain_lines
+from diagnosis.report.sentences.sureness import in_chi_square
 from diagnosis.report.sentences.telling import told as told_of
 from models.effects.lone_axis import command_effects, said
 from models.robot import EffectEntry
@@ -181,9 +182,11 @@ def test_a_direction_beside_friction_is_a_gap_that_changes_along_the_travel(
 
 def test_how_to_read_a_chi_square_is_said_once_and_where_it_shows_as_one_speaks(make: Any) -> None:
     answer = make("partly_explained", findings=[friction(), following("direction")])
+    told = [in_chi_square(one, number == 0) for number, one in enumerate(answer.findings)]
+    assert all("in chi-square" in one for one in told)
+    assert sum("where noise alone makes up to about 10" in one for one in told) == 1
     text = "\n".join(plain_lines(answer))
-    assert text.count("in chi-square") >= 2
-    assert text.count("where noise alone makes up to about 10") == 1
+    assert "for statisticians" not in text
     assert text.count("It shows in the position") == 2
 
 

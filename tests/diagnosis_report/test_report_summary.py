@@ -14,6 +14,7 @@ from diagnosis.answer.records import (
     Evidence,
     Fit,
     NotTestable,
+    OpenTie,
     ParameterResult,
     SmallestDetectable,
     Unexplained,
@@ -22,6 +23,8 @@ from diagnosis.answer.records import (
 from diagnosis.report.sentences.sizes import number, quantity, sizes
 from diagnosis.report.sentences.summary import (
     ENDED_EARLY,
+    NOT_TOLD,
+    SO_LITTLE,
     headline,
     plain_lines,
     summary_lines,
@@ -315,3 +318,50 @@ def test_a_rival_of_a_finding_is_not_out_of_sight(make: Any, parts: Any) -> None
     )
     assert "could not show" in alone
     assert "could not show" not in tied
+
+
+def limit(component: str, value: float) -> SmallestDetectable:
+    return SmallestDetectable(
+        effect="home_offset", component=component, parameter="angle", value=value, unit="rad"
+    )
+
+
+def test_a_limit_is_said_once_for_all_joints_and_not_above_what_was_found(
+    make: Any, parts: Any
+) -> None:
+    every = [limit("motor1", 0.001), limit("motor2", 0.002), limit("motor3", 0.001)]
+    text = "\n".join(plain_lines(make("explained", smallest_detectable=every)))
+    assert "motors 1, 2 and 3 (at most 0.11 degrees)" in text
+    home = parts["backlash"](
+        effect="home_offset", component="motor2",
+        parameters={"angle": ParameterResult(value=-0.0005, ci95=[-0.0006, -0.0004], unit="rad")},
+    )  # fmt: skip
+    found = make("explained", smallest_detectable=every, findings=[home])
+    assert "Detection limits" not in "\n".join(plain_lines(found))
+
+
+def test_where_no_run_helps_no_motion_is_proposed(make: Any, parts: Any) -> None:
+    rival = Alternative(
+        effect="joint_friction", component="motor2", delta_chi2=3.0, probability=0.4
+    )
+    tied = parts["backlash"](alternatives=[rival], probability=0.6)
+    tie = OpenTie(one=["gear_backlash motor2"], other=["joint_friction motor2"], minutes=8.0)
+    open_ended = make("explained", findings=[tied], next_experiment=None, open_ties=[tie])
+    text = "\n".join(plain_lines(open_ended))
+    assert "No safe run" in text
+    assert "would distinguish play from friction" not in text
+    asked = make("explained", findings=[tied], next_experiment=None)
+    assert "would distinguish play from friction" in "\n".join(plain_lines(asked))
+
+
+def test_so_little_that_it_calls_for_nothing(make: Any) -> None:
+    rest = Unexplained(share_of_mismatch=0.004, p=1e-9, depends_on=["pos_z"])
+    assert SO_LITTLE in "\n".join(plain_lines(make("explained", unexplained=rest)))
+    rest = rest.model_copy(update={"share_of_mismatch": 0.04})
+    assert SO_LITTLE not in "\n".join(plain_lines(make("partly_explained", unexplained=rest)))
+
+
+def test_more_than_noise_that_nothing_names_is_not_called_improbable(make: Any) -> None:
+    faint = make("unexplained", findings=[], false_alarm_p=0.6, probability_nothing_missing=0.995)
+    assert headline(faint) == NOT_TOLD
+    assert "below 1 %" not in headline(faint)

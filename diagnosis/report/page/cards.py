@@ -13,6 +13,7 @@ from diagnosis.report.page.bars import interval_bar
 from diagnosis.report.sentences import sureness, words
 from diagnosis.report.sentences.sizes import Size, number, scale_of, sizes, told
 from diagnosis.report.sentences.summary import finding_title, share_line, where_line
+from diagnosis.report.sentences.sureness import in_chi_square
 from diagnosis.report.sentences.telling_apart import hint
 
 NOT_FROM_ZERO = frozenset(
@@ -32,7 +33,7 @@ def finding_cards(diagnosis: Diagnosis, span: tuple[float, float]) -> list[str]:
 def _card(number: int, finding: Finding, diagnosis: Diagnosis, span: tuple[float, float]) -> str:
     rows = [
         ("Size", _sizes(finding, diagnosis)),
-        ("How sure", _text(sureness.evidence(finding, explained=number == 1))),
+        ("How sure", _text(sureness.evidence(finding) + in_chi_square(finding, number == 1))),
         ("Share", _share(finding)),
         ("Where", _text(where_line(finding, span))),
         ("Depends on", _depends(finding)),

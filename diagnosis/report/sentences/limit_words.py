@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from diagnosis.answer.records import Diagnosis
+from diagnosis.answer.records import Diagnosis, SmallestDetectable
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.sizes import quantity
 
@@ -12,6 +12,8 @@ LIMITS = (
     "Detection limits (sizes at which 4 of 5 recordings show that something is missing; naming it "
     "may take more)"
 )
+NEAR_ONE = 0.5
+"""A limit of a scale may be given as 1.003 or as 0.003 from what the file says."""
 MOST_NAMED = 4
 """Effects that a sentence names; the rest are counted."""
 
@@ -36,17 +38,39 @@ def faintest_line(diagnosis: Diagnosis) -> str:
     """A few of the detection limits: those of the findings first."""
     wanted = [finding.effect for finding in diagnosis.findings]
     order = sorted(diagnosis.smallest_detectable, key=lambda one: one.effect not in wanted)
-    found: dict[str, str] = {}
+    alike: dict[tuple[str, str], list[SmallestDetectable]] = {}
     for one in order:
-        size = smallest_text(one.value, one.unit, one.parameter)
-        found.setdefault(one.effect, f"{words.effect(one.effect, one.component)} ({size})")
-    shown = list(found.values())[:MOST_NAMED]
-    return f"{LIMITS}: {words.listed(shown)}." if shown else ""
+        alike.setdefault((one.effect, one.parameter), []).append(one)
+    shown = [_largest(same) for same in alike.values() if not _found_below(same, diagnosis)]
+    return f"{LIMITS}: {words.listed(shown[:MOST_NAMED])}." if shown else ""
+
+
+def _largest(same: Sequence[SmallestDetectable]) -> str:
+    """One effect at all its components, with the largest of their limits."""
+    most = max(same, key=lambda one: abs(one.value - 1.0) if _near_one(one) else abs(one.value))
+    size = smallest_text(most.value, most.unit, most.parameter)
+    one = words.effect(most.effect, *(other.component for other in same))
+    return f"{one} ({'at most ' if len(same) > 1 else ''}{size})"
+
+
+def _near_one(one: SmallestDetectable) -> bool:
+    return one.parameter == "scale" and abs(one.value) >= NEAR_ONE
+
+
+def _found_below(same: Sequence[SmallestDetectable], diagnosis: Diagnosis) -> bool:
+    """Whether less of it was found already, by several joints that err together."""
+    sizes = {(one.effect, one.component, one.parameter): abs(one.value) for one in same}
+    return any(
+        abs(result.value) < sizes.get((finding.effect, finding.component, name), 0.0)
+        for finding in diagnosis.findings
+        for name, result in finding.parameters.items()
+        if isinstance(result.value, float)
+    )
 
 
 def smallest_text(value: float, unit: str, parameter: str) -> str:
     """A detection limit; for a scale the departure from 1, whichever of both is given."""
-    if parameter == "scale" and abs(value) < 0.5:
+    if parameter == "scale" and abs(value) < NEAR_ONE:
         value += 1.0
     size = quantity(value, unit, parameter).lstrip("+-")
     if parameter == "scale":

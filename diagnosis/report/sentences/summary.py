@@ -25,8 +25,9 @@ ENDED_EARLY = (
     "compared ({way})."
 )
 LOOSE = (
-    "Beside the findings, small errors of lengths and angles were allowed for everywhere, as large "
-    "as those of a machine built with care: together they explain what no single finding does."
+    "Beside the findings, small errors were allowed for in all lengths and angles that this "
+    "recording shows, as large as those of a machine built with care: together they explain what "
+    "no single finding does. They are in no corrected file, which therefore leaves a little more."
 )
 WHY = "Why"
 """Title above the reasons: what comes before is what to do."""
@@ -148,10 +149,9 @@ def _summary(
         yield "head", f"{number}. {title}"
         if robot is not None and _known(finding, robot):
             yield "", f"   {ways.on_top}"
-        yield from (
-            ("", f"   {line}") for line in finding_lines(finding, span_s(diagnosis), number == 1)
-        )
-        if diagnosis.next_experiment is None and tied(finding) and (tells := hint(finding)):
+        yield from (("", f"   {line}") for line in finding_lines(finding, span_s(diagnosis)))
+        open_to_a_run = diagnosis.next_experiment is not None or diagnosis.open_ties
+        if not open_to_a_run and tied(finding) and (tells := hint(finding)):
             yield "", f"   {tells}"
     yield from (("", line) for line in remarks(diagnosis, ways))
     yield "head", fit_title(diagnosis)
@@ -207,10 +207,8 @@ def thinned_line(thinned: Thinned) -> str:
     )
 
 
-def finding_lines(
-    finding: Finding, span: tuple[float, float] = (math.nan, math.nan), first: bool = True
-) -> list[str]:
-    """Size, how sure, where, and what else it could be; first: of the answer's findings."""
+def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> list[str]:
+    """Size, how sure, where, and what else it could be."""
     lines = [
         words.sentence(f"{size.name}: {size.text}")
         for name, result in told(finding.parameters).items()
@@ -218,7 +216,7 @@ def finding_lines(
     ]
     if (late_s := sureness.late_in_all_s(finding)) is not None:
         lines.insert(0, words.sentence(sureness.divided(quantity(late_s, "s", digits=3))))
-    lines.append(sureness.evidence(finding, explained=first))
+    lines.append(sureness.evidence(finding))
     if math.isfinite(finding.share_of_mismatch):
         lines.append(share_line(finding))
     if shows := where_line(finding, span):
@@ -229,6 +227,7 @@ def finding_lines(
     return lines
 
 
+SO_LITTLE = " So little of it calls for nothing."
 MINOR = 20.0
 """Per cent: what comes back of less sounds like a minor cause, which it need not be."""
 
@@ -243,10 +242,7 @@ def share_line(finding: Finding) -> str:
     if share >= 1.0:
         return words.sentence(f"{says}: the others, at wrong sizes, take up the rest of its part")
     if finding.evidence.p < sureness.SURE_P:
-        return words.sentence(
-            f"{says}: either its part is small, or the others, at wrong sizes, take up nearly all"
-            " of it; yet noise alone does not add so much"
-        )
+        return words.sentence(f"its part is small: {says}, which is still more than noise adds")
     return words.sentence(f"its part is small: {says}, with the others fitted again")
 
 
@@ -333,4 +329,6 @@ def unexplained_line(diagnosis: Diagnosis) -> str:
     head = f"Unexplained: {shown} of the mismatch." if told_share else ""
     follows = words.listed([words.followed(name) for name in rest.depends_on])
     more = words.sentence(f"it follows {follows}") if follows and not says else ""
+    if told_share and share < 1.0 and any(map(claimed, diagnosis.findings)):
+        more += SO_LITTLE
     return " ".join(text for text in (head, says, more) if text)

@@ -78,22 +78,28 @@ def negligible(probability: float | None) -> bool:
     return probability is not None and probability < 1.0 - CERTAIN
 
 
-def evidence(finding: Finding, explained: bool = True) -> str:
-    """How sure a finding is, in words and figures; explained: with how to read a chi-square."""
-    p, gain = finding.evidence.p, finding.evidence.delta_chi2
+def evidence(finding: Finding) -> str:
+    """How sure a finding is, in words and figures."""
+    p = finding.evidence.p
     said = FEW if p >= LIKELY_P and settled(finding) else word(p)
     if math.isfinite(p):
         said += f": {by_noise(p)}"
-    if math.isfinite(gain):
-        how = OF_NOISE if explained else ""
-        much = f"{gain:,.0f}".replace(",", "\u00a0")
-        said += f" (for statisticians: without it the fit is worse by {much} in {CHI_SQUARE}{how})"
     if _is_open(finding):
         said += ". There is an effect of this kind; which of the causes below it is remains open"
     if finding.probability is not None:
         cause = "no known effect" if finding.effect == "unknown" else "this"
         said += f". Probability that {cause} is the cause: {percent(finding.probability)}"
     return f"{said}."
+
+
+def in_chi_square(finding: Finding, explained: bool) -> str:
+    """The evidence for statisticians; explained: with how to read a chi-square."""
+    gain = finding.evidence.delta_chi2
+    if not math.isfinite(gain):
+        return ""
+    much = f"{gain:,.0f}".replace(",", "\u00a0")
+    how = OF_NOISE if explained else ""
+    return f" For statisticians: without it the fit is worse by {much} in {CHI_SQUARE}{how}."
 
 
 def by_noise(p: float) -> str:

@@ -17,8 +17,8 @@ _AXES: dict[Pair, str] = {
         "or record the effort as well"
     ),
     frozenset({"transmission_error", "encoder_error"}): (
-        "read the angle by other means, such as a level or a mirror, at a few places: a gear's "
-        "error moves the axis, an encoder's does not"
+        "read the angle by other means at a few places (a second encoder, or a laser on a mirror "
+        "at the axis): a gear's error moves the axis, an encoder's does not"
     ),
     frozenset({"following_lag", "sensor_latency"}): (
         "move the axis by hand against a switch that is recorded by the same clock: late "
@@ -82,8 +82,8 @@ BY_HAND: tuple[tuple[Pair, str], ...] = (
     (
         frozenset({"gear_backlash", "joint_friction"}),
         "record the motor current (friction draws more of it, play does not), or hang 0.5 kg on "
-        "the platform and repeat the run: a load that keeps the teeth on one flank hides play, "
-        "friction stays",
+        "the platform and repeat the run: a load that always pulls one way hides play, friction "
+        "stays",
     ),
     (
         frozenset({"following_lag", "sensor_latency"}),
