@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from diagnosis.answer.records import Alternative, Evidence, Finding, Where
+from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
+from diagnosis.report.sentences.remedies import remedies
 from diagnosis.report.sentences.summary import alternatives_line, headline, share_line
 from diagnosis.report.sentences.sureness import evidence
 
@@ -62,3 +63,23 @@ def test_a_small_part_beside_a_sure_finding_is_no_contradiction(p: float, said: 
     line = share_line(_finding(p, 0.97).model_copy(update={"share_of_mismatch": 0.004}))
     assert "its part is small" in line.lower()
     assert ("still more than noise adds" in line) == said
+
+
+def test_an_alternative_that_is_more_probable_is_named_as_such(make: Any) -> None:
+    """The simpler name is kept while they are nearly even, and must not sound like the answer."""
+    play = Alternative(effect="gear_backlash", component="motor2", delta_chi2=3.0, probability=0.65)
+    arm = play.model_copy(update={"effect": "forearm_length", "component": "arm2"})
+    home = _finding(1e-9, 0.33).model_copy(
+        update={
+            "effect": "home_offset", "component": "motor2",
+            "parameters": {"angle": ParameterResult(value=0.02, ci95=[0.01, 0.03], unit="rad")},
+            "alternatives": [play, arm.model_copy(update={"probability": 0.02})],
+        }
+    )  # fmt: skip
+    answer = make("explained", findings=[home])
+    more = "or, more probably, free play in the gear or coupling of motor 2"
+    assert more in headline(answer)
+    (line,) = [one for one in remedies(answer) if "home stop" in one]
+    assert "which looks the same here and is more probable (65 %)" in line
+    likely = home.model_copy(update={"probability": 0.7})
+    assert "more probably" not in headline(make("explained", findings=[likely]))

@@ -11,7 +11,7 @@ from diagnosis.answer.verdict import NAMELESS, claimed, fits_worse
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.advice import advice, machine_of
 from diagnosis.report.sentences.sizes import LEAST_S, number, quantity, scale_of, significant
-from diagnosis.report.sentences.sureness import late_in_all_s, percent, settled
+from diagnosis.report.sentences.sureness import late_in_all_s, likelier, percent, settled
 from diagnosis.report.sentences.telling_apart import LONE, beside_friction
 from diagnosis.report.sentences.ways import TERMINAL, Ways
 from models.effects import VOCABULARY
@@ -163,7 +163,13 @@ def remedy(
     sure_of = finding.probability
     only = "" if sure_of is None else f"this is only {percent(sure_of)} sure, so "
     unsure = f"; but {only}first rule out {others[0]}, which looks the same here" if others else ""
-    if len(others) > 1:
+    if (rival := likelier(finding)) is not None:
+        name = words.rival(finding.effect, rival.effect, rival.component)
+        unsure = (
+            f"; but {only}first rule out {name}, which looks the same here and is more probable"
+            f" ({percent(rival.probability or 0.0)})"
+        )
+    elif len(others) > 1:
         unsure = f"; but {only}first rule out {len(others)} others that look the same here (below)"
     if nameless and not others:
         unsure = f"; but {only}it may as well be a part of something that no list has"

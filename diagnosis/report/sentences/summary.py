@@ -123,6 +123,11 @@ def _either(finding: Finding) -> str:
     others = [words.rival(finding.effect, o.effect, o.component) for o in finding.alternatives]
     if not others or sureness.settled(finding):
         return name
+    if (rival := sureness.likelier(finding)) is not None:
+        likelier = words.rival(finding.effect, rival.effect, rival.component)
+        more = len(others) - 1
+        beside = f" (or {words.count(more, 'other')} that look the same)" if more > 1 else ""
+        return f"{name} or, more probably, {likelier}{beside}"
     if len(others) == 1:
         return f"{name} (or {others[0]})"
     return f"{name} (or one of {len(others)} others that look the same)"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from diagnosis.answer.records import Diagnosis, Finding, PriorSensitivity
-from diagnosis.answer.verdict import rather_unknown
+from diagnosis.answer.records import Alternative, Diagnosis, Finding, PriorSensitivity
+from diagnosis.answer.verdict import NAMELESS, rather_unknown
 from diagnosis.report.sentences import words
 
 BEYOND_DOUBT_P = 1e-6
@@ -111,6 +111,16 @@ def _is_open(finding: Finding) -> bool:
     """Whether something acts, and the finding is not settled against its alternatives."""
     several = bool(finding.alternatives) and not rather_unknown(finding)
     return several and finding.evidence.p < LIKELY_P and not settled(finding)
+
+
+def likelier(finding: Finding) -> Alternative | None:
+    """The likeliest named alternative that is more probable than the finding, if any."""
+    own = finding.probability
+    named = [one for one in finding.alternatives if one.effect != NAMELESS]
+    most = max(named, key=lambda one: one.probability or 0.0, default=None)
+    if own is None or most is None or (most.probability or 0.0) <= own:
+        return None
+    return most
 
 
 def settled(finding: Finding) -> bool:
