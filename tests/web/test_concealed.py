@@ -122,10 +122,14 @@ def choose(browser: Browser, choice: str) -> None:
     browser.driver.find_element(By.XPATH, place).click()
 
 
+@pytest.mark.realtime
 def test_the_corrected_file_is_tried_on_the_page_and_brings_the_robot_nearer(
     simulated: WebPage, browser: Browser
 ) -> None:
-    """The correction is laid beside the run as a diagnosis leaves it there."""
+    """The correction is laid beside the run as a diagnosis leaves it there.
+
+    By itself: beside other tests pulses come late, and a robot that slipped is off in both runs.
+    """
     switch_off(simulated)
     browser.says("state", "off")
     choose(browser, "motor 2 stands off its home")
