@@ -115,7 +115,7 @@ def test_what_follows_a_diagnosis_is_a_click_away(
 ) -> None:
     """The answer is laid beside a recording as the page's own worker leaves it there."""
     its = simulated.recordings / "web" / "made" / "asked"
-    its.mkdir(parents=True)
+    its.mkdir(parents=True, exist_ok=True)
     lines = ["Play.", "Do this", "- Mend it.", "Why", *("1. Because." for _ in range(30)), "Next."]
     found = {"verdict": "explained", "lines": lines, "heads": lines[:2], "at_once": 3,
              "components": ["motor2"]}  # fmt: skip
@@ -127,6 +127,7 @@ def test_what_follows_a_diagnosis_is_a_click_away(
     send = {"behavior": "allow", "downloadPath": str(tmp_path)}
     browser.driver.execute_cdp_cmd("Browser.setDownloadBehavior", send)
     browser.tab("Recordings")
+    browser.wait(lambda: "asked" in listed(browser), "the recording is not listed")
     browser.says("answer", "explained")
     assert "- Mend it." in browser.driver.page_source
     browser.find("reasons").find_element(By.CSS_SELECTOR, ".q-item").click()
@@ -220,7 +221,7 @@ def test_on_a_phone_stop_and_state_are_in_sight(simulated: WebPage, chromium: Op
             phone.driver.execute_script("return arguments[0].getBoundingClientRect().y", stop) + 20,
         )  # fmt: skip
         assert height == "stop", f"something covers the stop button on {tab}"
-        assert "zhao-2023" in phone.text("small-name")
+        phone.says("small-name", "zhao-2023")
         wide = phone.driver.execute_script("return document.documentElement.scrollWidth")
         assert wide <= inner[0] + 1, f"{tab} is wider than the phone"
 
