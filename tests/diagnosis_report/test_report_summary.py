@@ -340,6 +340,23 @@ def test_a_limit_is_said_once_for_all_joints_and_not_above_what_was_found(
     assert "Detection limits" not in "\n".join(plain_lines(found))
 
 
+@pytest.mark.parametrize("smallest", [1.003, 0.003])
+@pytest.mark.parametrize(("found", "told"), [(0.98, True), (1.02, True), (1.001, False)])
+def test_a_limit_of_a_scale_is_held_against_what_was_found_of_it(
+    make: Any, parts: Any, smallest: float, found: float, told: bool
+) -> None:
+    least = SmallestDetectable(
+        effect="gear_ratio", component="motor2", parameter="scale", value=smallest, unit="1"
+    )
+    ratio = parts["backlash"](
+        effect="gear_ratio", component="motor2",
+        parameters={"scale": ParameterResult(value=found, ci95=[0.9, 1.1], unit="1")},
+    )  # fmt: skip
+    answer = make("explained", smallest_detectable=[least], findings=[ratio])
+    text = "\n".join(plain_lines(answer))
+    assert ("(0.30 % off what the robot file says)" in text) == told
+
+
 def test_where_no_run_helps_no_motion_is_proposed(make: Any, parts: Any) -> None:
     rival = Alternative(
         effect="joint_friction", component="motor2", delta_chi2=3.0, probability=0.4

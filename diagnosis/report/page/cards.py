@@ -11,7 +11,7 @@ from diagnosis.report.drawing.machine import badge
 from diagnosis.report.drawing.scene import hue
 from diagnosis.report.page.bars import interval_bar
 from diagnosis.report.sentences import sureness, words
-from diagnosis.report.sentences.sizes import Size, number, scale_of, sizes, told
+from diagnosis.report.sentences.sizes import Size, departure, number, scale_of, sizes, told
 from diagnosis.report.sentences.summary import finding_title, share_line, where_line
 from diagnosis.report.sentences.sureness import in_chi_square
 from diagnosis.report.sentences.telling_apart import hint
@@ -73,10 +73,8 @@ def _smallest(
             finding.effect, finding.component, name,
         )  # fmt: skip
         if same and isinstance(result.value, float):
-            scale = scale_of(one.unit, name, result.value)
-            # A smallest scale may be given as 1.003 or as 0.003 from what the file says.
-            value = one.value - scale.zero if one.value > 0.5 * scale.zero else one.value
-            return abs(value * scale.factor)
+            factor = scale_of(one.unit, name, result.value).factor
+            return departure(one.value, one.unit, name) * factor
     return math.nan
 
 

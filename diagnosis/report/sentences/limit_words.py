@@ -6,14 +6,12 @@ from collections.abc import Sequence
 
 from diagnosis.answer.records import Diagnosis, SmallestDetectable
 from diagnosis.report.sentences import words
-from diagnosis.report.sentences.sizes import quantity
+from diagnosis.report.sentences.sizes import departure, quantity, scale_of
 
 LIMITS = (
     "Detection limits (sizes at which 4 of 5 recordings show that something is missing; naming it "
     "may take more)"
 )
-NEAR_ONE = 0.5
-"""A limit of a scale may be given as 1.003 or as 0.003 from what the file says."""
 MOST_NAMED = 4
 """Effects that a sentence names; the rest are counted."""
 
@@ -47,21 +45,22 @@ def faintest_line(diagnosis: Diagnosis) -> str:
 
 def _largest(same: Sequence[SmallestDetectable]) -> str:
     """One effect at all its components, with the largest of their limits."""
-    most = max(same, key=lambda one: abs(one.value - 1.0) if _near_one(one) else abs(one.value))
+    most = max(same, key=_above_nothing)
     size = smallest_text(most.value, most.unit, most.parameter)
     one = words.effect(most.effect, *(other.component for other in same))
     return f"{one} ({'at most ' if len(same) > 1 else ''}{size})"
 
 
-def _near_one(one: SmallestDetectable) -> bool:
-    return one.parameter == "scale" and abs(one.value) >= NEAR_ONE
+def _above_nothing(one: SmallestDetectable) -> float:
+    return departure(one.value, one.unit, one.parameter)
 
 
 def _found_below(same: Sequence[SmallestDetectable], diagnosis: Diagnosis) -> bool:
     """Whether less of it was found already, by several joints that err together."""
-    sizes = {(one.effect, one.component, one.parameter): abs(one.value) for one in same}
+    limits = {(one.effect, one.component, one.parameter): _above_nothing(one) for one in same}
     return any(
-        abs(result.value) < sizes.get((finding.effect, finding.component, name), 0.0)
+        departure(result.value, result.unit, name)
+        < limits.get((finding.effect, finding.component, name), 0.0)
         for finding in diagnosis.findings
         for name, result in finding.parameters.items()
         if isinstance(result.value, float)
@@ -70,9 +69,8 @@ def _found_below(same: Sequence[SmallestDetectable], diagnosis: Diagnosis) -> bo
 
 def smallest_text(value: float, unit: str, parameter: str) -> str:
     """A detection limit; for a scale the departure from 1, whichever of both is given."""
-    if parameter == "scale" and abs(value) < NEAR_ONE:
-        value += 1.0
-    size = quantity(value, unit, parameter).lstrip("+-")
+    zero = scale_of(unit, parameter).zero
+    size = quantity(zero + departure(value, unit, parameter), unit, parameter).lstrip("+-")
     if parameter == "scale":
         return f"{size} off what the robot file says"
     return f"softer than {size}" if parameter == "stiffness" else size

@@ -124,6 +124,12 @@ def scale_of(unit: str, parameter: str = "", value: float = math.nan) -> Scale:
     return Scale(plain.factor, plain.unit, signed=parameter in _SIGNED)
 
 
+def departure(value: float, unit: str, parameter: str) -> float:
+    """How far a size is from nothing; the limit of a scale may be given as 1.003 or as 0.003."""
+    zero = scale_of(unit, parameter).zero
+    return abs(value - zero if value > 0.5 * zero else value)
+
+
 def shown_name(effect: str, parameter: str) -> str:
     """A parameter's name for people."""
     if (effect, parameter) in _MOMENTS:
