@@ -50,6 +50,15 @@ def with_floor(fit: Fit, rest: Rest) -> Fit:
     return fit.model_copy(update={"noise_floor_m": min(fit.noise_floor_m, most)})
 
 
+def allowing(fit: Fit, may_m: float) -> Fit:
+    """The same where no test sees more: what effects of the robot file may leave is noise too.
+
+    may_m: how large that is, root mean square, in the unit of the fit.
+    """
+    least = max(fit.noise_floor_m, min(fit.rms_after_m, math.hypot(fit.noise_floor_m, may_m)))
+    return fit.model_copy(update={"noise_floor_m": least, "left_by_known_m": may_m})
+
+
 def sharing(findings: Sequence[Finding], most: float) -> list[Finding]:
     """Findings whose shares add up to no more than `most`: what two explain alike counts once."""
     total = sum(finding.share_of_mismatch for finding in findings)

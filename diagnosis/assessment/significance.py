@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-import numpy as np
 from scipy.stats import f
 
 from diagnosis.assessment.options import ASSESSMENT
+from diagnosis.evidence.effective_size import TemperedNoise
 from diagnosis.evidence.laplace import Explanation
+from diagnosis.plants.regression import RegressionPlant
 from diagnosis.selection.named_first import Selected
 
 
-def charge(selected: Selected) -> float:
+def charge(plant: RegressionPlant, noise: TemperedNoise, known: Explanation) -> float:
     """Chi-square that effects of the robot file may leave of themselves (`Discrepancy`).
+
+    known: the explanation beyond which more is looked for, under this noise.
 
     Found in a recording, an effect and its discrepancy are weighed together. Once the file has it,
     the next diagnosis would take for a second effect what is the first.
     """
-    whiten, left = selected.noise.whiten, selected.empty.residual
-    now = float(np.sum(whiten(left) ** 2))
-    parts = [(share, whiten(left + alone)) for share, alone in selected.plant.left_by_known]
-    return sum(share * max(float(white @ white) - now, 0.0) for share, white in parts)
+    charged = 0.0
+    for share, alone in plant.left_by_known:
+        without = known.white + noise.whiten(alone)
+        charged += share * max(float(without @ without) - known.chi2, 0.0)
+    return charged
 
 
 def chance(

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from diagnosis.admission.plausibility import check_input
+from diagnosis.answer.assembly import allowing
 from diagnosis.answer.records import Diagnosis, Finding, Fit, Picture, PriorSensitivity
 from diagnosis.answer.verdict import seen
 from diagnosis.assessment.detection_limits import limits
@@ -93,17 +94,14 @@ class FittedTogether:
         ]
         found, fit, left = side_by_side(tasks)
         if not seen(left.p):
-            fit = self._with_left(fit, floor)
+            fit = allowing(fit, self._left_by_measured())
         return Figures(found, fit, left)
 
-    def _with_left(self, fit: Fit, floor: FloatArray) -> Fit:
-        """What no test sees, with what effects of the file may leave, is the floor."""
+    def _left_by_measured(self) -> float:
+        """How large what effects of the file may leave is, root mean square."""
         size = self.outcome.explained.search.tests.left_by_measured.size
         columns, _ = _columns(self.outcome.fitter.model)
-        allowed = rms(np.hypot(floor, size), self.prepared.valid, columns)
-        least = max(fit.noise_floor_m, min(fit.rms_after_m, allowed))
-        may = rms(size, self.prepared.valid, columns)
-        return fit.model_copy(update={"noise_floor_m": least, "left_by_known_m": may})
+        return rms(size, self.prepared.valid, columns)
 
     def chance(self, found: Sequence[Finding]) -> float:
         """See Settled."""

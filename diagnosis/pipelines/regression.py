@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from scipy.special import expit
 
+from diagnosis.answer.assembly import allowing
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Agreement, Diagnosis, Finding, Picture, PriorSensitivity
-from diagnosis.answer.verdict import ALARM
+from diagnosis.answer.verdict import ALARM, seen
 from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.assessment.prior_sensitivity import as_found, prior_sensitivity
 from diagnosis.assessment.regression_holdout import Blocks, beyond_noise, on_blocks
@@ -22,9 +23,9 @@ from diagnosis.pipelines.agreement import agreement, widened
 from diagnosis.pipelines.regression_figures import (
     detection_limits,
     fit_of,
+    left_by_known,
     picture_of,
     rest_of,
-    with_left,
 )
 from diagnosis.pipelines.regression_findings import findings, sizes
 from diagnosis.pipelines.way import Figures, Limits, answered
@@ -44,8 +45,10 @@ def diagnose_plant(
     others: plants of held-out recordings; without any, blocks of time are left out in turn.
     singles: each of several recordings by itself, to say whether they agree.
     """
-    searched = _charged(select(plant, progress))
-    first_p = _first_p(searched)
+    searched = select(plant, progress)
+    charged = charge(plant, searched.noise, searched.empty)
+    searched = _charged(searched, charged)
+    first_p = _first_p(searched, charged)
     progress("what else it could be")
     selected, blocks = _widened(searched)
     if not _claimed(searched, first_p, blocks):
@@ -74,9 +77,9 @@ class SummedColumns:
         rest = rest_of(self.selected)
         found = findings(self.selected, self.plant.readings, [self.plant.channel])
         fit = fit_of(self.selected, self.others, rest, self.blocks)
-        excused = bool(self.searched.best.keys and not self.selected.best.keys)
-        if self.plant.left_by_known:
-            fit = with_left(fit, rest, self.selected, excused)
+        if self.plant.left_by_known and not seen(rest.p):
+            excused = bool(self.searched.best.keys and not self.selected.best.keys)
+            fit = allowing(fit, left_by_known(self.selected, fit, excused))
         return Figures(widened(found, self.compared), fit, rest)
 
     def chance(self, found: Sequence[Finding]) -> float:
@@ -142,19 +145,18 @@ def _claimed(selected: Selected, first_p: float, blocks: Blocks) -> bool:
     return first_p <= ALARM or (selected.nothing <= ALARM and (likely or foretold))
 
 
-def _first_p(selected: Selected) -> float:
+def _first_p(selected: Selected, charged: float) -> float:
     """Calibrated p of 'nothing is missing', before any finding."""
     best, empty = selected.best, selected.empty
-    charged = charge(selected)
     if best.keys:
         return chance(selected, best, empty, charged)
     tried = [e for e in selected.evidence.evaluated if len(e.keys) == 1]
     return min([chance(selected, one, empty, charged) for one in tried], default=1.0)
 
 
-def _charged(selected: Selected) -> Selected:
+def _charged(selected: Selected, charged: float) -> Selected:
     """The same, with what the file's effects may leave taken off the evidence of anything more."""
-    best, empty, charged = selected.best, selected.empty, charge(selected)
+    best, empty = selected.best, selected.empty
     if not best.keys or charged <= 0.0:
         return selected
     against = best.log_evidence - empty.log_evidence - 0.5 * charged

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -33,8 +32,7 @@ def rest_of(selected: Selected) -> Rest:
     if not unknown:
         return Rest(1.0)
     asked = [(r, free(best.keys | {r.key}, [known])) for r in unknown]
-    # Under the noise of this search, as it is not told from the other where nothing is found.
-    charged = charge(replace(selected, evidence=free, empty=known))
+    charged = charge(selected.plant, free.noise, known)
     pairs = [(chance(selected, more, known, charged), r, more) for r, more in asked]
     p, regressor, more = min(pairs, key=lambda item: item[0])
     share = max(known.chi2 - more.chi2, 0.0) / max(known.chi2, 1e-12)
@@ -45,13 +43,13 @@ def fit_of(
     selected: Selected, others: Sequence[RegressionPlant], rest: Rest, blocks: Blocks
 ) -> Fit:
     """Figures of the fit; what neither a test nor its size tells from noise is the noise floor."""
-    rows, after_m = selected.noise.rows, _rms(selected.best, selected.noise.rows)
+    rows, after_m = selected.noise.rows, rms_left(selected.best, selected.noise.rows)
     free_m = float(np.sqrt(np.mean(selected.left_over.noise.sigma**2)))
     before, after = blocks.before, blocks.after
     if others:
         before, after = on_other_runs(selected, others)
     return Fit(
-        rms_before_m=_rms(selected.empty, rows),
+        rms_before_m=rms_left(selected.empty, rows),
         rms_after_m=after_m,
         noise_floor_m=min(free_m, after_m) if seen(rest.p) else after_m / _above_noise(selected),
         holdout_rms_before_m=before,
@@ -62,21 +60,16 @@ def fit_of(
     )
 
 
-def with_left(fit: Fit, rest: Rest, selected: Selected, excused: bool) -> Fit:
-    """What no test sees, with what effects of the file may leave, is the floor.
+def left_by_known(selected: Selected, fit: Fit, excused: bool) -> float:
+    """How large what effects of the file may leave is, root mean square.
 
     excused: an explanation was found, and gained no more than those effects may leave: what is left
     is theirs then.
     """
     rows = selected.noise.rows
     parts = [share * np.mean(alone[rows] ** 2) for share, alone in selected.plant.left_by_known]
-    may = math.sqrt(sum(map(float, parts)))
-    if seen(rest.p):
-        return fit
-    if excused:
-        may = max(may, math.sqrt(max(fit.rms_after_m**2 - fit.noise_floor_m**2, 0.0)))
-    least = max(fit.noise_floor_m, min(fit.rms_after_m, math.hypot(fit.noise_floor_m, may)))
-    return fit.model_copy(update={"noise_floor_m": least, "left_by_known_m": may})
+    above = fit.rms_after_m**2 - fit.noise_floor_m**2 if excused else 0.0
+    return math.sqrt(max(sum(map(float, parts)), above))
 
 
 def _within(selected: Selected) -> float | None:
@@ -113,7 +106,8 @@ def _above_noise(selected: Selected) -> float:
     return max(size / (1.0 + NORMAL_95 / math.sqrt(2.0 * noise.effective)), 1.0)
 
 
-def _rms(explanation: Explanation, rows: IntArray) -> float:
+def rms_left(explanation: Explanation, rows: IntArray) -> float:
+    """What an explanation leaves of the rows that count, root mean square."""
     return float(np.sqrt(np.mean(np.square(explanation.residual[rows]))))
 
 

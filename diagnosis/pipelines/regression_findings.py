@@ -15,6 +15,7 @@ from diagnosis.assessment.significance import chance
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import FloatArray, Readings
 from diagnosis.pipelines.options import REGRESSION, UNKNOWN
+from diagnosis.pipelines.regression_figures import rms_left
 from diagnosis.plants.options import SPLINE_TERMS
 from diagnosis.plants.regression import RegressionPlant, Regressor, Shown
 from diagnosis.selection.named_first import Selected
@@ -76,8 +77,7 @@ def _share(selected: Selected, without: Explanation) -> float:
     """
     rows = selected.noise.rows
     before, after, left = (
-        float(np.mean(np.square(one.residual[rows])))
-        for one in (selected.empty, selected.best, without)
+        rms_left(one, rows) ** 2 for one in (selected.empty, selected.best, without)
     )
     return float(np.clip((left - after) / max(before - after, 1e-300), 0.0, 1.0))
 

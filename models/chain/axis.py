@@ -53,13 +53,8 @@ class AxisChain:
         self.kinds = command_effects(motion)
         self.gravity, self.drive_stiffness = gravity, drive_stiffness
         self.rad_per_step = rad_per_step
-        self.motion: Motion = motion
-        self.believed = tuple(believed)
-        entries_of(self.believed, self.kinds)
-
-    def believing(self, known: Sequence[EffectEntry]) -> AxisChain:
-        """The same axis with other known effects. Raises ConfigError."""
-        return AxisChain(self.motion, self.gravity, self.drive_stiffness, self.rad_per_step, known)
+        self._believed = tuple(believed)
+        entries_of(self._believed, self.kinds)
 
     def pull(self, commands: Commands, load: FloatArray | None = None) -> FloatArray:
         """What pulls at the axis along its commanded motion, shape (n, 1)."""
@@ -81,7 +76,7 @@ class AxisChain:
         )
         if self.drive_stiffness is not None:
             flow.angles_rad += pull / self.drive_stiffness
-        active = [*entries_of(self.believed, self.kinds), *effects]
+        active = [*entries_of(self._believed, self.kinds), *effects]
         for port in PORTS:
             for effect in at(active, port):
                 effect.act(flow)

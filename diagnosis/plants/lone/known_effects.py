@@ -44,11 +44,15 @@ def begun(known: Known, foretold: Foretold, observed: FloatArray, constant: bool
     return known
 
 
-def may_leave(known: Known, foretold: Foretold, constant: bool) -> list[tuple[float, FloatArray]]:
+def may_leave(
+    known: Known, whole: FloatArray, foretold: Foretold, constant: bool
+) -> list[tuple[float, FloatArray]]:
     """Of each effect that was measured, what it does (n,), and which share of its power it may
     leave (`EffectKind.discrepancy`).
+
+    whole: readings (n,) by all of them.
     """
-    whole, found = foretold(known), []
+    found = []
     for number, entry in enumerate(known):
         if entry.found is not None:
             alone = whole - foretold([*known[:number], *known[number + 1 :]])

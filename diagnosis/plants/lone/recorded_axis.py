@@ -29,7 +29,7 @@ from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.plants.lone.travel import arrivals, count_places, direction_of, turns
 from diagnosis.plants.lone.waves import resolved_waves
 from foundation.errors import RecordingError
-from models.chain.axis import AxisChain, gravity_pull
+from models.chain.axis import AxisChain, entries_of, gravity_pull
 from models.chain.commands import Commands
 from models.effects.recursion import lagged
 from models.robot import ServoAxis, StepperAxis
@@ -50,7 +50,7 @@ class RecordedAxis:
         self.unit = "m" if isinstance(robot, ServoAxis) and robot.motion == "linear" else "rad"
         self._motor = robot.drive if isinstance(robot, StepperAxis) else None
         self.rad_per_step = self._motor.rad_per_step if self._motor else 0.0
-        self.chain = self._chain()
+        self._chain = self._bare_chain()
         recordings = [_thinned(without_gross(one, OBSERVED)) for one in recordings]
         order = OBSERVED[::-1] if servo else OBSERVED
         self.name = needed(recordings[0], order, "position" if servo else "theta_1")
@@ -85,9 +85,9 @@ class RecordedAxis:
         nominal, left = [], []
         for commands, part in zip(self._commands, self.parts, strict=True):
             foretold = self._by_effects(commands, self.pull[part, None])
-            known = begun(self.chain.believed, foretold, self.readings.values[part, 0], constant)
+            known = begun(self.robot.effects, foretold, self.readings.values[part, 0], constant)
             nominal.append(foretold(known))
-            left.append(may_leave(known, foretold, constant))
+            left.append(may_leave(known, nominal[-1], foretold, constant))
         self.nominal = np.concatenate(nominal)
         self.left_by_known: Sequence[tuple[float, FloatArray]] = [
             (parts[0][0], np.concatenate([alone for _, alone in parts]))
@@ -95,13 +95,15 @@ class RecordedAxis:
         ]
 
     def _by_effects(self, commands: Commands, pull: FloatArray) -> Foretold:
-        return lambda known: self.chain.believing(known).simulate(commands, (), pull)
+        chain = self._chain
+        return lambda known: chain.simulate(commands, entries_of(known, chain.kinds), pull)
 
-    def _chain(self) -> AxisChain:
+    def _bare_chain(self) -> AxisChain:
+        """Without the effects of the robot file, which begin elsewhere in each recording."""
         robot = self.robot
         if isinstance(robot, StepperAxis):
-            return AxisChain("rotary", None, None, self.rad_per_step, robot.effects)
-        return AxisChain(robot.motion, robot.gravity, robot.drive_stiffness, 0.0, robot.effects)
+            return AxisChain("rotary", None, None, self.rad_per_step)
+        return AxisChain(robot.motion, robot.gravity, robot.drive_stiffness)
 
     def _commanded(self, recording: FlatRecording) -> FloatArray:
         servo = isinstance(self.robot, ServoAxis)

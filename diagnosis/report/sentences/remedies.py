@@ -156,24 +156,30 @@ def remedy(
     )
     if finding.effect in WRITABLE and finding.component != LONE and (certain or ways.unsure_too):
         says += ways.describe.format(all="" if certain else " --all")
+    return Remedy(says, _first_rule_out(finding))
+
+
+def _first_rule_out(finding: Finding) -> str:
+    """What else it could be, to be ruled out before anything is done; empty where nothing."""
     likely = finding.alternatives if tied(finding) else []
     nameless = any(one.effect == NAMELESS for one in likely)
     likely = [one for one in likely if one.effect != NAMELESS]
     others = [words.rival(finding.effect, o.effect, o.component) for o in likely]
     sure_of = finding.probability
     only = "" if sure_of is None else f"this is only {percent(sure_of)} sure, so "
-    unsure = f"; but {only}first rule out {others[0]}, which looks the same here" if others else ""
     if (rival := likelier(finding)) is not None:
         name = words.rival(finding.effect, rival.effect, rival.component)
-        unsure = (
+        return (
             f"; but {only}first rule out {name}, which looks the same here and is more probable"
             f" ({percent(rival.probability or 0.0)})"
         )
-    elif len(others) > 1:
-        unsure = f"; but {only}first rule out {len(others)} others that look the same here (below)"
-    if nameless and not others:
-        unsure = f"; but {only}it may as well be a part of something that no list has"
-    return Remedy(says, unsure)
+    if len(others) > 1:
+        return f"; but {only}first rule out {len(others)} others that look the same here (below)"
+    if others:
+        return f"; but {only}first rule out {others[0]}, which looks the same here"
+    if nameless:
+        return f"; but {only}it may as well be a part of something that no list has"
+    return ""
 
 
 class _Sign(float):
