@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 from pydantic import BaseModel
 
-from diagnosis.observations.column_mapping import IN_SI, Mapping
+from diagnosis.columns.mapping import IN_SI, Mapping
 from firmware_py.daemon.protocol import ARGUMENTS, SLOW
 from firmware_py.job_file import JobFile
 from firmware_py.robot_file import SAID_FOR_HARDWARE, RobotFile

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from diagnosis.observations.column_mapping import Mapping
+from diagnosis.columns.mapping import Mapping
 from firmware_py.daemon.protocol import ARGUMENTS
 from firmware_py.job_file import JobFile
 from firmware_py.robot_file import RobotFile

@@ -18,7 +18,7 @@ from foundation.extras import needs
 from models.robot import DeltaRobot, ServoAxis, load_robot_model
 
 if TYPE_CHECKING:
-    from diagnosis.observations.column_mapping import Mapping
+    from diagnosis.columns.mapping import Mapping
     from recording.tables.flat import FlatRecording
 
 
@@ -81,7 +81,7 @@ def diagnose_recordings(
 
 def _refuse_other_motion(columns: list[str], robot: ServoAxis) -> None:
     """Raise ConfigError where a length was said of an axis that turns, or an angle of a slide."""
-    from diagnosis.observations.unit_doubts import other_motion
+    from diagnosis.columns.doubts import other_motion
 
     units = {name: one.unit for name, one in mapping_of(columns).columns.items()}
     if why := other_motion(units, robot.motion):
@@ -95,13 +95,13 @@ def read_with(columns: list[str]) -> Callable[[Path], FlatRecording]:
     if not columns:
         return read_flat
     with needs("diagnosis", "--set"):
-        from diagnosis.observations.column_mapping import read_mapped
+        from diagnosis.columns.mapping import read_mapped
     return partial(read_mapped, mapping=mapping_of(columns), tell=warn)
 
 
 def mapping_of(columns: list[str]) -> Mapping:
     """Mapping files and single columns, as `--columns` and `--set` give them."""
-    from diagnosis.observations.column_mapping import load_mapping
+    from diagnosis.columns.mapping import load_mapping
 
     files = [one for one in columns if "=" not in one or Path(one).is_file()]
     if len(files) > 1:

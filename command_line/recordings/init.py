@@ -159,8 +159,8 @@ def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
     except RecordingError as error:
         wrong = error
     with needs("diagnosis", "init --measure"):
-        from diagnosis.observations.column_mapping import read_mapped
-        from diagnosis.observations.inspection import inspect
+        from diagnosis.columns.inspection import inspect
+        from diagnosis.columns.mapping import read_mapped
     try:
         seen = inspect(path, mapping_of(columns))
         recording = read_mapped(path, seen.mapping, tell=warn)

@@ -14,8 +14,8 @@ from command_line.recordings.diagnose import mapping_of
 from foundation.extras import needs
 
 if TYPE_CHECKING:
-    from diagnosis.observations.column_guess import Guess
-    from diagnosis.observations.inspection import Inspection
+    from diagnosis.columns.inspection import Inspection
+    from diagnosis.columns.names import Guess
     from diagnosis.observations.readings import FloatArray
 
 ROBOT = "my-robot.yaml"
@@ -43,7 +43,7 @@ def inspect_recordings(
     columns: what is known already, as --columns and --set say it.
     """
     with needs("diagnosis", "diagnose --inspect"):
-        from diagnosis.observations.inspection import inspect
+        from diagnosis.columns.inspection import inspect
     refuse_missing(recordings)
     known = mapping_of(columns)
     seen = [inspect(path, known) for path in recordings]

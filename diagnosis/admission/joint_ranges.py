@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.admission.options import ADMISSION
-from diagnosis.observations.options import GUESSES
-from diagnosis.observations.unit_doubts import TURNS_RAD, turns
+from diagnosis.columns.doubts import TURNS_RAD, turns
+from diagnosis.columns.options import GUESSES
 from foundation.errors import RecordingError
 from models.robot import DeltaRobot, RobotModel, ServoAxis, StepperAxis
 from recording.tables.flat import FlatRecording

@@ -1,4 +1,4 @@
-"""The numbers by which recordings become readings, and by which foreign tables are understood."""
+"""The numbers by which recordings become readings."""
 
 from __future__ import annotations
 
@@ -115,73 +115,5 @@ class ObservationOptions:
     """Share of the samples in which a joint must move faster than that."""
 
 
-@dataclass(frozen=True, slots=True)
-class GuessOptions:
-    """Of a table that says neither what its columns are nor their units; `--inspect` shows each
-    guess and the command that says otherwise."""
-
-    # Which column is what.
-    guessed_rows: int = 20_000
-    """First rows that are looked at: what a column is shows in minutes."""
-    least_filled: float = 0.5
-    """Share of its rows that a column must hold to be anything."""
-    fewest_in_common: int = 10
-    """Rows that two columns must both hold to be compared."""
-    alike: float = 0.8
-    """Correlation from which two columns are one motion, asked for and seen."""
-    alike_slope: float = 0.95
-    """Correlation with the slope of another from which a column is its velocity."""
-    slope_rows: tuple[int, ...] = (1, 3, 10, 30, 100)
-    """Over so many rows the motion is compared: over few the noise of the position rules, over many
-    the drift of the velocity."""
-    longest_lead: int = 40
-    """Rows by which what was asked for may be ahead of what was seen: 0.8 s at 50 Hz."""
-    large_count: float = 200.0
-    """Travel beyond which whole numbers are step counts rather than labels or states."""
-    mostly_still: float = 0.1
-    """Share of its rows in which a column that stands still in turns changes at most."""
-    most_runs: float = 0.02
-    """Times that a clock may start again, as a share of the rows: runs shorter than fifty rows are
-    none."""
-
-    # Units.
-    ticks_ns: tuple[float, float] = (1e5, 2e5)
-    """Whole steps of time from the first on are ticks of a computer's clock; from the second on in
-    nanoseconds (0.2 ms), below it in microseconds."""
-    ticks_us: float = 1000.0
-    """The same in microseconds: 1 ms and more,"""
-    ticks_ms: float = 1.0
-    """and in milliseconds."""
-    longest_step_s: float = 20.0
-    """Steps of time that are larger are milliseconds, whole or not."""
-    near_unit: float = 0.15
-    """How near the ratio of two travels must be to a factor between units to be put down to it."""
-    other_unit: float = 1.5
-    """Times d(position)/dt from which a velocity has another unit: filters make a few per cent."""
-    widest_rad: float = 13.0
-    """Two turns: more is degrees, millimetres or counts far more often than radians or metres."""
-    said_factor: float = 4.0
-    """Times that, before radians that somebody stated are doubted."""
-    narrowest_deg: float = 0.5
-    """Degrees that somebody stated are doubted where all stay below: 30 degrees are 0.52 rad."""
-    least_counts: float = 400.0
-    """Whole numbers up to more than this are encoder counts rather than degrees, which end at a
-    turn."""
-    count_rad: float = 0.001534
-    """One of 4096 counts a turn, as hobby servos have: the one that is most often met."""
-    few_turns_deg: float = 1440.0
-    """Of an axis without a unit: more is seconds of arc or counts rather than degrees or mm."""
-    longest_m: float = 15.0
-    """More is millimetres: no ranging sensor of this kind sees so far, and no axis is so long."""
-
-    # What the times and zeros are like.
-    large_jitter: float = 0.2
-    """Standard deviation of the steps of time, as a share of the usual one, beyond which the
-    stamps are those of whoever logged."""
-    zeros_apart: float = 0.25
-    """Part of the whole motion by which command and reading lie apart where their zeros differ."""
-
-
 OBSERVATIONS = ObservationOptions()
-GUESSES = GuessOptions()
 """As every recording is read."""

@@ -14,8 +14,8 @@ from diagnosis.admission.regression_plausibility import (
     check_together,
 )
 from diagnosis.answer.records import Channel, Diagnosis, Finding, Picture
+from diagnosis.columns.slope import check_velocity
 from diagnosis.evidence.detection import Progress
-from diagnosis.observations.slope import check_velocity
 from diagnosis.pipelines.regression import diagnose_plant
 from diagnosis.plants.lone.commanded_axis import CommandedAxis
 from diagnosis.plants.lone.forced_axis import ForcedAxis

@@ -22,8 +22,8 @@ from mcap_ros2.writer import Writer as RosWriter
 from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.typesys import Stores, get_typestore
 
-from diagnosis.observations.column_mapping import load_mapping, read_mapped
-from diagnosis.observations.inspection import inspect
+from diagnosis.columns.inspection import inspect
+from diagnosis.columns.mapping import load_mapping, read_mapped
 from foundation.errors import RecordingError
 
 ROWS = 400

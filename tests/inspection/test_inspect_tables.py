@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.observations.column_mapping import load_mapping, read_mapped
-from diagnosis.observations.inspection import Inspection, inspect
+from diagnosis.columns.inspection import Inspection, inspect
+from diagnosis.columns.mapping import load_mapping, read_mapped
 from foundation.errors import RecordingError
 from recording.tables.flat import FlatRecording
 
@@ -129,10 +129,9 @@ def test_a_distance_that_a_laser_read_is_no_effort(tmp_path: Path) -> None:
     path = tmp_path / "laser.csv"
     path.write_text("t,x,Laser_mm\n" + text(columns(T_S, COMMAND * 1e3, POSITION * 1e3)))
     found = inspect(path)
-    assert found.kind is None
-    assert "effort=" not in found.kind_why
-    assert "x and Laser_mm both look like positions" in found.kind_why
-    assert "--inspect --set command=x --set position=Laser_mm" in found.kind_why
+    assert (found.kind, found.motion) == ("servo_axis", "linear")
+    assert taken(found) == {"t": "t", "command": "x", "position": "Laser_mm"}
+    assert any("x: taken for what was commanded" in warning for warning in found.warnings)
 
 
 def test_three_joints_counted_from_nought(tmp_path: Path) -> None:
@@ -185,7 +184,8 @@ def test_whole_numbers_of_a_servo_are_read_as_counts_unless_somebody_knows(tmp_p
     path.write_text("t,goal_position,present_position\n" + text(columns(T_S, *counts)))
     found = inspect(path)
     assert found.motion == "rotary"
-    assert len([warning for warning in found.warnings if "4096 a turn" in warning]) == 2
+    (warning,) = [warning for warning in found.warnings if "4096 a turn" in warning]
+    assert warning.startswith("goal_position, present_position: whole numbers")
     read_rad = read_as_told(found).column("command")
     np.testing.assert_allclose(read_rad - np.pi, COMMAND, atol=3e-3)
     said = load_mapping(None, ["command=goal_position*0.01", "position=present_position*0.01"])

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from diagnosis.admission.joint_ranges import far_for_a_joint
-from diagnosis.observations.column_mapping import load_mapping, read_mapped
-from diagnosis.observations.inspection import inspect
+from diagnosis.columns.inspection import inspect
+from diagnosis.columns.mapping import load_mapping, read_mapped
 from foundation.errors import ConfigError
 from models.robot import ServoAxis
 from recording.tables.flat import from_columns
@@ -68,7 +68,7 @@ def test_the_unit_of_a_comment_is_used_where_there_is_one(
     [
         ("wanted seen", 1.0, "[arcsec]", "[mm]"),
         ("wanted seen", 0.02, "[mm] in place of [deg] and linear", "[arcsec]"),
-        ("wanted_deg seen", 0.02, "taken for degrees", "[mm]"),
+        ('wanted["] seen["]', 1.0, "seconds of arc; if it is inches, put [inch]", "[deg]"),
     ],
 )
 def test_what_is_offered_goes_with_the_motion_that_is_proposed(

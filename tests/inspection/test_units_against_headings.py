@@ -11,9 +11,9 @@ import pytest
 
 from diagnosis.admission.joint_ranges import far_for_a_joint
 from diagnosis.api import diagnose_recordings
-from diagnosis.observations.column_mapping import load_mapping, read_mapped
-from diagnosis.observations.column_names import unit_said
-from diagnosis.observations.inspection import inspect
+from diagnosis.columns.inspection import inspect
+from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.columns.names import unit_said
 from diagnosis.report.sentences.summary import plain_lines
 from foundation.errors import RecordingError
 from models.robot import ServoAxis, load_robot_model

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.observations.column_mapping import load_mapping, read_mapped
-from diagnosis.observations.inspection import inspect
-from diagnosis.observations.slope import check_velocity, slope_ratio
-from diagnosis.observations.unit_doubts import other_motion
+from diagnosis.columns.doubts import other_motion
+from diagnosis.columns.inspection import inspect
+from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.columns.slope import check_velocity, slope_ratio
 from foundation.errors import ConfigError, RecordingError
 from recording.tables.flat import from_columns
 

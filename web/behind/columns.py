@@ -34,8 +34,8 @@ def inspected(path: Path) -> dict[str, Any]:
 
     Raises RecordingError.
     """
-    from diagnosis.observations.column_names import UNITS_OF
-    from diagnosis.observations.inspection import inspect
+    from diagnosis.columns.inspection import inspect
+    from diagnosis.columns.names import UNITS_OF
     from recording.tables.flat import UNITS
 
     found = inspect(path)
@@ -69,7 +69,7 @@ def mapping_text(guessed: str, chosen: Iterable[Chosen]) -> str:
 
 def reader() -> Callable[[Path], Any]:
     """What reads recordings: those whose columns were chosen by that choice."""
-    from diagnosis.observations.column_mapping import load_mapping, read_mapped
+    from diagnosis.columns.mapping import load_mapping, read_mapped
     from recording.tables.flat_files import read_flat
 
     def read(path: Path) -> Any:

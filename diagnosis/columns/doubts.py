@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from diagnosis.observations.column_names import LINEAR, ROTARY
-from diagnosis.observations.options import GUESSES
+from diagnosis.columns.names import LINEAR, ROTARY
+from diagnosis.columns.options import GUESSES
 from diagnosis.observations.readings import FloatArray
 
 TURNS_RAD = 4.0 * np.pi

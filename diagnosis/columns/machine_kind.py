@@ -5,9 +5,9 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping, Sequence
 
-from diagnosis.observations.column_guess import Guess, guess_columns
-from diagnosis.observations.column_mapping import without_unit
-from diagnosis.observations.column_names import LINEAR, ROTARY, pulls, read_name
+from diagnosis.columns.guess import guess_columns
+from diagnosis.columns.mapping import without_unit
+from diagnosis.columns.names import LINEAR, ROTARY, Guess, pulls, read_name
 from diagnosis.observations.needed_columns import first_of
 from foundation.errors import MissingColumns, RecordingError
 from models.robot import DeltaRobot, RobotModel

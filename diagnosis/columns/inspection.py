@@ -17,8 +17,10 @@ from typing import Any
 import numpy as np
 import yaml
 
-from diagnosis.observations.column_guess import Guess, guess_columns
-from diagnosis.observations.column_mapping import (
+from diagnosis.columns.by_values import EARLIER
+from diagnosis.columns.guess import guess_columns
+from diagnosis.columns.machine_kind import kind_of
+from diagnosis.columns.mapping import (
     IN_SI,
     Mapping,
     Source,
@@ -26,11 +28,10 @@ from diagnosis.observations.column_mapping import (
     unit_of,
     without_unit,
 )
-from diagnosis.observations.column_names import pulls, read_name
-from diagnosis.observations.machine_kind import kind_of
-from diagnosis.observations.options import GUESSES
+from diagnosis.columns.names import Guess, pulls, read_name
+from diagnosis.columns.options import GUESSES
+from diagnosis.columns.units import steps_of_a_slide, unit_noted, with_units
 from diagnosis.observations.readings import FloatArray
-from diagnosis.observations.unit_guess import steps_of_a_slide, unit_noted, with_units
 from foundation.counting import count
 from foundation.errors import RecordingError
 from models.robot import ARMS
@@ -185,6 +186,13 @@ def inspect_table(
         for name, guess in guesses.items()
         if guess.unit == "deg" and GRAD.search(f"{name} {units.get(name, '')}")
     ]
+    warnings += _which_came_first(guesses)
+    warnings += [
+        f'{name}: " is read as seconds of arc; if it is inches, put [inch] in place of [arcsec] and'
+        " linear in place of rotary below"
+        for name, guess in guesses.items()
+        if guess.unit == "arcsec" and '"' in name
+    ]
     if others:
         warnings.append(
             f"there are more joints than one: {', '.join(others[:6])}"
@@ -219,6 +227,18 @@ def inspect_table(
         path, [*facts, *timing], table, guesses, kind, motion, why, _zero(guesses, known),
         mapping, warnings,
     )  # fmt: skip
+
+
+def _which_came_first(guesses: AnyMapping[str, Guess]) -> list[str]:
+    """A word of two columns of which only the numbers say which was asked for."""
+    asked = [one.source for one in guesses.values() if one.why.endswith(EARLIER)]
+    if not asked:
+        return []
+    are = "it is" if len(asked) == 1 else "they are"
+    return [
+        f"{', '.join(asked)}: taken for what was commanded, as {are} {EARLIER} than what moves"
+        " alike; where it is the other way round, exchange the two in the command below"
+    ]
 
 
 def _as_said(
@@ -302,11 +322,11 @@ def _timing(
             f"{time.source}: it counts the rows and is taken for seconds; where more rows than one"
             " come in a second, say how many: --set rate_hz=100 in place of --set t=..."
         )
-    if float(np.std(step[step < GAP_PERIODS * usual])) > GUESSES.large_jitter * usual:
+    if np.mean(np.abs(step / usual - 1.0) > GUESSES.large_jitter) > GUESSES.most_uneven:
         late.append(
             f"{time.source}: its steps are uneven, as where a computer stamps what arrives; if the"
             " file has the clock of the device that took the readings, say --set t=THAT_COLUMN; if"
-            " they were taken evenly, --set rate_hz=100 with their true rate"
+            f" they were taken evenly, --set rate_hz={1 / usual:.3g} with their true rate"
         )
     return facts, late
 

@@ -8,9 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.observations.column_guess import Guess
-from diagnosis.observations.column_mapping import IN_SI, without_unit
-from diagnosis.observations.column_names import (
+from diagnosis.columns.doubts import ANGULAR
+from diagnosis.columns.mapping import IN_SI
+from diagnosis.columns.motion_units import PAIRS, of_one_unit, unit_of_motion
+from diagnosis.columns.names import (
     LINEAR,
     LINEAR_SPEEDS,
     ROTARY,
@@ -18,12 +19,13 @@ from diagnosis.observations.column_names import (
     SPEEDS,
     UNIT_OF,
     UNIT_WORDS,
+    Guess,
 )
+from diagnosis.columns.options import GUESSES
+from diagnosis.columns.shapes import same_range
+from diagnosis.columns.slope import slope_ratio
 from diagnosis.observations.needed_columns import travel
-from diagnosis.observations.options import GUESSES
 from diagnosis.observations.readings import FloatArray
-from diagnosis.observations.slope import slope_ratio
-from diagnosis.observations.unit_doubts import ANGULAR, counts_like, of_counts, turns
 
 RATIOS: tuple[tuple[float, str, str], ...] = (
     (1.0 / IN_SI["deg"], "deg", "rad"), (1.0 / IN_SI["mm"], "mm", "m"),
@@ -84,43 +86,40 @@ def with_units(
     guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
 ) -> tuple[dict[str, Guess], list[str]]:
     """Guesses with a unit where the values tell one, and what to be warned of."""
-    guesses = {name: _per_second(guess) for name, guess in guesses.items()}
+    guesses = _shared({name: _per_second(guess) for name, guess in guesses.items()}, table)
     out, warnings = dict(guesses), list[str]()
     turning = any(one.unit in ROTARY for one in guesses.values())
     for name, guess in guesses.items():
-        values = table[name]
         if guess.role == "t" and guess.unit is None:
-            unit, why = time_unit(values)
+            unit, why = time_unit(table[name])
             out[name] = replace(guess, unit=unit)
             if unit != "s":
                 warnings.append(f"{name}: taken for {unit} ({why}); no unit stands in the file")
-        elif guess.role in (*ANGULAR, "pos", "range", "distance"):
-            alike = _alike(guess, guesses)
-            out[name], warning = _of_motion(
-                guess, np.concatenate([table[one] for one in alike]), turning
-            )
-            widest = max(alike, key=lambda one: float(np.nanmax(np.abs(table[one]))))
-            warnings += [warning] if warning and name == widest else []
+    for group in of_one_unit(guesses, table):
+        known, warning = unit_of_motion(group, table, turning)
+        out |= {guess.source: guess for guess in known}
+        warnings += [warning] if warning else []
     warnings += _pairs(out, table)
     warnings += _of_slope(out, table)
     return out, warnings
+
+
+def _shared(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> dict[str, Guess]:
+    """Where one of a pair has a unit and the other goes over the same numbers, both have it."""
+    by_name = {guess.name: guess for guess in guesses.values()}
+    out = dict(guesses)
+    for names in PAIRS:
+        pair = [by_name[name] for name in names if name in by_name and by_name[name].scale == 1.0]
+        units = [one.unit for one in pair if one.unit is not None]
+        if len(pair) == 2 and len(units) == 1 and same_range(*(table[one.source] for one in pair)):
+            out |= {one.source: replace(one, unit=units[0]) for one in pair}
+    return out
 
 
 def _per_second(guess: Guess) -> Guess:
     """A velocity whose heading names the unit of its way: dq_deg is in deg/s."""
     speed = f"{guess.unit}/s"
     return replace(guess, unit=speed) if guess.role == "velocity" and speed in SPEEDS else guess
-
-
-def _alike(guess: Guess, guesses: Mapping[str, Guess]) -> list[str]:
-    """Columns that have one unit: those of all three motors, where no unit is said of any."""
-
-    def open_(one: Guess) -> bool:
-        return one.role == guess.role and one.unit is None and one.scale == 1.0
-
-    if guess.index is None or not open_(guess):
-        return [guess.source]
-    return [name for name, one in guesses.items() if one.index is not None and open_(one)]
 
 
 def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:
@@ -149,64 +148,11 @@ def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> lis
     return []
 
 
-def _other_than_deg(guess: Guess, largest: float, turning: bool) -> str:
-    """What else than the degrees that it is taken for a column may be in, and what to write."""
-    if guess.index is not None:
-        return ", as all angles of the arms"  # which no machine has in mm
-    if largest > GUESSES.few_turns_deg:
-        counts = f"{without_unit(guess.source)}*{GUESSES.count_rad}"
-        return (
-            "; if it is seconds of arc, put [arcsec] in place of [deg] into the command below; if"
-            f' it is counts, what one is in rad, as "{guess.name}={counts}" for 4096 a turn'
-        )
-    if turning:
-        return ""
-    return (
-        "; if it is mm, put [mm] in place of [deg] and linear in place of rotary into the commands"
-        " below"
-    )
-
-
-def _of_motion(guess: Guess, values: FloatArray, turning: bool) -> tuple[Guess, str]:
-    largest = float(np.nanmax(np.abs(values)))
-    if guess.scale != 1.0:  # somebody knows
-        return guess, ""
-    linear = guess.role in ("pos", "range", "distance")
-    if guess.unit is None:
-        if linear and largest > GUESSES.longest_m:
-            return replace(guess, unit="mm"), f"{guess.source}: up to {largest:g}, taken for mm"
-        if not linear and largest > GUESSES.widest_rad:
-            if counts_like(values):
-                return replace(guess, unit="rad", scale=GUESSES.count_rad), (
-                    f"{guess.source}: whole numbers up to {largest:g}, taken for encoder counts,"
-                    f" 4096 a turn; if it has others, put what one is [rad] in place of"
-                    f" {GUESSES.count_rad} into the command below"
-                )
-            other = _other_than_deg(guess, largest, turning)
-            return replace(guess, unit="deg"), (
-                f"{guess.source}: up to {largest:g}, taken for degrees{other}"
-            )
-        return guess, ""
-    if guess.unit == "rad" and largest > GUESSES.said_factor * GUESSES.widest_rad:
-        far = f"{largest:g} ({turns(largest)})"
-        return guess, f"{guess.source}: is said to be rad and goes up to {far}; degrees?"
-    if guess.unit == "m" and largest > GUESSES.longest_m:
-        return guess, f"{guess.source}: is said to be m and goes up to {largest:g}; millimetres?"
-    if guess.unit is not None and (why := of_counts(guess.name, guess.source, guess.unit, values)):
-        return guess, why
-    if guess.unit == "deg" and largest < GUESSES.narrowest_deg:
-        return guess, f"{guess.source}: is said to be deg and stays below {largest:.3g}; radians?"
-    return guess, ""
-
-
 def _pairs(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:
     """Command and reading of one axis that differ by a factor between units."""
     by_name = {guess.name: guess for guess in guesses.values()}
     warnings = []
-    for asked, seen in (
-        ("command", "position"), ("distance", "range"),
-        *((f"command_{n}", f"theta_{n}") for n in (1, 2, 3)),
-    ):  # fmt: skip
+    for asked, seen in PAIRS:
         if asked not in by_name or seen not in by_name:
             continue
         one, other = by_name[asked], by_name[seen]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from dataclasses import dataclass
 
 WORDS: dict[str, str] = {
@@ -11,21 +12,24 @@ WORDS: dict[str, str] = {
     "command": "command cmd target setpoint set_point reference ref goal goal_position desired des "
     "soll sollwert set set_pos setpos pos_set set_position consigne action demand goal_pos q_des "
     "qd_ref commanded target_position commanded_position desired_position reference_position "
-    "x_ref pos_ref",
+    "x_ref pos_ref wanted goto objetivo obiettivo",
     "position": "position pos angle theta actual measured encoder enc q ist istwert state present "
     "present_position pos_fbk feedback fbk joint_position joint_pos winkel weg x "
     "y_meas output resolver "
-    "actual_position measured_position observation laser",
-    "velocity": "velocity vel speed omega dq qd rate geschwindigkeit present_velocity",
+    "actual_position measured_position observation laser encoderwert lage messwert gemessen "
+    "angolo angulo posizione posicion mesure mesuree reel reelle readback rbv star",
+    "velocity": "velocity vel speed omega dq qd rate geschwindigkeit drehzahl vitesse velocidad "
+    "velocita present_velocity",
     "effort": "effort torque current force tau voltage control u i_q iq drehmoment strom "
-    "spannung moment kraft "
+    "spannung moment kraft couple courant corriente corrente motorstrom "
     "i_actual i_act i_meas i_motor load_current motor_current motor_torque present_current pwm",
     "load": "load payload external_force weight",
     "distance": "distance truth true true_distance ground_truth reference_distance actual_distance "
-    "known_distance",
-    "range": "range reading measured_distance tof lidar sensor sensor_distance ultrasonic dist",
+    "known_distance abstand entfernung distanz surveyed ruler",
+    "range": "range reading measured_distance tof lidar sensor sensor_distance ultrasonic dist "
+    "anzeige gemessene_entfernung vl53l0x vl53l1x",
     "steps": "steps step counts count pulses pulse microsteps ticks step_count "
-    "schritte schritt schrittzahl impulse pas pasos passi",
+    "schritte schritt schrittzahl zaehler impulse pas pasos passi",
     "segment": "segment run trial stretch episode episode_index spot site",
     "temp_c": "temp temperature temp_c",
 }
@@ -37,8 +41,8 @@ UNIT_WORDS: dict[str, str] = {
     "ns": "ns nsec nanos nanoseconds", "m": "m meter meters metre metres", "mm": "mm", "cm": "cm",
     "um": "um µm micron microns", "rad": "rad rads radian radians", "mrad": "mrad",
     "deg": "deg degs degree degrees grad °", "turn": "turn turns rev revs",
-    "arcmin": "arcmin arcmins arcminute arcminutes",
-    "arcsec": "arcsec arcsecs arcsecond arcseconds", "A": "a amp amps",
+    "arcmin": "arcmin arcmins arcminute arcminutes ′",
+    "arcsec": "arcsec arcsecs arcsecond arcseconds ″ \"", "A": "a amp amps",
     "mA": "ma milliamp milliamps", "Nm": "nm n.m newtonmeter", "N": "n newton", "Ncm": "ncm",
     "mNm": "mnm", "min": "min minutes", "rad/s": "rad/s", "deg/s": "deg/s °/s", "m/s": "m/s",
     "mm/s": "mm/s", "rpm": "rpm 1/min u/min",
@@ -87,8 +91,16 @@ _MILLI = re.compile(r"(?<![A-Za-z])(mA|mN|mNm)$")
 _NUMBERED = re.compile(r"^(.*?)(?:_?(?=[0-3])|_(?=[xyz]))([0-3xyz])$")
 _NUMBERED_INSIDE = re.compile(r"^(.*[a-z])_?([0-3])_([a-z_]+)$")
 """As q1_ref and joint_2_pos: what is numbered, the number, and which value of it."""
-SEEN = frozenset(["act", "meas", "mes", "fb", "is"])
+SEEN = frozenset(["act", "meas", "mes", "fb", "fbk", "is"])
 """Short words for what was measured, which say so only after a number."""
+OF_A_PART = frozenset(
+    ["wert", "motor", "achs", "achse", "axis", "gelenk", "joint", "arm", "servo", "mess"]
+)
+"""Words that say nothing by themselves, and stand in compounds: Sollwert, motorangle."""
+PHASES = frozenset(["i", "iq", "id", "u", "v", "w"])
+"""Letters that say, with a number and `act`, that a current or a voltage was measured."""
+_SHORTEST = 3
+"""Letters of a word in a compound."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,14 +112,34 @@ class Named:
     index: str | None
 
 
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """A column of a file and what it is taken for; `why` says from what."""
+
+    source: str
+    role: str
+    index: str | None
+    unit: str | None
+    why: str
+    scale: float = 1.0
+    """How much of `unit` one of the column is."""
+
+    @property
+    def name(self) -> str:
+        """The column's name in the contract; velocity and others have none with a number."""
+        return self.role if self.index is None else f"{self.role}_{self.index}"
+
+
 def read_name(name: str, unit_line: str = "") -> Named:
     """Take a name apart, as `Goal Angle 1 [deg]` or `joint1.pos_mm`."""
     unit = UNIT_OF.get(unit_line.lower())
     if bracketed := _BRACKETED.search(name):
         unit = unit or UNIT_OF.get(bracketed[1].lower())
         name = name[: bracketed.start()]
-    plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", _MILLI.sub(lambda at: at[0].lower(), name.strip()))
+    name = _plain_letters(name.strip())
+    plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", _MILLI.sub(lambda at: at[0].lower(), name))
     words = [word for word in re.split(r"[^0-9a-zµ°]+", plain.lower()) if word]
+    words = [part for word in words for part in _parts(word)]
     words, ending = _without_unit(words)
     unit = unit or ending
     role, index = _role(words), None
@@ -119,9 +151,33 @@ def read_name(name: str, unit_line: str = "") -> Named:
         after = inside[3].split("_")
         stem, number = [*inside[1].split("_"), *after], inside[2]
         stem = stem if (set(ROLE_OF) | SEEN).intersection(after) else []
+        if SEEN.intersection(after) and _role(stem) is None and stem[0] not in PHASES:
+            role, index = "position", number
     if (stemmed := _role([word for word in stem if word])) is not None:
         role, index = stemmed, number
+    if role == "steps" and unit in (*LINEAR, *ROTARY):
+        role = "command"  # a counter that is read in mm
     return Named(role, unit, index)
+
+
+def _plain_letters(name: str) -> str:
+    """A name with its umlauts written out and without accents: Zähler is Zaehler."""
+    for letter, written in (("ä", "ae"), ("ö", "oe"), ("ü", "ue"), ("ß", "ss")):
+        name = name.replace(letter, written)
+    return "".join(
+        one for one in unicodedata.normalize("NFD", name) if not unicodedata.combining(one)
+    )
+
+
+def _parts(word: str) -> list[str]:
+    """The words of a compound, both of which are known: targetpos, Schrittzaehler, Sollwinkel."""
+    known = ROLE_OF.keys() | SEEN | OF_A_PART
+    if word in known:
+        return [word]
+    for at in range(_SHORTEST, len(word) - _SHORTEST + 1):
+        if word[:at] in known and word[at:] in known and ROLE_OF.keys() & {word[:at], word[at:]}:
+            return [word[:at], word[at:]]
+    return [word]
 
 
 def _without_unit(words: list[str]) -> tuple[list[str], str | None]:

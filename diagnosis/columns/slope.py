@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.observations.column_mapping import IN_SI
-from diagnosis.observations.options import GUESSES
+from diagnosis.columns.mapping import IN_SI
+from diagnosis.columns.options import GUESSES
 from diagnosis.observations.readings import FloatArray
 from foundation.errors import RecordingError
 from recording.tables.flat import GAP_PERIODS, FlatRecording

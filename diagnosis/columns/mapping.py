@@ -28,7 +28,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from diagnosis.observations.column_names import (
+from diagnosis.columns.doubts import doubt, of_counts
+from diagnosis.columns.names import (
     LINEAR,
     PULLING,
     ROTARY,
@@ -39,7 +40,6 @@ from diagnosis.observations.column_names import (
     unit_said,
 )
 from diagnosis.observations.readings import FloatArray
-from diagnosis.observations.unit_doubts import doubt, of_counts
 from foundation.errors import ConfigError, RecordingError
 from foundation.explain import explain
 from foundation.strict_yaml import Document, StrictModel

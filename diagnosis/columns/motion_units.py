@@ -1,0 +1,111 @@
+"""The unit of positions and distances of which none is said, and what else it may be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from diagnosis.columns.doubts import ANGULAR, counts_like, of_counts, turns
+from diagnosis.columns.mapping import without_unit
+from diagnosis.columns.names import Guess
+from diagnosis.columns.options import GUESSES
+from diagnosis.columns.shapes import same_range
+from diagnosis.observations.readings import FloatArray
+
+PAIRS = (
+    ("command", "position"), ("distance", "range"),
+    *((f"command_{n}", f"theta_{n}") for n in (1, 2, 3)),
+)  # fmt: skip
+"""What was asked for, and what came of it."""
+STRAIGHT = ("pos", "range", "distance")
+PUT = "into the command below"
+
+
+def of_one_unit(
+    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
+) -> Iterator[list[Guess]]:
+    """Columns of motion, those together that have one unit though none is said: the angles of all
+    arms, and the command and the reading of one axis that go over the same numbers.
+    """
+    left = {one.name: one for one in guesses.values() if one.role in (*ANGULAR, *STRAIGHT)}
+    arms = [one for one in left.values() if one.index in ("1", "2", "3") and _is_open(one)]
+    pairs = [[left[name] for name in pair if name in left] for pair in PAIRS[:2]]
+    alike = [
+        pair
+        for pair in pairs
+        if len(pair) == 2
+        and all(map(_is_open, pair))
+        and same_range(*(table[one.source] for one in pair))
+    ]
+    for group in [arms, *alike]:
+        if group and all(one.name in left for one in group):
+            yield group
+            for one in group:
+                del left[one.name]
+    yield from ([one] for one in left.values())
+
+
+def _is_open(guess: Guess) -> bool:
+    return guess.unit is None and guess.scale == 1.0
+
+
+def unit_of_motion(
+    group: Sequence[Guess], table: Mapping[str, FloatArray], turning: bool
+) -> tuple[list[Guess], str]:
+    """The columns of a group with their unit, and what to be warned of; empty where of nothing."""
+    guess, values = group[0], np.concatenate([table[one.source] for one in group])
+    if guess.scale != 1.0:  # somebody knows
+        return list(group), ""
+    if guess.unit is not None:
+        return list(group), _doubt(guess, values)
+    largest, names = float(np.nanmax(np.abs(values))), ", ".join(one.source for one in group)
+    if guess.role in STRAIGHT:
+        if largest <= GUESSES.longest_m:
+            return list(group), ""
+        return _all(group, "mm"), f"{names}: up to {largest:g}, taken for mm"
+    if largest <= GUESSES.widest_rad:
+        return list(group), ""
+    if counts_like(values):
+        return _all(group, "rad", GUESSES.count_rad), (
+            f"{names}: whole numbers up to {largest:g}, taken for encoder counts, 4096 a turn; if"
+            f" a turn has others, put what one count is [rad] in place of {GUESSES.count_rad} {PUT}"
+        )
+    other = _other_than_deg(group, largest, turning)
+    return _all(group, "deg"), f"{names}: up to {largest:g}, taken for degrees{other}"
+
+
+def _all(group: Sequence[Guess], unit: str, scale: float = 1.0) -> list[Guess]:
+    return [replace(one, unit=unit, scale=scale) for one in group]
+
+
+def _other_than_deg(group: Sequence[Guess], largest: float, turning: bool) -> str:
+    """What else than the degrees that they are taken for columns may be in, and what to write."""
+    guess = group[0]
+    if guess.index is not None:
+        return ", as all angles of the arms"  # which no machine has in mm
+    if largest > GUESSES.few_turns_deg:
+        counts = f"{without_unit(guess.source)}*{GUESSES.count_rad}"
+        return (
+            f"; if it is seconds of arc, put [arcsec] in place of [deg] {PUT}; if it is counts,"
+            f' what one is in rad, as "{guess.name}={counts}" for 4096 a turn'
+        )
+    if turning:
+        return ""
+    return "; if it is mm, put [mm] in place of [deg] and linear in place of rotary below"
+
+
+def _doubt(guess: Guess, values: FloatArray) -> str:
+    """What is odd about values in the unit that was said; empty where nothing is."""
+    largest, unit, name = float(np.nanmax(np.abs(values))), guess.unit, guess.source
+    if unit == "rad" and largest > GUESSES.said_factor * GUESSES.widest_rad:
+        far = f"{largest:g} ({turns(largest)})"
+        return f"{name}: is said to be rad and goes up to {far}; degrees?"
+    if unit == "m" and largest > GUESSES.longest_m:
+        return f"{name}: is said to be m and goes up to {largest:g}; millimetres?"
+    if unit is not None and (why := of_counts(guess.name, name, unit, values)):
+        return why
+    if unit == "deg" and largest < GUESSES.narrowest_deg:
+        return f"{name}: is said to be deg and stays below {largest:.3g}; radians?"
+    return ""
