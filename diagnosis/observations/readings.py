@@ -192,7 +192,11 @@ def _repeats(values: FloatArray) -> BoolArray:
 
 
 def without_outliers(residual: FloatArray, valid: BoolArray) -> BoolArray:
-    """The valid mask less single readings that stand out of their neighbourhood (Hampel)."""
+    """The valid mask less single readings that stand out of their neighbourhood (Hampel).
+
+    Of a machine that rests between short moves the mismatch itself stands out while it moves: where
+    that is more than a few readings of a channel, none of them is an outlier.
+    """
     kept = valid.copy()
     for column in range(residual.shape[1]):
         rows = np.flatnonzero(valid[:, column])
@@ -201,7 +205,9 @@ def without_outliers(residual: FloatArray, valid: BoolArray) -> BoolArray:
         values = residual[rows, column]
         off = np.abs(values - median_filter(values, OBSERVATIONS.hampel_rows, mode="nearest"))
         scale = MAD_TO_SIGMA * np.median(off)
-        kept[rows[off > OBSERVATIONS.hampel_limit * max(scale, 1e-15)], column] = False
+        out = off > OBSERVATIONS.hampel_limit * max(scale, 1e-15)
+        if out.mean() <= OBSERVATIONS.most_outliers:
+            kept[rows[out], column] = False
     return kept
 
 

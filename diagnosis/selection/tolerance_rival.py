@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,6 +14,7 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.plants.candidate import Term
 from diagnosis.priors.build_tolerances import effects_of_building, within_tolerance
+from diagnosis.priors.penalties import Trial
 from diagnosis.search.outside_contact import clear_rows, left_near_contact
 from diagnosis.search.removal import drop
 from diagnosis.search.search import Search
@@ -52,9 +54,17 @@ class ToleranceRival:
         if not solution.terms or not tolerances:
             return False
         rest = search.tests.trials(solution)
-        static = bool(rest) and rest[0].start.candidate.effect in tolerances
-        rest_is_static = static and search.tests.p(rest[0].log_p) < ALARM
+        rest_is_static = bool(rest) and self._is_static(solution, rest[0], tolerances)
         return len(solution.terms) >= search.options.pile or rest_is_static or self._small(solution)
+
+    def _is_static(self, solution: Solution, trial: Trial, tolerances: Set[str]) -> bool:
+        """Whether what scores best in the rest is a wrong size, and more than what is left anyway
+        by effects that are not as simple as their operators.
+        """
+        search, new = self.search, trial.start.candidate
+        if new.effect not in tolerances or search.tests.p(trial.log_p) >= ALARM:
+            return False
+        return trial.gain >= search.criterion.least_gain(solution, new)
 
     def needed(self, solution: Solution) -> Needed | None:
         """What is needed beside build tolerances, if these may explain better: some effect
@@ -132,11 +142,18 @@ class ToleranceRival:
         )
 
     def _promoted(self, solution: Solution) -> Solution:
-        """A wrong size that is too far off for a tolerance, though the priors nearly hide it."""
-        other, promoted = self.other, self.search.options.promoted
+        """A wrong size that is too far off for a tolerance, though the priors nearly hide it.
+
+        It must be more than what the effects that are there may leave.
+        """
+        other = self.other
         tolerances = effects_of_building(other.prepared.model) - {"transmission_error"}
         static = [t for t in other.tests.trials(solution) if t.start.candidate.effect in tolerances]
-        if not static or static[0].gain < promoted:
+        if not static:
+            return solution
+        least = other.criterion.least_gain(solution, static[0].start.candidate)
+        promoted = max(self.search.options.promoted, least)
+        if static[0].gain < promoted:
             return solution
         grown = other.fitter.solve(
             (*solution.terms, static[0].start), solution.frees, solution.nuisances

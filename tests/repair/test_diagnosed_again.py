@@ -1,18 +1,11 @@
-"""A corrected robot file against the recordings of its machine: known, and nothing more is found.
-
-The drives of the machine are of second order; no effect of the vocabulary is.
-"""
+"""A corrected robot file against the recordings of its machine: nothing more is found."""
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
-import yaml
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.signal import cont2discrete, lfilter
 
 from diagnosis.answer.consistency import contradictions
 from diagnosis.answer.corrected_robot import save_corrected
@@ -22,60 +15,12 @@ from diagnosis.plants.delta.measured_before import measured_before
 from diagnosis.report.sentences.summary import summary_lines
 from diagnosis.report.sentences.telling import unexplained
 from models.robot import DeltaRobot, EffectEntry, FloatArray, FoundBy, load_delta
-from recording.tables.flat import FlatRecording
-
-ROBOT = """kind: delta
-name: picker
-geometry: {base_radius_m: 0.122, platform_radius_m: 0.1, upper_arm_m: 0.3142, forearm_m: 0.5875}
-"""
-STEP_S = 0.02
-STAYS = 30
-HERTZ, DAMPING, SLOWED = 3.0, 0.7, 0.85
-NOISE_RAD = 1e-4
-
-
-def places(seed: int) -> FloatArray:
-    """Commanded angles of pick and place, (n, 3): moves of half a second, and rests."""
-    rng = np.random.default_rng(seed)
-    stops = rng.uniform(0.1, 0.7, (40, 3))
-    share = np.linspace(0.0, 1.0, 25)
-    soft = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
-    moves = [
-        np.concatenate([a + soft[:, None] * (b - a), np.repeat(b[None], STAYS, 0)])
-        for a, b in pairwise(stops)
-    ]
-    return np.concatenate(moves)
-
-
-def followed(commanded: FloatArray, hertz: float) -> FloatArray:
-    """What a drive of second order makes of commands, (n,)."""
-    rate = 2.0 * np.pi * hertz
-    b, a, _ = cont2discrete(([rate**2], [1.0, 2.0 * DAMPING * rate, rate**2]), STEP_S)
-    moved: FloatArray = commanded[0] + lfilter(np.ravel(b), a, commanded - commanded[0])
-    return moved
-
-
-def recorded(
-    seed: int, warm_rad: float = 0.0, first_hertz: float = HERTZ, all_rad: float = 0.0
-) -> FlatRecording:
-    """The machine; the first encoder's zero may have moved, or that of all, the first drive have
-    become slower.
-    """
-    commanded = places(seed)
-    hertz = (first_hertz, HERTZ, HERTZ)
-    pairs = zip(commanded.T, hertz, strict=True)
-    moved = np.stack([followed(own, rate) for own, rate in pairs], axis=1)
-    moved[:, 0] += warm_rad
-    moved += all_rad
-    read = moved + NOISE_RAD * np.random.default_rng(seed + 1).standard_normal(moved.shape)
-    columns = {f"command_{arm + 1}": commanded[:, arm] for arm in range(3)}
-    columns |= {f"theta_{arm + 1}": read[:, arm] for arm in range(3)}
-    return FlatRecording(np.arange(len(read)) * STEP_S, columns, {}, f"day {seed}")
+from tests.rigs.picker import HERTZ, ROBOT, SLOWED, STEP_S, followed, nominal, places, recorded
 
 
 @pytest.fixture(scope="module")
 def first() -> Diagnosis:
-    return diagnose_recordings(_nominal(), [recorded(1)], [])
+    return diagnose_recordings(nominal(), [recorded(1)], [])
 
 
 @pytest.fixture(scope="module")
@@ -84,10 +29,6 @@ def corrected(first: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> Del
     (folder / "old.yaml").write_text(ROBOT)
     save_corrected(folder / "old.yaml", first, folder / "new.yaml")
     return load_delta(folder / "new.yaml")
-
-
-def _nominal() -> DeltaRobot:
-    return DeltaRobot.model_validate(yaml.safe_load(ROBOT))
 
 
 def test_the_drives_are_found_late(first: Diagnosis) -> None:
@@ -153,7 +94,7 @@ def test_what_is_known_is_fitted_around_its_size(effect: str, size: float, share
         effect=effect, component="joints" if effect == "joint_compliance" else "motor2",
         parameters={main: size, **others}, found=found,
     )  # fmt: skip
-    robot = _nominal().model_copy(update={"effects": (entry,)})
+    robot = nominal().model_copy(update={"effects": (entry,)})
     bare, (nuisance,) = measured_before(robot, 1.0, 60.0)
     assert not bare.effects
     values = nuisance.term.candidate.values(nuisance.term.at)
@@ -173,7 +114,7 @@ def test_lengths_and_what_is_written_by_hand_stay(by_hand: bool) -> None:
         effect="home_offset", component="motor1", parameters={"angle": 0.01},
         found=found.model_copy(update={"ci95": {"angle": (0.009, 0.011)}}),
     )  # fmt: skip
-    robot = _nominal().model_copy(update={"effects": (lag, home)})
+    robot = nominal().model_copy(update={"effects": (lag, home)})
     bare, measured = measured_before(robot, 1.0, 60.0)
     assert bare.effects == ((lag, home) if by_hand else (home,))
     assert len(measured) == (0 if by_hand else 1)
