@@ -5,7 +5,7 @@ from __future__ import annotations
 from scipy.stats import f
 
 from diagnosis.assessment.options import ASSESSMENT
-from diagnosis.evidence.effective_size import TemperedNoise
+from diagnosis.evidence.effective_size import TemperedNoise, spare
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.plants.regression import RegressionPlant
 from diagnosis.selection.named_first import Selected
@@ -37,7 +37,7 @@ def chance(
     """
     gain = worse.chi2 - better.chi2 - charged
     more = max(better.tangent.shape[1] - worse.tangent.shape[1], 1)
-    left = max(selected.noise.effective - better.tangent.shape[1], 3.0)
+    left = max(spare(selected.noise.effective, better.tangent.shape[1]), 3.0)
     if gain <= 0.0:
         return 1.0
     scale = max(better.chi2 / left, 1.0)

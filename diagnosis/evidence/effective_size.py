@@ -52,6 +52,13 @@ class TemperedNoise:
         return self.count / self.tau
 
 
+def spare(effective: float, fitted: int) -> float:
+    """Independent readings that tell how large the noise is, with so many sizes fitted: sizes that
+    a prior holds do not take a whole reading each, so at most a share of all is taken.
+    """
+    return max(effective - min(fitted, EVIDENCE.most_taken * effective), 1.0)
+
+
 def tempered(
     residual: FloatArray, rows: IntArray, groups: IntArray, kinds: IntArray,
     least: float, fitted: int = 0, once: IntArray | None = None, took: FloatArray | None = None,
@@ -86,9 +93,7 @@ def tempered(
         tau = tau * back.memory
     tau = min(tau, max(count / EVIDENCE.fewest_effective, 1.0))
     if took is None:
-        effective = count / tau
-        taken = effective / max(effective - min(fitted, EVIDENCE.most_taken * effective), 1.0)
-        sigma = sigma * np.sqrt(taken)
+        sigma = sigma * np.sqrt(count / tau / spare(count / tau, fitted))
     return TemperedNoise(rows, weight / (sigma * np.sqrt(tau)), sigma, tau, count)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from diagnosis.answer.consistency import contradictions
 from diagnosis.answer.records import Diagnosis
@@ -33,6 +34,9 @@ class ScaleRig:
     rough: float = 8e-6
     noise: float = 5e-7
     travel: float = TRAVEL_M
+    ratio: float = 1.0
+    memory: float = 0.0
+    """Correlation of the noise from one reading to the next."""
 
     def record(self, seed: int, passes: int = 6) -> FlatRecording:
         """t, command and position at 2 Hz; the error is the same for all seeds."""
@@ -47,7 +51,9 @@ class ScaleRig:
         number = (axis / 2e-4).astype(int)
         bend = 0.5 - 0.5 * np.cos(np.pi * (axis / 2e-4 - number))
         error = points[number] + (points[number + 1] - points[number]) * bend
-        seen = axis + error + self.noise * rng.standard_normal(len(axis))
+        new = np.sqrt(1.0 - self.memory**2) * rng.standard_normal(len(axis))
+        noise = self.noise * lfilter([1.0], [1.0, -self.memory], new)
+        seen = self.ratio * axis + error + noise
         return from_columns({"t": t_s, "command": axis, "position": seen}, "rig")
 
 
@@ -64,6 +70,18 @@ def test_a_rough_scale_is_mapped_in_the_detail_that_repeats(rough: Diagnosis) ->
     assert rough.fit.holdout_rms_after_m < 0.6 * rough.fit.holdout_rms_before_m
     assert "transmission_error" not in {one.effect for one in rough.findings}
     assert not contradictions(rough)
+
+
+def test_the_odds_of_what_stands_beside_a_map_agree_with_its_probability() -> None:
+    """A map has more pieces than readings are independent: once "noise alone would look like this
+    in nearly all recordings" stood beside a probability above 99 %.
+    """
+    rig = ScaleRig(rough=3e-5, noise=3e-6, ratio=0.996, memory=0.9)
+    answer = diagnose_axis(SLIDE, [rig.record(1, passes=4)], [])
+    chances = {one.effect: one.evidence.p for one in answer.findings}
+    assert chances["gear_ratio"] < 1e-6
+    assert max(chances.values()) < 0.01
+    assert answer.false_alarm_p < 1e-6
 
 
 def test_the_map_is_in_the_answer_and_the_advice_says_what_to_do_with_it(rough: Diagnosis) -> None:

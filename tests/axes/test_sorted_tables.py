@@ -24,3 +24,23 @@ def test_a_curved_error_in_a_sorted_table_is_foretold() -> None:
     }
     fit = diagnose_axis(SENSOR, [from_columns(columns, "table")]).fit
     assert fit.holdout_rms_after_m < 0.4 * fit.holdout_rms_before_m
+
+
+def test_an_error_that_breaks_off_beyond_a_distance_is_no_noise() -> None:
+    """The readings of a sensor at a ruler: some mm too far, and from 280 mm on far too near. The
+    scale of a sensor is never so wrong; what it could not take stood in no shape and was "noise".
+    """
+    distance_m = np.concatenate([np.arange(0.03, 0.1, 0.005), np.arange(0.1, 0.305, 0.01)])
+    rng = np.random.default_rng(5)
+    error_m = 0.004 + 0.006 * np.sin(np.pi * np.clip(distance_m / 0.27, 0.0, 1.0) ** 1.5)
+    error_m[distance_m > 0.275] = -0.018
+    noise_m = 1e-3 * rng.standard_normal(len(distance_m))
+    columns = {
+        "t": np.arange(len(distance_m)) * 1.0,
+        "distance": distance_m,
+        "range": distance_m + error_m + noise_m,
+    }
+    answer = diagnose_axis(SENSOR, [from_columns(columns, "table")])
+    assert answer.findings[-1].depends_on == ["distance"]
+    assert answer.verdict != "explained"
+    assert answer.fit.rms_after_m < 3e-3
