@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from diagnosis.admission.excerpt import excerpt, excerpts, most_rows, thinned
+from diagnosis.admission.exchanged_arms import refuse_exchanged_arms
 from diagnosis.admission.joint_ranges import check_arm_angles, far_for_a_joint
 from diagnosis.admission.robot_match import check_belongs
 from diagnosis.admission.step_counts import check_steps
@@ -91,6 +92,7 @@ def diagnose_recordings(
     for recording in (*recordings, *holdout):
         check_steps(belief, recording, motion_limits)
         check_arm_angles(belief, recording)
+        refuse_exchanged_arms(belief, recording)
         refuse_several_motors(belief, recording)
     try:
         answer = _diagnosed(
