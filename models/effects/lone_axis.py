@@ -117,7 +117,6 @@ _WORDS = {
     "inertia": "the axis moves a mass of {inertia}",
     "sensor_offset": "the sensor reads {offset} off",
     "sensor_scale": "the sensor reads {scale} times the distance",
-    "sensor_crosstalk": "the sensor's error grows with distance squared: {curvature}",
     "sensor_drift": "the sensor drifts by {offset} with a time constant of {time_constant}",
 }
 _SLIDING = {
@@ -158,6 +157,8 @@ def _sentence(
     name: str, parameters: tuple[Parameter, ...], values: Mapping[str, Any], motion: Motion
 ) -> str:
     shown = {p.name: said(float(values[p.name]), p.unit) for p in parameters if p.name in values}
+    if name == "sensor_crosstalk":
+        return sensor_crosstalk.EFFECT.says("the sensor", values)
     own = _SLIDING if motion == "linear" else {}
     words = (
         own.get(name) or _WORDS.get(name) or _FRICTION["width" if "width" in shown else "torque"]

@@ -19,8 +19,9 @@ EFFECT = EffectKind(
     parameters=(Parameter("curvature", "1/m", -2.0, 2.0, typical=0.03),),
     operate=_operate,
     says=lambda component, v: (
-        f"the error of {component} grows with distance squared: "
-        f"{v['curvature']:+.4f} times the square [m]"
+        f"{component} reads {'long' if v['curvature'] > 0.0 else 'short'} by"
+        f" {10.0 * abs(v['curvature']):.2g} mm at 100 mm, and by four times that at twice the"
+        " distance"
     ),
     # where a motion tells neither from an offset, the offset is likelier
     penalty=1.5,

@@ -28,10 +28,11 @@ from diagnosis.report.sentences.summary import (
     headline,
     plain_lines,
     summary_lines,
+    unexplained_line,
     where_line,
 )
 from diagnosis.report.sentences.sureness import odds
-from diagnosis.report.sentences.telling import NOISE
+from diagnosis.report.sentences.telling import NOISE, told
 from diagnosis.report.sentences.ways import TERMINAL
 from diagnosis.report.sentences.words import EFFECTS, effect, followed, listed, spelled
 from models.effects import VOCABULARY
@@ -94,7 +95,7 @@ def test_before_and_after_stand_against_the_noise_and_on_held_out_data(make: Any
     text = "\n".join(plain_lines(make("explained")))
     assert "before 4.10 mm, after 2.21 mm; the noise alone is 2.10 mm" in text
     # (4.2^2 - 2.24^2) / (4.2^2 - 2.1^2) = 0.954
-    assert "(the choice of causes did): before 4.20 mm, after 2.24 mm (95 % of what" in text
+    assert "to which no size was fitted: before 4.20 mm, after 2.24 mm (95 % of what" in text
 
 
 def test_one_off_events_are_not_expected_in_another_run(make: Any, parts: Any) -> None:
@@ -167,10 +168,12 @@ def test_plain_and_marked_up_lines_say_the_same(make: Any) -> None:
 
 
 def test_many_findings_are_counted_in_the_headline(make: Any, parts: Any) -> None:
-    many = [parts["backlash"](component=f"motor{k % 3 + 1}") for k in range(12)]
-    assert "and 10 more, named below" in headline(make("explained", findings=many))
+    kinds = ["gear_backlash", "joint_friction", "home_offset", "gear_ratio"]
+    many = [parts["backlash"](effect=kinds[k // 3], component=f"motor{k % 3 + 1}")
+            for k in range(12)]  # fmt: skip
+    assert "and 2 more, named below" in headline(make("explained", findings=many))
     assert "more" not in headline(make("explained", findings=many[:3]))
-    assert headline(make("explained", findings=many[:3])).count("motor") == 3
+    assert "coupling of motors 1, 2 and 3" in headline(make("explained", findings=many[:3]))
     numbered = [
         x for x in plain_lines(make("explained", findings=many)) if x[:2].strip(".").isdigit()
     ]
@@ -382,3 +385,43 @@ def test_more_than_noise_that_nothing_names_is_not_called_improbable(make: Any) 
     faint = make("unexplained", findings=[], false_alarm_p=0.6, probability_nothing_missing=0.995)
     assert headline(faint) == NOT_TOLD
     assert "below 1 %" not in headline(faint)
+
+
+def test_a_rest_that_is_too_little_is_said_to_be_in_one_sentence(make: Any) -> None:
+    rest = Unexplained(
+        share_of_mismatch=0.004, p=1e-9, depends_on=["velocity_3"], component="motor3"
+    )
+    named = [one for one in make("explained").findings if one.effect != "unknown"]
+    answer = told(make("partly_explained", findings=named, unexplained=rest))
+    assert unexplained_line(answer) == (
+        "Unexplained: under 1 % of the mismatch, too little to act on; it follows the speed of"
+        " motor 3."
+    )
+    assert headline(answer).startswith("Nearly all of the mismatch is explained by")
+
+
+@pytest.mark.parametrize(
+    ("sure", "says"), [(0.99, "Nothing is missing: "), (0.68, "Probably nothing is missing (68 %")]
+)
+def test_nothing_is_as_sure_as_it_is_said_to_be(make: Any, sure: float, says: str) -> None:
+    answer = make("nothing_missing", findings=[], probability_nothing_missing=sure)
+    assert headline(answer).startswith(says)
+
+
+def test_nothing_missing_beside_a_rest_of_no_noise_speaks_of_no_noise(make: Any) -> None:
+    fit = make("nothing_missing").fit.model_copy(update={"scatter_within_m": 1e-6})
+    says = headline(make("nothing_missing", findings=[], fit=fit))
+    assert says.endswith("as far as this recording shows.")
+
+
+def test_odds_that_the_rest_of_the_evidence_denies_are_not_told(make: Any, parts: Any) -> None:
+    """A test on few readings may see nothing in what all of them together make sure."""
+    evidence = Evidence(delta_chi2=30.0, p=0.11)
+    finding = parts["backlash"](evidence=evidence, probability=0.97, alternatives=[])
+    answer = make(
+        "explained", findings=[finding], false_alarm_p=0.4, probability_nothing_missing=0.001
+    )
+    text = " ".join(plain_lines(answer))
+    assert "of 100 recordings" not in text
+    assert "No single test on so few independent readings shows it" in text
+    assert "97 %" in text

@@ -90,8 +90,8 @@ def _improvement(diagnosis: Diagnosis) -> str:
     ]
     bars = pair_bars(fit_title(diagnosis), pairs, scale(fit.noise_floor_m), scale.unit)
     about = (
-        "Root mean square of measured minus predicted. No model can be better than the noise "
-        "floor; held-out data took no part in the fit."
+        "Root mean square of measured minus predicted. Below the noise floor the tests see nothing "
+        "more; no size was fitted to held-out data."
         if diagnosis.findings
         else "Root mean square of measured minus predicted."
     )

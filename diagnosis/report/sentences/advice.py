@@ -96,8 +96,8 @@ OF_SERVO_DRIVES: Table = {
 
 OF_AN_AXIS: Table = {
     "unknown.position.force": "repeat the motion: an unknown force of {part} follows {follows};"
-    " where it comes back at the same places, have the controller add a table of it (`table` in the"
-    " JSON answer has one), or look there for what rubs or is bent",
+    " where it comes back at the same places, have the controller add a table of it (--json FILE"
+    " writes one), or look there for what rubs or is bent",
     "unknown.effort": "record {part} with another load, and slower: an unknown part of the"
     " mismatch follows {follows}; what the drive adds by itself stays, what the load does changes",
     "unknown.direction.beside": "move {part} to and fro by a little at several places along its"

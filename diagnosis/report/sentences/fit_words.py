@@ -15,7 +15,7 @@ ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)
 MOSTLY_BY_PLACE = 0.7
 """Less scatter at a place than this share: over half of the noise's power is between places."""
 MORE_PLACES = "More places make the answer surer, longer stays do not."
-LEFT_OUT = "parts of the recording that the last fit did not see (the choice of causes did)"
+LEFT_OUT = "parts of the recording to which no size was fitted"
 
 
 def fit_title(diagnosis: Diagnosis) -> str:
@@ -45,10 +45,17 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
 
 
 def _floor(fit: Fit, floor: str) -> str:
-    """The noise floor, as a clause: noise that goes on may be no noise."""
-    if goes_on(fit):
+    """The noise floor, as a clause: what goes on between readings may be no noise, nor what is far
+    more than readings scatter by at rest.
+    """
+    if doubtful_floor(fit):
         return f"below {floor} the tests see nothing more, be it noise or not"
     return f"the noise alone is {floor}"
+
+
+def doubtful_floor(fit: Fit) -> bool:
+    """Whether what the tests take for noise may well be something else."""
+    return goes_on(fit) or said_of_rest(fit)
 
 
 def persists(fit: Fit) -> str:
@@ -101,5 +108,7 @@ def _held_out_gain(diagnosis: Diagnosis) -> str:
     if gain <= 0.0:
         return " (no gain there)"
     share = "over 99" if gain > 99.0 else f"{gain:.0f}"
-    floor = quantity(fit.noise_floor_m, fit.unit, digits=3) if goes_on(fit) else "the noise"
+    floor = "the noise"
+    if doubtful_floor(fit):
+        floor = quantity(fit.noise_floor_m, fit.unit, digits=3)
     return f" ({share} % of what is above {floor} is gone)"

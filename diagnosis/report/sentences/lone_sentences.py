@@ -8,7 +8,7 @@ import numpy as np
 
 from diagnosis.answer.records import Diagnosis, Finding, Picture
 from diagnosis.plants.lone.options import COMMANDED_AXIS
-from diagnosis.report.sentences import sureness
+from diagnosis.report.sentences import sureness, words
 from diagnosis.report.sentences.sizes import quantity
 from diagnosis.report.sentences.telling_apart import beside_friction, telling_apart
 from models.effects.kind import EffectKind
@@ -128,12 +128,12 @@ def _says(finding: Finding, kinds: Mapping[str, EffectKind], answer: Diagnosis) 
                 "how far the two directions of the axis are apart changes along its travel: a"
                 f" mismatch{size} is left of it beside friction or play that is the same everywhere"
             )
+        follows = words.listed([words.followed(one) for one in finding.depends_on])
         return (
-            f"a mismatch{size} follows {', '.join(finding.depends_on)}, and nothing in the list of "
-            "effects looks like it"
+            f"a mismatch{size} follows {follows}, and nothing in the list of effects looks like it"
         )
     if (late_s := sureness.late_in_all_s(finding)) is not None:
-        return f"the axis follows late, by {quantity(late_s, 's', digits=3)} in all"
+        return f"the axis follows late, by {quantity(late_s, 's', digits=2)} in all"
     values = {name: size.components[0][0] for name, size in finding.parameters.items()}
     return kinds[finding.effect].sentence(finding.component, values)
 

@@ -22,18 +22,25 @@ CHANGE_NOTHING = (
     " run, with more reversals and places, and diagnose both together."
 )
 
+TOGETHER = (
+    "Make these corrections together: each was found beside the others, and one alone makes some"
+    " distances worse."
+)
+OF_DISTANCE = frozenset({"sensor_offset", "sensor_scale", "sensor_crosstalk"})
+LEAST_FOR_A_TABLE = 0.02
+"""Share of the mismatch below which, beside named causes, nobody is asked to enter a table."""
+
 MAPPED = {
     "axis": (
         "Find out whose the error is that follows the position: move what measures the axis a"
         " little (or the surface it looks at) and record again. What moves along is the measuring"
         " device's. What stays is the axis': have its controller subtract a table of {points}"
-        " points, one every {step} (`table` in the JSON answer has them), and hold it against a"
-        " further recording."
+        " points, one every {step} ({way}), and hold it against a further recording."
     ),
     "sensor": (
         "Subtract a table of {points} points from what the sensor reads, one every {step} of"
-        " distance (`table` in the JSON answer has them), and hold it against a further recording:"
-        " reflections of another room are others."
+        " distance ({way}), and hold it against a further recording: reflections of another room"
+        " are others."
     ),
 }
 """By component, of an unknown with a table."""
@@ -83,14 +90,31 @@ def remedies(
     if lone and (certain or ways.unsure_too):
         lines.append(ways.keep.format(all="" if certain else " --all"))
     nameless = [one for one in diagnosis.findings if one.effect == NAMELESS]
-    lines += [line for one in nameless if (line := mapped(one) or unnamed(one, robot, diagnosis))]
+    nameless = [one for one in nameless if not (named and _needs_no_table(one))]
+    lines += [
+        line for one in nameless if (line := mapped(one, ways) or unnamed(one, robot, diagnosis))
+    ]
+    if sum(map(_of_distance, diagnosis.findings)) > 1:
+        lines.append(TOGETHER)
     plan = diagnosis.next_experiment
     if lines and plan is not None and any(tied(one) for one in named):
         lines.insert(0, ways.run_first)
     return lines
 
 
-def mapped(finding: Finding) -> str | None:
+def _of_distance(finding: Finding) -> bool:
+    """Whether it corrects what a lone sensor reads, by its distance."""
+    if finding.component not in MAPPED:
+        return False
+    return finding.effect in OF_DISTANCE or finding.depends_on == ["distance"]
+
+
+def _needs_no_table(finding: Finding) -> bool:
+    """Whether all that is known of it is a table of next to nothing."""
+    return finding.table is not None and finding.share_of_mismatch < LEAST_FOR_A_TABLE
+
+
+def mapped(finding: Finding, ways: Ways = TERMINAL) -> str | None:
     """What to do about an unknown that follows the place of an axis, or the distance of a target.
 
     None where no table of it can be subtracted: of a delta, whose file takes tables; of a force.
@@ -100,9 +124,12 @@ def mapped(finding: Finding) -> str | None:
         return None
     if finding.effect != "unknown" or size.unit not in ("m", "rad"):
         return None
+    where = "sensor" if table.follows == "distance" else finding.component
     points = len(table.size)
     step = quantity((table.highest - table.lowest) / (points - 1), size.unit, digits=2)
-    return MAPPED[finding.component].format(points=points, step=step.lstrip("+"))
+    return MAPPED[where].format(
+        points=points, step=step.lstrip("+"), way=ways.table.format(unit=size.unit)
+    )
 
 
 def unnamed(finding: Finding, robot: RobotModel | None, diagnosis: Diagnosis) -> str:
@@ -216,7 +243,7 @@ def _late(finding: Finding) -> str:
     if finding.effect != "following_lag":
         return ""
     if (late_s := late_in_all_s(finding)) is not None:
-        return f"{quantity(late_s, 's', digits=3)} in all"
+        return f"{quantity(late_s, 's', digits=2)} in all"
     times = {n: p.components[0][0] for n, p in finding.parameters.items() if p.unit == "s"}
     said = {"dead_time": "a dead time of {}", "time": "a time constant of {}"}
     parts = [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from rich.markup import escape
 
@@ -11,7 +11,7 @@ from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Alternative, Diagnosis, Finding, Thinned, Where
 from diagnosis.answer.verdict import claimed, fits_worse, rather_unknown, seen
 from diagnosis.report.sentences import sureness, words
-from diagnosis.report.sentences.fit_words import fit_lines, fit_title
+from diagnosis.report.sentences.fit_words import doubtful_floor, fit_lines, fit_title
 from diagnosis.report.sentences.limit_words import faintest_line, untested_line
 from diagnosis.report.sentences.next_run_words import experiment_line, tie_lines
 from diagnosis.report.sentences.remedies import remedies, tied
@@ -25,10 +25,12 @@ ENDED_EARLY = (
     "compared ({way})."
 )
 LOOSE = (
-    "Beside the findings, small errors were allowed for in all lengths and angles that this "
-    "recording shows, as large as those of a machine built with care: together they explain what "
-    "no single finding does. They are in no corrected file, which therefore leaves a little more."
+    "Beside the findings, small errors of {what} were allowed for, as large as those of a machine "
+    "built with care: together they explain what no single finding does. They are in no corrected "
+    "file, which therefore leaves a little more."
 )
+LENGTHS = frozenset({"upper_arm_length", "forearm_length", "base_radius"})
+"""Of which a recording of arm angles shows nothing."""
 WHY = "Why"
 """Title above the reasons: what comes before is what to do."""
 NOT_TOLD = (
@@ -78,13 +80,13 @@ def head_lines(diagnosis: Diagnosis) -> list[str]:
 def headline(diagnosis: Diagnosis) -> str:
     """The verdict in one sentence."""
     findings = diagnosis.findings
-    named = [_either(finding) for finding in findings if claimed(finding)]
+    named = _named([finding for finding in findings if claimed(finding)])
     shown = named
     if len(named) > IN_HEADLINE:
         shown = [*named[: IN_HEADLINE - 1], f"{len(named) - IN_HEADLINE + 1} more, named below"]
     what = words.listed(shown)
     if diagnosis.verdict == "nothing_missing":
-        return "Nothing is missing: the machine behaves as its robot file says, within the noise."
+        return _nothing_missing(diagnosis)
     if diagnosis.verdict == "explained" and named:
         return words.sentence(f"the mismatch is explained by {what}")
     if diagnosis.verdict == "partly_explained" and named:
@@ -99,6 +101,8 @@ def headline(diagnosis: Diagnosis) -> str:
                 "only a small part",
                 f"; {100.0 * left:.0f} % of it is left ({CHECK_FIRST})",
             )
+        elif left < VERDICT.faint_rest and not rest:
+            part = "nearly all"
         return words.sentence(f"{part} of the mismatch is explained by {what}{rest}")
     if unknown := [finding for finding in findings if finding.effect == "unknown"]:
         return words.sentence(
@@ -115,6 +119,35 @@ def headline(diagnosis: Diagnosis) -> str:
             "what: record longer, or a motion that shows more."
         )
     return "Something is missing from the model, and no known effect explains it."
+
+
+def _named(findings: Sequence[Finding]) -> list[str]:
+    """Findings by name, those of one kind at several parts as one where nothing else is open."""
+    alike: dict[str, list[Finding]] = {}
+    for finding in findings:
+        certain = not finding.alternatives or sureness.settled(finding)
+        own = f"{finding.effect}@{finding.component}"
+        alike.setdefault(finding.effect if certain else own, []).append(finding)
+    return [
+        words.effect(same[0].effect, *dict.fromkeys(one.component for one in same))
+        if len(same) > 1
+        else _either(same[0])
+        for same in alike.values()
+    ]
+
+
+def _nothing_missing(diagnosis: Diagnosis) -> str:
+    """As surely as it is known, and in the noise only where what is left is that."""
+    sure = diagnosis.probability_nothing_missing
+    doubtful = doubtful_floor(diagnosis.fit)
+    within = "as far as this recording shows" if doubtful else "within the noise"
+    if sure is not None and sure < sureness.SETTLED:
+        likely = sureness.percent(sure)
+        return (
+            f"Probably nothing is missing ({likely} sure): the machine behaves as its robot file"
+            f" says, {within}."
+        )
+    return f"Nothing is missing: the machine behaves as its robot file says, {within}."
 
 
 def _either(finding: Finding) -> str:
@@ -135,7 +168,8 @@ def _either(finding: Finding) -> str:
 
 def _enters(finding: Finding) -> str:
     follows = words.listed([words.followed(name) for name in finding.depends_on])
-    at = f"it enters at {words.part(finding.component)}"
+    alone = finding.component == "axis" and "distance" in finding.depends_on
+    at = f"it enters at {'the sensor' if alone else words.part(finding.component)}"
     return f"{at} and follows {follows}" if follows else at
 
 
@@ -194,12 +228,18 @@ def span_s(diagnosis: Diagnosis) -> tuple[float, float]:
 
 def remarks(diagnosis: Diagnosis, ways: Ways = TERMINAL) -> list[str]:
     """Remarks on the machine and the search as a whole, in addition to the findings."""
-    lines = [LOOSE] if diagnosis.loosely_built else []
+    lines = [_loose(diagnosis)] if diagnosis.loosely_built else []
     lines += [ENDED_EARLY.format(way=ways.all_compared)] if diagnosis.ended_early else []
     lines += [thinned_line(one) for one in diagnosis.thinned]
     lines += [f"The torques were not read: {why}." for why in diagnosis.not_read]
     lines += [sureness.by_priors(one) for one in diagnosis.prior_sensitivity]
     return [*lines, *tie_lines(diagnosis)]
+
+
+def _loose(diagnosis: Diagnosis) -> str:
+    """Which small errors were fitted beside the findings: those that the recording shows."""
+    hidden = {one.effect for one in diagnosis.not_testable} >= LENGTHS
+    return LOOSE.format(what="home angles and ratios" if hidden else "lengths and angles")
 
 
 def thinned_line(thinned: Thinned) -> str:
@@ -220,7 +260,7 @@ def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.
         for size in sizes(finding.effect, name, result)
     ]
     if (late_s := sureness.late_in_all_s(finding)) is not None:
-        lines.insert(0, words.sentence(sureness.divided(quantity(late_s, "s", digits=3))))
+        lines.insert(0, words.sentence(sureness.divided(quantity(late_s, "s", digits=2))))
     lines.append(sureness.evidence(finding))
     if math.isfinite(finding.share_of_mismatch):
         lines.append(share_line(finding))
@@ -232,7 +272,7 @@ def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.
     return lines
 
 
-SO_LITTLE = " So little of it calls for nothing."
+SO_LITTLE = ", too little to act on"
 MINOR = 20.0
 """Per cent: what comes back of less sounds like a minor cause, which it need not be."""
 
@@ -245,7 +285,7 @@ def share_line(finding: Finding) -> str:
     if share >= MINOR:
         return words.sentence(f"{says}, even with the others fitted again")
     if share >= 1.0:
-        return words.sentence(f"{says}: the others, at wrong sizes, take up the rest of its part")
+        return words.sentence(f"the others can take up most of its part, at wrong sizes: {says}")
     if finding.evidence.p < sureness.SURE_P:
         return words.sentence(f"its part is small: {says}, which is still more than noise adds")
     return words.sentence(f"its part is small: {says}, with the others fitted again")
@@ -331,9 +371,10 @@ def unexplained_line(diagnosis: Diagnosis) -> str:
     share = 100.0 * rest.share_of_mismatch
     told_share = bool(diagnosis.findings) and share > 0.0
     shown = f"{share:.0f} %" if share >= 1.0 else "under 1 %"
-    head = f"Unexplained: {shown} of the mismatch." if told_share else ""
     follows = words.listed([words.followed(name) for name in rest.depends_on])
-    more = words.sentence(f"it follows {follows}") if follows and not says else ""
     if told_share and share < 1.0 and any(map(claimed, diagnosis.findings)):
-        more += SO_LITTLE
+        what = f"; it follows {follows}" if follows else ""
+        return f"Unexplained: {shown} of the mismatch{SO_LITTLE}{what}."
+    head = f"Unexplained: {shown} of the mismatch." if told_share else ""
+    more = words.sentence(f"it follows {follows}") if follows and not says else ""
     return " ".join(text for text in (head, says, more) if text)

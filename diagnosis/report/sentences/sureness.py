@@ -14,8 +14,12 @@ SURE_P = 0.01
 LIKELY_P = 0.05
 SETTLED = 0.95
 """A finding more probable than this is not called open, whatever its alternatives."""
-FEW = "Likely, though by one test on few independent readings"
+FEW = (
+    "Likely by all that was weighed together; no single test on so few independent readings shows"
+    " it"
+)
 """Where the evidence as a whole is sure and the test alone sees nothing."""
+FEW_READINGS = "No single test on so few independent readings shows it; all of them together do."
 CERTAIN = 0.995
 """A probability that would be rounded to all or nothing is said to lie above or below one percent
 of it: no engine knows its own mistakes better."""
@@ -81,8 +85,9 @@ def negligible(probability: float | None) -> bool:
 def evidence(finding: Finding) -> str:
     """How sure a finding is, in words and figures."""
     p = finding.evidence.p
-    said = FEW if p >= LIKELY_P and settled(finding) else word(p)
-    if math.isfinite(p):
+    few = p >= LIKELY_P and settled(finding)
+    said = FEW if few else word(p)
+    if math.isfinite(p) and not few:
         said += f": {by_noise(p)}"
     if _is_open(finding):
         said += ". There is an effect of this kind; which of the causes below it is remains open"
@@ -162,6 +167,8 @@ def false_alarm(diagnosis: Diagnosis) -> str:
         return "How often a machine without a fault would look like this could not be computed."
     said = f"If the machine were exactly as the robot file says, {by_noise(p)}."
     nothing = diagnosis.probability_nothing_missing
-    if nothing is not None:
-        said += f" Probability that the robot file is complete: {percent(nothing)}."
-    return said
+    if nothing is None:
+        return said
+    complete = f"Probability that the robot file is complete: {percent(nothing)}."
+    few = p >= LIKELY_P and nothing < 1.0 - SETTLED
+    return f"{complete} {FEW_READINGS}" if few else f"{said} {complete}"

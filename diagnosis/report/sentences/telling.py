@@ -85,7 +85,7 @@ def sentence(finding: Finding, kinds: Mapping[str, EffectKind] = VOCABULARY) -> 
         begin, end = finding.where.times_s[0]
         return f"{part} repeats one value from {begin:.2f} s to {end:.2f} s"
     if (late_s := late_in_all_s(finding)) is not None:
-        return f"{part} follows its command late, by {quantity(late_s, 's', digits=3)} in all"
+        return f"{part} follows its command late, by {quantity(late_s, 's', digits=2)} in all"
     kind = kinds.get(finding.effect)
     if kind is None:
         return words.effect(finding.effect, finding.component)
@@ -144,11 +144,6 @@ def _that_goes_on(answer: Diagnosis, head: str) -> str:
             f" {persists(fit)}. But it is no more than the effects that the robot file has from"
             f" earlier diagnoses may leave ({may}): no drive or bearing is as simple as they"
             " describe it."
-        )
-    if answer.verdict == "nothing_missing":
-        return (
-            f"{head} {IS_NOISE} But {persists(fit)}: either the readings were smoothed by a filter,"
-            " or something small happens that no test sees."
         )
     size = quantity(fit.rms_after_m, fit.unit, digits=2)
     return (

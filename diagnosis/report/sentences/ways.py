@@ -25,6 +25,8 @@ class Ways:
     """Before a finding that the corrected robot file does not hold."""
     all_compared: str
     """What compares the rest where the search ended early."""
+    table: str
+    """Where the numbers of a table are; {unit} is what they are in."""
 
 
 TERMINAL = Ways(
@@ -43,6 +45,7 @@ TERMINAL = Ways(
     on_top="It comes on top of what the robot file has of it already; --save-robot adds both.",
     left_out="left out (--all writes it too): ",
     all_compared="--thorough compares the rest, which takes longer",
+    table="--json FILE writes them as `table`, in {unit}",
 )
 PAGE = Ways(
     describe=" (the corrected robot file does: the buttons below)",
@@ -59,4 +62,5 @@ PAGE = Ways(
     on_top="It comes on top of what the robot file has of it already; the corrected file has both.",
     left_out="left out, as it is not certain: ",
     all_compared="in a terminal, 'deltactl diagnose --thorough' compares the rest",
+    table="in a terminal, 'deltactl diagnose --json FILE' writes them as `table`, in {unit}",
 )
