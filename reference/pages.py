@@ -9,7 +9,8 @@ from typing import Any
 import yaml
 from pydantic import BaseModel
 
-from diagnosis.columns.mapping import IN_SI, Mapping
+from diagnosis.columns.mapping import Mapping
+from diagnosis.columns.names import IN_SI
 from firmware_py.daemon.protocol import ARGUMENTS, SLOW
 from firmware_py.job_file import JobFile
 from firmware_py.robot_file import SAID_FOR_HARDWARE, RobotFile

@@ -6,8 +6,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 
 from diagnosis.columns.guess import guess_columns
-from diagnosis.columns.mapping import without_unit
-from diagnosis.columns.names import LINEAR, ROTARY, Guess, pulls, read_name
+from diagnosis.columns.names import LINEAR, ROTARY, Guess, pulls, read_name, without_unit
 from diagnosis.observations.needed_columns import first_of
 from foundation.errors import MissingColumns, RecordingError
 from models.robot import DeltaRobot, RobotModel
@@ -34,15 +33,15 @@ def of_another_kind(
     kind, _, why = kind_of(guesses, [])
     if kind is None or kind == robot.kind:
         return error
-    also = _looks_like(kind, why, robot, recording)
+    also = looks_like(kind, why, robot, recording.source)
     return MissingColumns(f"{error}. It {also}", error.source)
 
 
-def _looks_like(kind: str, why: str, robot: RobotModel, recording: FlatRecording) -> str:
+def looks_like(kind: str, why: str, robot: RobotModel, source: str) -> str:
     """Which kind of machine a table is of and what to type, after the table's name."""
     return (
         f"looks like a table of a {kind} ({why}), and the robot file describes a"
-        f" {robot.kind}. To look at it, type: deltactl diagnose {shlex.quote(recording.source)}"
+        f" {robot.kind}. To look at it, type: deltactl diagnose {shlex.quote(source)}"
         f" --inspect; to describe such a machine: deltactl init my-{kind.replace('_', '-')}.yaml"
         f" --kind {kind}"
     )
@@ -58,12 +57,11 @@ def refuse_several_motors(robot: RobotModel, recording: FlatRecording) -> None:
         return
     others = [f"{stem}_{motor}" for stem in OF_MOTORS for motor in (2, 3)]
     there = [name for name in others if first_of(recording, [name])]
-    listed = ", ".join(there)
     if there:
+        also = looks_like("delta", f"it has {', '.join(there)}", robot, recording.source)
         raise RecordingError(
-            f"{recording.source}: {_looks_like('delta', f'it has {listed}', robot, recording)}. To"
-            " diagnose one of its motors alone, choose the columns: --set command=COLUMN[unit]"
-            " --set position=COLUMN[unit]"
+            f"{recording.source}: {also}. To diagnose one of its motors alone, choose the"
+            " columns: --set command=COLUMN[unit] --set position=COLUMN[unit]"
         )
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 import unicodedata
 from dataclasses import dataclass
+
+import numpy as np
 
 WORDS: dict[str, str] = {
     "t": "t time timestamp stamp timestamps zeit temps tiempo sec secs second "
@@ -49,6 +52,14 @@ UNIT_WORDS: dict[str, str] = {
 }  # fmt: skip
 """Unit of a mapping -> how it is written in names, in lower case."""
 UNIT_OF = {word: unit for unit, words in UNIT_WORDS.items() for word in words.split()}
+IN_SI = {
+    "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "m": 1.0, "cm": 0.01, "mm": 1e-3,
+    "um": 1e-6, "inch": 0.0254, "rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180.0, "turn": 2.0 * np.pi,
+    "arcmin": np.pi / 10800.0, "arcsec": np.pi / 648000.0,
+    "N": 1.0, "mN": 1e-3, "Nm": 1.0, "mNm": 1e-3, "Ncm": 0.01, "1": 1.0, "A": 1.0, "mA": 1e-3,
+    "rad/s": 1.0, "deg/s": np.pi / 180.0, "m/s": 1.0, "mm/s": 1e-3, "rpm": np.pi / 30.0,
+}  # fmt: skip
+"""Units by their size in the contract's."""
 TIMES = ("s", "ms", "us", "ns", "min")
 ROTARY = ("rad", "mrad", "deg", "arcmin", "arcsec", "turn")
 LINEAR = ("m", "mm", "cm", "um", "inch")
@@ -202,6 +213,24 @@ def unit_said(heading: str, name: str) -> str | None:
     if role == "velocity" and unit is not None:
         unit = f"{unit}/s" if f"{unit}/s" in UNIT_WORDS else unit
     return unit if unit in UNITS_OF.get(role, ()) else None
+
+
+A_FACTOR = "or a factor to SI units in its place, as position=seen*4.848e-6"
+
+
+def no_unit(said: str) -> str:
+    """Why a unit is refused, and which was meant by it: as people write it, or nearly."""
+    meant = UNIT_OF.get(said.lower()) or next(
+        iter(difflib.get_close_matches(said, IN_SI, n=1, cutoff=0.6)), None
+    )
+    if meant in IN_SI:
+        return f"unknown unit '{said}'; did you mean '{meant}'?"
+    return f"unit must be one of {', '.join(IN_SI)}, {A_FACTOR}"
+
+
+def without_unit(name: str) -> str:
+    """A column's name without a unit in brackets at its end."""
+    return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name)
 
 
 def pulls(name: str) -> bool:

@@ -70,6 +70,8 @@ class GuessOptions:
     most_uneven: float = 0.1
     """and so are the times where more than this share of the steps is: then the stamps are those of
     whoever logged. A missing row or a pause now and then is none."""
+    row_missing: float = 1.7
+    """Usual steps of time from which one is longer than usual: a lost row makes two of one."""
     zeros_apart: float = 0.25
     """Part of the whole motion by which command and reading lie apart where their zeros differ."""
 

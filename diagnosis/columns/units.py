@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.columns.doubts import ANGULAR
-from diagnosis.columns.mapping import IN_SI
 from diagnosis.columns.motion_units import PAIRS, of_one_unit, unit_of_motion
 from diagnosis.columns.names import (
+    IN_SI,
     LINEAR,
     LINEAR_SPEEDS,
     ROTARY,
