@@ -6,11 +6,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rich.markup import escape
 from rich.table import Table
 
 from command_line.missing import refuse_missing
-from command_line.output import console, facts, print_json, say, warn
+from command_line.output import console, facts, print_json, say
 from command_line.recordings.diagnose import mapping_of
+from command_line.wrapped import print_wrapped
 from foundation.extras import needs
 
 if TYPE_CHECKING:
@@ -80,8 +82,7 @@ def _show(one: Inspection, robot: str | None, save: Path | None) -> None:
     console.print(_preview(one, narrow))
     if narrow:
         _say_why(one)
-    for warning in one.warnings:
-        warn(f"look here: {warning}")
+    print_wrapped(escape(f"look here: {warning}") for warning in one.warnings)
     if one.kind is None:
         return
     console.print()

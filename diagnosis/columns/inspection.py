@@ -18,11 +18,12 @@ import numpy as np
 import yaml
 
 from diagnosis.columns.by_values import EARLIER
-from diagnosis.columns.guess import guess_columns
+from diagnosis.columns.guess import guess_columns, of_other_joints
 from diagnosis.columns.machine_kind import kind_of
-from diagnosis.columns.mapping import Mapping, Source, named_column, unit_of
-from diagnosis.columns.names import IN_SI, Guess, pulls, without_unit
+from diagnosis.columns.mapping import Mapping, Source, as_option, named_column, unit_of
+from diagnosis.columns.names import IN_SI, Guess, may_be_outside, pulls, without_unit
 from diagnosis.columns.options import GUESSES
+from diagnosis.columns.shapes import rising
 from diagnosis.columns.timing import row_number, rows_and_times
 from diagnosis.columns.units import steps_of_a_slide, unit_noted, with_units
 from diagnosis.observations.readings import FloatArray
@@ -92,11 +93,9 @@ class Inspection:
                 continue
             plain = without_unit(source.from_)
             alike = [column for column in self.table if without_unit(column) == plain]
-            unit = f"[{source.unit}]" if IN_SI[source.unit] != 1.0 else ""
-            scale = f"*{source.scale:.12g}" if "scale" in source.model_fields_set else ""
-            offset = f"{source.offset:+.12g}" if source.offset else ""
+            scale = source.scale if "scale" in source.model_fields_set else None
             where = plain if len(alike) == 1 else source.from_
-            said.append(f"{name}={where}{unit}{scale}{offset}")
+            said.append(as_option(name, where, source.unit, scale, source.offset))
         return [part for one in said for part in ("--set", one)]
 
     def command(self, robot: str, read: list[str]) -> str:
@@ -195,12 +194,16 @@ def inspect_table(
         for name, guess in guesses.items()
         if guess.unit == "arcsec" and '"' in name
     ]
+    others += of_other_joints(known, guesses)
     if others:
         warnings.append(
             f"there are more joints than one: {', '.join(others[:6])}"
             f"{', ...' if len(others) > 6 else ''}; name the columns of another with --set"
         )
-    kind, motion, why = kind_of(guesses, [name for name in known if name not in guesses])
+    left = [name for name, one in known.items() if name not in guesses and not rising(one)]
+    kind, motion, why = kind_of(guesses, left)
+    if kind == "servo_axis":
+        warnings += _from_outside(guesses)
     timeless = base.rate_hz is not None and "t" not in said
     counter = row_number(guesses, known) if kind == "range_sensor" else None
     if timeless or counter:
@@ -244,6 +247,20 @@ def _which_came_first(guesses: AnyMapping[str, Guess]) -> list[str]:
     return [
         f"{', '.join(asked)}: taken for what was commanded, as {are} {EARLIER} than what moves"
         " alike; where it is the other way round, exchange the two in the command below"
+    ]
+
+
+def _from_outside(guesses: AnyMapping[str, Guess]) -> list[str]:
+    """A word of a torque or a force beside a command: it may pull at the axis from outside."""
+    by_name = {guess.name: guess for guess in guesses.values()}
+    effort = by_name.get("effort")
+    if effort is None or "command" not in by_name or "load" in by_name:
+        return []
+    if effort.why == "as you say" or not may_be_outside(effort.source):
+        return []
+    return [
+        f"{effort.source}: taken for what the drive itself gives; if it pulls at the axis from"
+        " outside (a weight, a spring), put load in place of effort in the command below"
     ]
 
 

@@ -13,7 +13,8 @@ A mapping says for each contract column where it comes from:
     decimal: ","
 
 On the command line the same is `--set t=time_ms*0.001 --set "position=angle[deg]"` (also
-`name=column*factor+offset`, `name=0.2`, `rate_hz=50`, `separator=tab`, `decimal=,`).
+`name=column*factor+offset`, `name=0.2`, `rate_hz=50`, `separator=tab`, `decimal=,`). A column
+whose name holds a star, or ends like an offset, stands in quotes: `--set 'position="axis-1"'`.
 """
 
 from __future__ import annotations
@@ -45,6 +46,7 @@ from diagnosis.observations.readings import FloatArray
 from foundation.errors import ConfigError, RecordingError
 from foundation.explain import explain
 from foundation.strict_yaml import Document, StrictModel
+from recording.tables.cell import number
 from recording.tables.flat import GAP_PERIODS, UNITS, AnyArray, FlatRecording, from_columns
 from recording.tables.foreign_log import LOG_TIME, is_log, read_log, topic_of
 from recording.tables.foreign_table import read_parquet_table, read_table
@@ -57,7 +59,8 @@ MOVING = frozenset(
 OF_THE_TABLE = ("rate_hz", "skip_lines", "heading", "separator", "decimal")
 """What `--set` takes beside columns; separators also by name: tab, space, comma, semicolon."""
 _OPTION = re.compile(
-    r"(?P<name>\w+)=(?P<from>[^*+]+?)(\[(?P<unit>\w+|(rad|deg|m|mm)/s)\])?"
+    r"(?P<name>\w+)=(?:\"(?P<quoted>[^\"]+)\"|(?P<from>[^*+]+?))"
+    r"(\[(?P<unit>(?!\d+\])\w+|(rad|deg|m|mm)/s)\])?"
     r"(\*(?P<scale>[-+]?[.\d]+([eE][-+]?\d+)?))?"
     r"(?P<offset>[+-][.\d][.\deE+-]*)?"
 )
@@ -301,10 +304,21 @@ def _source(option: str) -> Source:
     if match["scale"] is not None:
         given["scale"] = scale = _number(match["scale"], option)
     offset = 0.0 if match["offset"] is None else _number(match["offset"], option)
-    try:
-        return Source(value=float(match["from"]) * scale * IN_SI[unit] + offset)
-    except ValueError:
-        return Source.model_validate({"from": match["from"].strip(), "offset": offset, **given})
+    named = match["quoted"] or match["from"].strip()
+    if match["quoted"] is None and (value := number(named)) is not None:
+        return Source(value=value * scale * IN_SI[unit] + offset)
+    return Source.model_validate({"from": named, "offset": offset, **given})
+
+
+def as_option(name: str, column: str, unit: str, scale: float | None, offset: float) -> str:
+    """What `--set` takes for a column; scale: None where no factor was given."""
+    unit = f"[{unit}]" if IN_SI[unit] != 1.0 else ""
+    factor = "" if scale is None else f"*{scale:.12g}"
+    further = f"{unit}{factor}{f'{offset:+.12g}' if offset else ''}"
+    bare = f"{name}={column}{further}"
+    match = _OPTION.fullmatch(bare)
+    plain = match is not None and match["from"] == column and number(column) is None
+    return bare if plain else f'{name}="{column}"{further}'
 
 
 def _number(text: str, option: str) -> float:

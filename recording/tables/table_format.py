@@ -11,6 +11,7 @@ from pathlib import Path
 
 from foundation.errors import RecordingError
 from recording.tables.cell import is_number
+from recording.tables.moment import is_moment
 from recording.tables.text_file import read_text
 
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces"}
@@ -21,7 +22,8 @@ MANY_LINES = 400
 UNIT_CELL = re.compile(
     r"[\[(]?(°|[numkcM]?(s|m|rad|A|V|N|Nm|N\.m|Hz)(/s)?|deg(/s)?|arcsec|arcmin|turn|min|1|-|%)?[\])]?"
 )
-_TIME_OF_DAY = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[-+]\d\d:?\d\d)?")
+_STAMPED = re.compile(r"^(\d\d:\d\d:\d\d[.,]\d+) -> ")
+"""What a serial monitor puts before each line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,14 +50,10 @@ class TableFormat:
 
 def split(line: str, separator: str) -> list[str]:
     """The cells of a line, without quotes and spaces round them."""
+    line = _STAMPED.sub(rf"\g<1>{separator}", line)
     if separator == " ":
         return line.split()
     return [cell.strip() for cell in next(csv.reader(io.StringIO(line), delimiter=separator), [])]
-
-
-def is_moment(cell: str) -> bool:
-    """Whether a cell holds a date with its time, as 2024-05-01 12:00:00.5."""
-    return _TIME_OF_DAY.fullmatch(cell) is not None
 
 
 def guess_format(
