@@ -188,7 +188,8 @@ def _columns() -> str:
         table(("column", "unit"), [(f"`{name}`", unit) for name, unit in UNITS.items()]),
         "## Mappings",
         "`--columns FILE` or `--set NAME=COLUMN[unit]` bring other names and units to these. "
-        "`deltactl diagnose --inspect FILE` proposes one. Schema: `schemas/mapping.json`. Units: "
+        "`deltactl diagnose --inspect FILE` proposes one. Schema: `schemas/mapping.json`. Where "
+        "`separator` and `decimal` are not given, they are found by looking at the file. Units: "
         f"{units}.",
         *_tables(Mapping, {}),
         "## Channels of a recording (MCAP)",

@@ -7,7 +7,6 @@ could not be told is said too.
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Mapping as AnyMapping
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -98,9 +97,9 @@ class Inspection:
             said.append(as_option(name, where, source.unit, scale, source.offset))
         return [part for one in said for part in ("--set", one)]
 
-    def command(self, robot: str, read: list[str]) -> str:
-        """The command that diagnoses this file; `read` are the options that read it."""
-        return shlex.join(["deltactl", "diagnose", str(self.path), "--robot", robot, *read])
+    def command(self, robot: str, read: list[str]) -> list[str]:
+        """The command that diagnoses this file, as words; `read` are the options that read it."""
+        return ["deltactl", "diagnose", str(self.path), "--robot", robot, *read]
 
     def mapping_text(self) -> str:
         """The mapping as a file for `--columns`."""
@@ -188,12 +187,12 @@ def inspect_table(
         if guess.unit == "deg" and GRAD.search(f"{name} {units.get(name, '')}")
     ]
     warnings += _which_came_first(guesses)
-    warnings += [
-        f'{name}: " is read as seconds of arc; if it is inches, put [inch] in place of [arcsec] and'
-        " linear in place of rotary below"
-        for name, guess in guesses.items()
-        if guess.unit == "arcsec" and '"' in name
-    ]
+    arcs = [name for name, one in guesses.items() if one.unit == "arcsec" and '"' in name]
+    if arcs:
+        warnings.append(
+            f'{", ".join(arcs)}: " is read as seconds of arc; if it is inches, put [inch] in place'
+            " of [arcsec] and linear in place of rotary below"
+        )
     others += of_other_joints(known, guesses)
     if others:
         warnings.append(
@@ -231,7 +230,10 @@ def inspect_table(
     timing, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None)
     warnings += late
     if kind == "servo_axis" and motion is None:
-        warnings.append("rad or m cannot be told apart: say --motion rotary or linear to 'init'")
+        warnings.append(
+            "whether it turns (rad) or slides (m) cannot be told; if it slides, put linear in place"
+            " of rotary below"
+        )
     return Inspection(
         path, [*facts, *timing], table, guesses, kind, motion, why, _zero(guesses, known),
         mapping, warnings, counter,

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 WORDS: dict[str, str] = {
-    "t": "t time timestamp stamp timestamps zeit temps tiempo sec secs second "
-    "seconds clock elapsed",
+    "t": "t time timestamp stamp timestamps zeit zeitstempel uhrzeit datetime temps tiempo sec "
+    "secs second seconds clock elapsed",
     "command": "command cmd target setpoint set_point reference ref goal goal_position desired des "
     "soll sollwert set set_pos setpos pos_set set_position consigne action demand goal_pos q_des "
     "qd_ref commanded target_position commanded_position desired_position reference_position "

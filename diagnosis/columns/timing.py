@@ -89,6 +89,7 @@ def _doubts(name: str, step_s: FloatArray, counter: str | None) -> list[str]:
         doubts.append(
             f"{name}: its steps are uneven, as where a computer stamps what arrives; if the file"
             " has the clock of the device that took the readings, say --set t=THAT_COLUMN; if they"
-            f" were taken evenly, --set rate_hz={1 / usual:.3g} with their true rate"
+            f" were taken evenly, --set rate_hz={1 / usual:.3g} (their true rate) in place of"
+            " --set t=..."
         )
     return doubts

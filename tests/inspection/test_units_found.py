@@ -172,4 +172,4 @@ def test_grad_is_degrees_and_said_to_be_doubtful(deltactl, tmp_path) -> None:
         (tmp_path / "log.csv").write_text("\n".join([heading, *rows]) + "\n")
         done = deltactl("diagnose", "log.csv", "--inspect")
         assert "position=Winkel[deg]" in done.stdout.replace("\n", "")
-        assert ("grad is read as degrees" in done.stderr) == doubtful
+        assert ("grad is read as degrees" in done.stdout) == doubtful
