@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from command_line.output import warn
 from foundation.errors import RecordingError
 from foundation.extras import needs
+from recording.tables.flat import UNITS
 from recording.tables.flat_files import read_flat
 from recording.tables.foreign_log import is_log
 from recording.tables.table_format import first_cells
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from recording.tables.flat import FlatRecording
 
 BINARY = (".parquet", ".mat")
+MOST_LISTED = 200
+"""Letters of names."""
 
 
 def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
@@ -36,15 +39,19 @@ def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
     told: list[str] = []
     try:
         recording = read_mapped(path, Mapping(), told.append)
-    except RecordingError:
-        raise _of_another_kind(path, robot) or wrong from None
+    except RecordingError as error:
+        raise _with_other_names(path, robot, error) or wrong from None
     for line in told:
         warn(line)
     return recording
 
 
-def _of_another_kind(path: Path, robot: RobotModel | None) -> RecordingError | None:
-    """What is said of a table with names of its own that looks like another kind of machine."""
+def _with_other_names(
+    path: Path, robot: RobotModel | None, error: RecordingError
+) -> RecordingError | None:
+    """What is said of a table that `error` refused: where it has names of its own, which machine
+    it looks like. None where it is no table that could be looked at.
+    """
     from diagnosis.columns.inspection import inspect
     from diagnosis.columns.machine_kind import looks_like
 
@@ -52,7 +59,10 @@ def _of_another_kind(path: Path, robot: RobotModel | None) -> RecordingError | N
         seen = inspect(path)
     except RecordingError:
         return None
+    if UNITS.keys() & seen.table.keys():
+        return error
+    own = f"{path}: its columns have names of their own ({', '.join(seen.table)[:MOST_LISTED]})"
     if robot is None or seen.kind is None or seen.kind == robot.kind:
-        return None
+        return RecordingError(f"{own}; which options read them: deltactl diagnose --inspect {path}")
     also = looks_like(seen.kind, seen.kind_why, robot, str(path))
-    return RecordingError(f"{path}: its columns have names of their own. It {also}")
+    return RecordingError(f"{own}. It {also}")

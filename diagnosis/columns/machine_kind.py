@@ -6,7 +6,8 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from diagnosis.columns.guess import guess_columns
+from diagnosis.columns.by_values import ASKED
+from diagnosis.columns.guess import MOTIONS, guess_columns
 from diagnosis.columns.mapping import as_option
 from diagnosis.columns.names import LINEAR, ROTARY, Guess, pulls, read_name, without_unit
 from diagnosis.columns.units import with_units
@@ -49,10 +50,11 @@ def _turns(name: str) -> bool:
 
 def _could_be(guesses: Mapping[str, Guess], recording: FlatRecording) -> str:
     """Which columns with names of their own look like those of the program, and what to type."""
+    wanted = MOTIONS | {"theta", "pos"} | (set() if ASKED & set(recording.columns) else {"effort"})
     found = [
         guess
         for name, guess in guesses.items()
-        if name in recording.extra and guess.name not in recording.columns and guess.name != "t"
+        if name in recording.extra and guess.role in wanted and guess.name not in recording.columns
     ]
     if not found:
         return ""

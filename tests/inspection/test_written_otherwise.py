@@ -133,7 +133,11 @@ def test_names_of_ones_own_with_another_machines_file_say_which_machine(
     assert "deltactl diagnose a.csv --inspect" in says
     (tmp_path / "axis.yaml").write_text(AXIS)
     says = deltactl("diagnose", "a.csv", "--robot", "axis.yaml", status=2).stderr
+    assert "(Zeit [s], Soll [deg], Ist [deg])" in says
     assert "deltactl diagnose --inspect a.csv" in says
+    write(tmp_path / "b.csv", ["command", "position"], [ASKED, SEEN], ",")
+    says = deltactl("diagnose", "b.csv", "--robot", "axis.yaml", status=2).stderr
+    assert "--set rate_hz=50 with the rows per second" in says
 
 
 @pytest.mark.parametrize(("pause_s", "fact"), [(1.5, True), (0.0, False)])
