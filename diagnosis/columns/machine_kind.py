@@ -6,6 +6,8 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from diagnosis.columns.by_values import ASKED
 from diagnosis.columns.guess import MOTIONS, guess_columns
 from diagnosis.columns.mapping import as_option
@@ -28,7 +30,11 @@ def of_another_kind(
     the robot file describes, and where other columns look like those that are missing.
     """
     table = {**recording.columns, **recording.extra}
-    numbers = {name: one for name, one in table.items() if one.dtype.kind == "f"}
+    numbers = {
+        name: one
+        for name, one in table.items()
+        if one.dtype.kind == "f" and bool(np.isfinite(one).any())
+    }
     numbers = {"t": recording.t_s, **numbers}
     guesses = {
         name: replace(guess, unit="rad") if name in recording.columns and _turns(name) else guess
