@@ -9,7 +9,8 @@ from typing import Any
 import yaml
 from pydantic import BaseModel
 
-from diagnosis.columns.mapping import IN_SI, Mapping
+from diagnosis.columns.mapping import Mapping
+from diagnosis.columns.names import IN_SI
 from firmware_py.daemon.protocol import ARGUMENTS, SLOW
 from firmware_py.job_file import JobFile
 from firmware_py.robot_file import SAID_FOR_HARDWARE, RobotFile
@@ -187,7 +188,8 @@ def _columns() -> str:
         table(("column", "unit"), [(f"`{name}`", unit) for name, unit in UNITS.items()]),
         "## Mappings",
         "`--columns FILE` or `--set NAME=COLUMN[unit]` bring other names and units to these. "
-        "`deltactl diagnose --inspect FILE` proposes one. Schema: `schemas/mapping.json`. Units: "
+        "`deltactl diagnose --inspect FILE` proposes one. Schema: `schemas/mapping.json`. Where "
+        "`separator` and `decimal` are not given, they are found by looking at the file. Units: "
         f"{units}.",
         *_tables(Mapping, {}),
         "## Channels of a recording (MCAP)",

@@ -11,11 +11,12 @@ from rich.markup import escape
 
 from command_line.missing import refuse_missing
 from command_line.output import print_json, say, waiting, warn
+from command_line.recordings.tables import read_plain
 from command_line.wrapped import print_wrapped
 from firmware_py.robot_file import CONFIG_FOLDER, find
 from foundation.errors import ConfigError
 from foundation.extras import needs
-from models.robot import DeltaRobot, ServoAxis, load_robot_model
+from models.robot import DeltaRobot, RobotModel, ServoAxis, load_robot_model
 
 if TYPE_CHECKING:
     from diagnosis.columns.mapping import Mapping
@@ -51,7 +52,7 @@ def diagnose_recordings(
     described = load_robot_model(robot_file)
     if columns and isinstance(described, ServoAxis):
         _refuse_other_motion(columns, described)
-    read = read_with(columns)
+    read = _with_notes(read_with(columns, described), described, columns)
     with waiting("reading", quiet) as show:
         written = None if quiet else json_file
         answer = diagnose(recordings, robot_file, holdout, written, show, read, thorough)
@@ -88,12 +89,31 @@ def _refuse_other_motion(columns: list[str], robot: ServoAxis) -> None:
         raise ConfigError(f"--set: {why}")
 
 
-def read_with(columns: list[str]) -> Callable[[Path], FlatRecording]:
-    """What reads recordings, with the mapping that these options say."""
-    from recording.tables.flat_files import read_flat
+def _with_notes(
+    read: Callable[[Path], FlatRecording], robot: RobotModel, columns: list[str]
+) -> Callable[[Path], FlatRecording]:
+    """The same, which also says what of a recording this robot file leaves without use."""
+    from diagnosis.observations.needed_columns import effort_unused
 
+    def noted(path: Path) -> FlatRecording:
+        recording = read(path)
+        source = mapping_of(columns).columns.get("effort")
+        if why := effort_unused(robot, recording, source.from_ if source else None):
+            warn(f"{path.name}: {why}")
+        return recording
+
+    return noted
+
+
+def read_with(
+    columns: list[str], robot: RobotModel | None = None
+) -> Callable[[Path], FlatRecording]:
+    """What reads recordings, with the mapping that these options say.
+
+    robot: the machine that they are said to be of.
+    """
     if not columns:
-        return read_flat
+        return partial(read_plain, robot=robot)
     with needs("diagnosis", "--set"):
         from diagnosis.columns.mapping import read_mapped
     return partial(read_mapped, mapping=mapping_of(columns), tell=warn)

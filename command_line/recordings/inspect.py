@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rich.markup import escape
 from rich.table import Table
 
 from command_line.missing import refuse_missing
-from command_line.output import console, facts, print_json, say, warn
+from command_line.output import console, facts, print_json, say
 from command_line.recordings.diagnose import mapping_of
+from command_line.wrapped import print_wrapped
 from foundation.extras import needs
 
 if TYPE_CHECKING:
@@ -22,12 +26,16 @@ ROBOT = "my-robot.yaml"
 SHOWN_COLUMNS = 12
 NARROW = 100
 """In a window of fewer letters the reasons stand below the table, not in a column of it."""
+UNSAID = {
+    **dict.fromkeys(("command", "position"), "rad or m"), "theta": "rad", "velocity": "rad/s or m/s"
+}  # fmt: skip
+"""In what a column is read of which nothing says the unit."""
 BY_NAME = "by its name"
-FORCED = " --recorded effort --inertia INERTIA --effort-gain GAIN"
+FORCED = ["--recorded", "effort", "--inertia", "INERTIA", "--effort-gain", "GAIN"]
 FORCED_SAYS = (
-    "                       INERTIA: what moves, in kg m2 (rotary) or kg (linear), as well as it is"
-    " known;\n                       GAIN: N m (or N) for one unit of the effort; where a weight"
-    " pulls at it,\n                       also --hanging-nm (rotary) or --slope-n (linear)"
+    "  INERTIA: what moves, in kg m2 (rotary) or kg (linear), as well as it is known",
+    "  GAIN: N m (or N) for one unit of the effort; where a weight pulls at it, also --hanging-nm"
+    " (rotary) or --slope-n (linear)",
 )
 
 
@@ -80,20 +88,58 @@ def _show(one: Inspection, robot: str | None, save: Path | None) -> None:
     console.print(_preview(one, narrow))
     if narrow:
         _say_why(one)
+    if one.warnings:
+        console.print()
     for warning in one.warnings:
-        warn(f"look here: {warning}")
+        _say_broken(f"look here: {warning}")
     if one.kind is None:
         return
     console.print()
     if robot is None:
-        motion = f" --motion {one.motion or 'rotary'}" if one.kind == "servo_axis" else ""
-        zero = " --zero arbitrary" if one.zero == "arbitrary" else ""
-        motion += FORCED if one.needs_inertia else ""
-        say(f"describe the machine:  deltactl init {_new(one)} --kind {one.kind}{motion}{zero}")
-        if one.needs_inertia:
-            say(FORCED_SAYS)
+        motion = ["--motion", one.motion or "rotary"] if one.kind == "servo_axis" else []
+        zero = ["--zero", "arbitrary"] if one.zero == "arbitrary" else []
+        forced = FORCED if one.needs_inertia else []
+        init = ["deltactl", "init", _new(one), "--kind", one.kind, *motion, *forced, *zero]
+        _say_command("describe the machine:  ", init)
+        for line in FORCED_SAYS if one.needs_inertia else ():
+            _say_broken(line)
     read = ["--columns", str(save)] if save is not None else one.options
-    say(f"diagnose it:           {one.command(robot or _new(one), read)}")
+    _say_command("diagnose it:           ", one.command(robot or _new(one), read))
+
+
+def _say_broken(text: str) -> None:
+    """A sentence: in a window broken between words, elsewhere one line."""
+    if console.is_terminal:
+        print_wrapped([escape(text)])
+    else:
+        say(text)
+
+
+def _say_command(label: str, words: list[str]) -> None:
+    """A command to be copied; in a window too narrow for it, over lines that the shell joins."""
+    whole = f"{label}{shlex.join(words)}"
+    if not console.is_terminal or len(whole) <= console.width:
+        say(whole)
+        return
+    say(label.rstrip())
+    line = ""
+    for part in _options(words):
+        if line and len(line) + len(part) + 3 > console.width:
+            say(f"{line} \\")
+            line = "   "
+        line = f"{line} {part}" if line else part
+    say(line)
+
+
+def _options(words: list[str]) -> Iterator[str]:
+    """The words of a command, each option with its value."""
+    part: list[str] = []
+    for word in words:
+        if word.startswith("--") and part:
+            yield shlex.join(part)
+            part = []
+        part.append(word)
+    yield shlex.join(part)
 
 
 def _new(one: Inspection) -> str:
@@ -105,14 +151,14 @@ def _values(values: FloatArray, guess: Guess | None) -> str:
     """The first three; of times the first, and what comes after it."""
     first = values[:3]
     if guess is None or guess.role != "t" or abs(float(first[0])) < 1e4:
-        return " ".join(f"{value:.4g}" for value in first)
+        return " ".join(f"{value + 0.0:.4g}" for value in first)  # no -0
     later = (f"+{value - first[0]:.4g}" for value in first[1:])
     return " ".join([f"{first[0]:.10g}", *later])
 
 
 def _unit(guess: Guess) -> str:
     if guess.scale == 1.0:
-        return guess.unit or "as it is"
+        return guess.unit or UNSAID.get(guess.role, "as it is")
     return f"{guess.scale:.4g} {guess.unit or ''}".rstrip()
 
 

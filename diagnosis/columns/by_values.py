@@ -11,7 +11,9 @@ from diagnosis.columns.options import GUESSES
 from diagnosis.columns.shapes import (
     asks,
     correlation,
+    difference,
     is_count,
+    is_flag,
     is_label,
     is_stepwise,
     is_whole,
@@ -41,6 +43,8 @@ def by_values(
         moving.remove(name)
         yield Guess(name, "segment", None, None, "few whole numbers, one after another")
     time = next((table[n] for n, guess in found.items() if guess.role == "t"), None)
+    if len(moving) <= GUESSES.few_columns and (error := difference(table, moving)):
+        moving.remove(error)
     speeds = [] if time is None else list(slopes(table, moving, time))
     for velocity, of in speeds:
         moving.remove(velocity)
@@ -84,6 +88,7 @@ def _of_lone(
     with_slope: list[str],
 ) -> Iterator[Guess]:
     """Columns of which no two move alike: a position, and what it was asked or driven by."""
+    rest = [n for n in rest if not is_flag(table[n])]
     if not rest:
         return
     steady = [n for n in rest if is_stepwise(table[n])][: len(rest) - 1]

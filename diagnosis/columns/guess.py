@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from diagnosis.columns.by_values import by_values, partners
@@ -29,7 +29,7 @@ def guess_columns(
         said = {name: Named(None, said[name].unit, None) for name in table}
     thin = _thinned(table)
     found: dict[str, Guess] = {}
-    for name, what in said.items():
+    for name, what in sorted(said.items(), key=lambda one: _asked_effort(one[1])):
         if what.role is not None:
             found[name] = Guess(name, what.role, what.index, what.unit, "by its name")
     _twins(thin, found)
@@ -37,8 +37,21 @@ def guess_columns(
     _time(thin, said, found)
     nothing = not MOTIONS & {guess.role for guess in found.values()}
     by_numbers = by_values if nothing or not named else partners
-    found |= {guess.source: guess for guess in by_numbers(thin, said, found)}
+    usable = {name: values for name, values in thin.items() if said[name].used}
+    found |= {guess.source: guess for guess in by_numbers(usable, said, found)}
     return _unique(_numbered(found))
+
+
+def _asked_effort(what: Named) -> bool:
+    """Whether it is an effort that was asked for: one that was measured comes first."""
+    return what.role == "effort" and what.asked
+
+
+def of_other_joints(names: Iterable[str], found: Mapping[str, Guess]) -> list[str]:
+    """Names of columns that are commands as well, of joints without numbers: shoulder, elbow."""
+    if not any(guess.name == "command" for guess in found.values()):
+        return []
+    return [one for one in names if one not in found and read_name(one).role == "command"]
 
 
 def _letters(names: list[str]) -> dict[str, str]:

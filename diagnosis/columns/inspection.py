@@ -7,7 +7,6 @@ could not be told is said too.
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Mapping as AnyMapping
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -18,33 +17,27 @@ import numpy as np
 import yaml
 
 from diagnosis.columns.by_values import EARLIER
-from diagnosis.columns.guess import guess_columns
+from diagnosis.columns.guess import guess_columns, of_other_joints
 from diagnosis.columns.machine_kind import kind_of
-from diagnosis.columns.mapping import (
-    IN_SI,
-    Mapping,
-    Source,
-    named_column,
-    unit_of,
-    without_unit,
-)
-from diagnosis.columns.names import Guess, pulls, read_name
+from diagnosis.columns.mapping import Mapping, Source, as_option, named_column, unit_of
+from diagnosis.columns.names import IN_SI, Guess, may_be_outside, pulls, without_unit
 from diagnosis.columns.options import GUESSES
+from diagnosis.columns.shapes import rising
+from diagnosis.columns.timing import row_number, rows_and_times
 from diagnosis.columns.units import steps_of_a_slide, unit_noted, with_units
 from diagnosis.observations.readings import FloatArray
 from foundation.counting import count
 from foundation.errors import RecordingError
 from models.robot import ARMS
-from recording.tables.flat import GAP_PERIODS, UNITS
+from recording.tables.flat import UNITS
 from recording.tables.foreign_log import is_log, read_log, topic_of
 from recording.tables.foreign_table import read_parquet_table, read_table
-from recording.tables.table_format import SEPARATORS, TableFormat, guess_format
+from recording.tables.table_format import IN_OPTIONS, TableFormat, guess_format, marks_said
 
 _LAST = re.compile(r"(\w+)_([123xyz])")
 _NUMBERED = re.compile(r"(.*?[^\d._])[._]?\d+([._][^\d]+)?")
 GRAD = re.compile(r"(?i)(?<![a-z])grad(?![a-z])")
 """Degrees in German, and gon in surveying."""
-OTHER_SEPARATOR = {"\t": "tab", " ": "space"}
 
 
 @dataclass(frozen=True)
@@ -65,6 +58,8 @@ class Inspection:
     """arbitrary where the readings stand far from the commands; None where that is not known."""
     mapping: Mapping
     warnings: list[str] = field(default_factory=list)
+    counter: str | None = None
+    """A column that counts the rows, where no times are needed."""
 
     @property
     def needs_inertia(self) -> bool:
@@ -74,6 +69,8 @@ class Inspection:
 
     def unused(self, column: str) -> str:
         """Words for a column that is kept and not used: what it could be set to."""
+        if column == self.counter:
+            return "it counts the rows; a ranging sensor needs no times"
         if not pulls(column):
             return "kept, not used"
         names = [n for n in ("load", "effort") if n not in {g.name for g in self.guesses.values()}]
@@ -87,7 +84,7 @@ class Inspection:
         for name, default in Mapping().model_dump().items():
             value = getattr(self.mapping, name)
             if name != "columns" and value != default:
-                text = ",".join(value) if name == "heading" else OTHER_SEPARATOR.get(value, value)
+                text = ",".join(value) if name == "heading" else IN_OPTIONS.get(value, value)
                 said.append(f"{name}={text:g}" if isinstance(text, float) else f"{name}={text}")
         for name, source in self.mapping.columns.items():
             if source.from_ is None:
@@ -95,16 +92,14 @@ class Inspection:
                 continue
             plain = without_unit(source.from_)
             alike = [column for column in self.table if without_unit(column) == plain]
-            unit = f"[{source.unit}]" if IN_SI[source.unit] != 1.0 else ""
-            scale = f"*{source.scale:.12g}" if "scale" in source.model_fields_set else ""
-            offset = f"{source.offset:+.12g}" if source.offset else ""
+            scale = source.scale if "scale" in source.model_fields_set else None
             where = plain if len(alike) == 1 else source.from_
-            said.append(f"{name}={where}{unit}{scale}{offset}")
+            said.append(as_option(name, where, source.unit, scale, source.offset))
         return [part for one in said for part in ("--set", one)]
 
-    def command(self, robot: str, read: list[str]) -> str:
-        """The command that diagnoses this file; `read` are the options that read it."""
-        return shlex.join(["deltactl", "diagnose", str(self.path), "--robot", robot, *read])
+    def command(self, robot: str, read: list[str]) -> list[str]:
+        """The command that diagnoses this file, as words; `read` are the options that read it."""
+        return ["deltactl", "diagnose", str(self.path), "--robot", robot, *read]
 
     def mapping_text(self) -> str:
         """The mapping as a file for `--columns`."""
@@ -128,8 +123,8 @@ def inspect(path: Path, said: Mapping | None = None) -> Inspection:
     """
     known = {} if said is None else said.columns
     if is_log(path) or path.suffix == ".parquet":
-        return _of_columns(path, known)
-    form = guess_format(path)
+        return _of_columns(path, known, _said_of_the_table(said))
+    form = guess_format(path, *((said.separator, said.decimal) if said else ()))
     heading = () if form.heading_line is not None else form.names
     skip = form.first_row if heading else form.heading_line or 0
     try:
@@ -137,17 +132,22 @@ def inspect(path: Path, said: Mapping | None = None) -> Inspection:
     except RecordingError as error:
         raise RecordingError(f"{error}: it is no table of numbers, or has rows of text") from None
     units = dict(zip(form.names, form.units, strict=True))
-    written = {"separator": form.separator, "decimal": form.decimal}
-    base = Mapping.model_validate(written | {"skip_lines": skip, "heading": heading})
+    base = _said_of_the_table(said).model_copy(update={"skip_lines": skip, "heading": heading})
     return inspect_table(path, table, base, units, form.named, _facts(form), known, form.before)
 
 
-def _of_columns(path: Path, known: AnyMapping[str, Source]) -> Inspection:
+def _said_of_the_table(said: Mapping | None) -> Mapping:
+    """What somebody says of the whole table. What is found by looking needs no saying."""
+    kept = {} if said is None else said.model_dump(include={"separator", "decimal", "rate_hz"})
+    return Mapping.model_validate(kept)
+
+
+def _of_columns(path: Path, known: AnyMapping[str, Source], base: Mapping) -> Inspection:
     """A log or a Parquet file: its columns have names already."""
     table = read_log(path) if is_log(path) else read_parquet_table(path)
     topics = sorted({topic for name in table if (topic := topic_of(name))})
     facts = [("topics", ", ".join(topics))] if topics else [("written", "Parquet")]
-    return inspect_table(path, table, Mapping(), {}, True, facts, known)
+    return inspect_table(path, table, base, {}, True, facts, known)
 
 
 def inspect_table(
@@ -187,18 +187,26 @@ def inspect_table(
         if guess.unit == "deg" and GRAD.search(f"{name} {units.get(name, '')}")
     ]
     warnings += _which_came_first(guesses)
-    warnings += [
-        f'{name}: " is read as seconds of arc; if it is inches, put [inch] in place of [arcsec] and'
-        " linear in place of rotary below"
-        for name, guess in guesses.items()
-        if guess.unit == "arcsec" and '"' in name
-    ]
+    arcs = [name for name, one in guesses.items() if one.unit == "arcsec" and '"' in name]
+    if arcs:
+        warnings.append(
+            f'{", ".join(arcs)}: " is read as seconds of arc; if it is inches, put [inch] in place'
+            " of [arcsec] and linear in place of rotary below"
+        )
+    others += of_other_joints(known, guesses)
     if others:
         warnings.append(
             f"there are more joints than one: {', '.join(others[:6])}"
             f"{', ...' if len(others) > 6 else ''}; name the columns of another with --set"
         )
-    kind, motion, why = kind_of(guesses, [name for name in known if name not in guesses])
+    left = [name for name, one in known.items() if name not in guesses and not rising(one)]
+    kind, motion, why = kind_of(guesses, left)
+    if kind == "servo_axis":
+        warnings += _from_outside(guesses)
+    timeless = base.rate_hz is not None and "t" not in said
+    counter = row_number(guesses, known) if kind == "range_sensor" else None
+    if timeless or counter:
+        guesses = {name: one for name, one in guesses.items() if one.role != "t"}
     columns = {
         guess.name: Source.model_validate(
             {"from": name, "unit": guess.unit or "1"}
@@ -219,13 +227,16 @@ def inspect_table(
     if base.heading and not named:
         base, columns = _headed(base, columns)
     mapping = base.model_copy(update={"columns": columns})
-    timing, late = _timing(guesses, known)
+    timing, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None)
     warnings += late
     if kind == "servo_axis" and motion is None:
-        warnings.append("rad or m cannot be told apart: say --motion rotary or linear to 'init'")
+        warnings.append(
+            "whether it turns (rad) or slides (m) cannot be told; if it slides, put linear in place"
+            " of rotary below"
+        )
     return Inspection(
         path, [*facts, *timing], table, guesses, kind, motion, why, _zero(guesses, known),
-        mapping, warnings,
+        mapping, warnings, counter,
     )  # fmt: skip
 
 
@@ -238,6 +249,20 @@ def _which_came_first(guesses: AnyMapping[str, Guess]) -> list[str]:
     return [
         f"{', '.join(asked)}: taken for what was commanded, as {are} {EARLIER} than what moves"
         " alike; where it is the other way round, exchange the two in the command below"
+    ]
+
+
+def _from_outside(guesses: AnyMapping[str, Guess]) -> list[str]:
+    """A word of a torque or a force beside a command: it may pull at the axis from outside."""
+    by_name = {guess.name: guess for guess in guesses.values()}
+    effort = by_name.get("effort")
+    if effort is None or "command" not in by_name or "load" in by_name:
+        return []
+    if effort.why == "as you say" or not may_be_outside(effort.source):
+        return []
+    return [
+        f"{effort.source}: taken for what the drive itself gives; if it pulls at the axis from"
+        " outside (a weight, a spring), put load in place of effort in the command below"
     ]
 
 
@@ -286,49 +311,13 @@ def _headed(base: Mapping, columns: dict[str, Source]) -> tuple[Mapping, dict[st
 
 
 def _facts(form: TableFormat) -> list[tuple[str, str]]:
-    point = "decimal comma" if form.decimal == "," else "decimal point"
     heading = "with a heading" if form.named else "no heading: columns are called by their place"
-    facts = [("written", f"{form.mark}, {SEPARATORS[form.separator]} between, {point}, {heading}")]
+    facts = [("written", f"{form.mark}, {marks_said(form.separator, form.decimal)}, {heading}")]
     if form.before:
         facts.append(
             ("before that", f"{count(len(form.before), 'line')}, as '{form.before[0][:50]}'")
         )
     return facts
-
-
-def _timing(
-    guesses: AnyMapping[str, Guess], table: AnyMapping[str, FloatArray]
-) -> tuple[list[tuple[str, str]], list[str]]:
-    time = next((guess for guess in guesses.values() if guess.role == "t"), None)
-    rows = len(next(iter(table.values())))
-    if time is None:
-        return [("rows", str(rows))], [
-            "no column increases all the way: where rows are evenly spaced, say --set rate_hz=100"
-        ]
-    scale = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}.get(time.unit or "s", 1.0)
-    step = np.diff(table[time.source]) * scale
-    usual = float(np.median(step))
-    gaps = int((step > GAP_PERIODS * usual).sum())
-    words = f"{rows} in {float(step.sum()):.4g} s, one every {usual:.4g} s ({1 / usual:.4g} Hz)"
-    facts = [("rows", words)]
-    if gaps:
-        facts.append(
-            ("gaps", f"{gaps} longer than {GAP_PERIODS * usual:.3g} s; each starts a stretch")
-        )
-    late = []
-    named = read_name(time.source).role == "t"
-    if not named and bool((np.diff(table[time.source]) == 1.0).all()):
-        late.append(
-            f"{time.source}: it counts the rows and is taken for seconds; where more rows than one"
-            " come in a second, say how many: --set rate_hz=100 in place of --set t=..."
-        )
-    if np.mean(np.abs(step / usual - 1.0) > GUESSES.large_jitter) > GUESSES.most_uneven:
-        late.append(
-            f"{time.source}: its steps are uneven, as where a computer stamps what arrives; if the"
-            " file has the clock of the device that took the readings, say --set t=THAT_COLUMN; if"
-            f" they were taken evenly, --set rate_hz={1 / usual:.3g} with their true rate"
-        )
-    return facts, late
 
 
 def _zero(guesses: AnyMapping[str, Guess], table: AnyMapping[str, FloatArray]) -> str | None:

@@ -13,14 +13,15 @@ A mapping says for each contract column where it comes from:
     decimal: ","
 
 On the command line the same is `--set t=time_ms*0.001 --set "position=angle[deg]"` (also
-`name=column*factor+offset`, `name=0.2`, `rate_hz=50`, `separator=tab`, `decimal=,`).
+`name=column*factor+offset`, `name=0.2`, `rate_hz=50`, `separator=tab`, `decimal=,`). A column
+whose name holds a star, or ends like an offset, stands in quotes: `--set 'position="axis-1"'`.
 """
 
 from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from collections.abc import Mapping as AnyMapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -29,62 +30,40 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from diagnosis.columns.doubts import doubt, of_counts
+from diagnosis.columns.missing import no_column, no_time, other_separator
 from diagnosis.columns.names import (
+    IN_SI,
     LINEAR,
     PULLING,
     ROTARY,
     SPEEDS,
     TIMES,
-    UNIT_OF,
-    read_name,
+    no_unit,
     unit_said,
+    without_unit,
 )
 from diagnosis.observations.readings import FloatArray
 from foundation.errors import ConfigError, RecordingError
 from foundation.explain import explain
 from foundation.strict_yaml import Document, StrictModel
+from recording.tables.cell import number
 from recording.tables.flat import GAP_PERIODS, UNITS, AnyArray, FlatRecording, from_columns
 from recording.tables.foreign_log import LOG_TIME, is_log, read_log, topic_of
 from recording.tables.foreign_table import read_parquet_table, read_table
+from recording.tables.table_format import IN_OPTIONS, guess_marks, marks_said
 
-IN_SI = {
-    "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "m": 1.0, "cm": 0.01, "mm": 1e-3,
-    "um": 1e-6, "inch": 0.0254, "rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180.0, "turn": 2.0 * np.pi,
-    "arcmin": np.pi / 10800.0, "arcsec": np.pi / 648000.0,
-    "N": 1.0, "mN": 1e-3, "Nm": 1.0, "mNm": 1e-3, "Ncm": 0.01, "1": 1.0, "A": 1.0, "mA": 1e-3,
-    "rad/s": 1.0, "deg/s": np.pi / 180.0, "m/s": 1.0, "mm/s": 1e-3, "rpm": np.pi / 30.0,
-}  # fmt: skip
-"""Units by their size in the contract's."""
-STANDS_IN = {
-    "t": "rate_hz (rows are evenly spaced), or any time column with its unit",
-    "command": "effort, with `inertia` in the robot file",
-    "effort": "command",
-    "position": "theta_1",
-    "theta_1": "position",
-    "steps_1": "command_1 (rad at the arm)",
-    "command_1": "steps_1, with `drive` in the robot file",
-    "distance": "a constant (`distance=0.2`), if the target stood still",
-}
+MOVING = frozenset(
+    name for name in UNITS if name.split("_")[0] in ("command", "steps", "theta", "pos", "position")
+)
+"""What is asked of machines that move, and comes of it."""
 OF_THE_TABLE = ("rate_hz", "skip_lines", "heading", "separator", "decimal")
 """What `--set` takes beside columns; separators also by name: tab, space, comma, semicolon."""
 _OPTION = re.compile(
-    r"(?P<name>\w+)=(?P<from>[^*+]+?)(\[(?P<unit>\w+|(rad|deg|m|mm)/s)\])?"
+    r"(?P<name>\w+)=(?:\"(?P<quoted>[^\"]+)\"|(?P<from>[^*+]+?))"
+    r"(\[(?P<unit>(?!\d+\])\w+|(rad|deg|m|mm)/s)\])?"
     r"(\*(?P<scale>[-+]?[.\d]+([eE][-+]?\d+)?))?"
     r"(?P<offset>[+-][.\d][.\deE+-]*)?"
 )
-
-
-A_FACTOR = "or a factor to SI units in its place, as position=seen*4.848e-6"
-
-
-def no_unit(said: str) -> str:
-    """Why a unit is refused, and which was meant by it: as people write it, or nearly."""
-    meant = UNIT_OF.get(said.lower()) or next(
-        iter(difflib.get_close_matches(said, IN_SI, n=1, cutoff=0.6)), None
-    )
-    if meant in IN_SI:
-        return f"unknown unit '{said}'; did you mean '{meant}'?"
-    return f"unit must be one of {', '.join(IN_SI)}, {A_FACTOR}"
 
 
 class Source(StrictModel):
@@ -112,9 +91,9 @@ class Mapping(StrictModel):
     rate_hz: Annotated[float, Field(gt=0.0)] | None = None
     skip_lines: Annotated[int, Field(ge=0)] = 0
     heading: tuple[str, ...] = ()
-    separator: Annotated[str, Field(min_length=1, max_length=1)] = ","
-    """A space stands for any run of spaces and tabs."""
-    decimal: Literal[".", ","] = "."
+    separator: Annotated[str, Field(min_length=1, max_length=1)] | None = None
+    """A space stands for any run of spaces and tabs; without it, what makes the cells numbers."""
+    decimal: Literal[".", ","] | None = None
 
     @model_validator(mode="after")
     def _known(self) -> Mapping:
@@ -148,7 +127,8 @@ def _of_the_table(name: str, text: str, option: str) -> Any:
         return round(_number(text, option))
     if name == "heading":
         return tuple(part.strip() for part in text.split(","))
-    return {"tab": "\t", "space": " ", "comma": ",", "semicolon": ";"}.get(text, text)
+    marks = {called: mark for mark, called in IN_OPTIONS.items()}
+    return marks.get(text, text)
 
 
 def read_mapped(
@@ -156,10 +136,11 @@ def read_mapped(
 ) -> FlatRecording:
     """Read a table or a log through a mapping; columns that it does not name keep theirs.
 
-    tell: takes a sentence for each unit that nobody gave and the heading says.
-    Raises RecordingError that says which column is missing and what could stand for it.
+    tell: takes a sentence for whatever was found in the file and nobody said: a separator other
+    than the comma, a unit in a heading. Raises RecordingError that says which column is missing
+    and what could stand for it.
     """
-    table = _table(path, mapping)
+    table = _table(path, mapping, tell)
     rows = len(next(iter(table.values())))
     named: dict[str, FloatArray] = {}
     used: set[str] = set()
@@ -179,18 +160,36 @@ def read_mapped(
                 tell(f"{path.name}: {why}")
         factor = source.scale * IN_SI[unit]
         named[name] = table[column] * factor + source.offset
+    timed = "t" in named or mapping.rate_hz is None
     for name, values in table.items():
-        if name not in used and name not in named:
+        if name not in used and name not in named and (timed or name != "t"):
             named[name] = values
-    if "t" not in named and mapping.rate_hz is not None:
-        named["t"] = np.arange(rows) / mapping.rate_hz
     if "t" not in named:
-        raise _missing(path, "t", "t", list(table))
+        rate_hz = mapping.rate_hz or _without_times(path, set(named), list(table), tell)
+        named["t"] = np.arange(rows) / rate_hz
     t_s = _going_on(named.pop("t"), named.get("segment"))
     return from_columns({"t": t_s, **named}, str(path))
 
 
-def _table(path: Path, mapping: Mapping) -> dict[str, AnyArray]:
+def _without_times(
+    path: Path, named: set[str], there: list[str], tell: Callable[[str], None]
+) -> float:
+    """Rows per second of a table that says none: one, of a ranging sensor beside a ruler.
+
+    Raises RecordingError where times are needed.
+    """
+    if not needs_no_times(named):
+        raise no_time(path, there)
+    tell(f"{path.name}: has no times, and a ranging sensor needs none: rows count as one a second")
+    return 1.0
+
+
+def needs_no_times(named: Collection[str]) -> bool:
+    """Whether columns are those of a ranging sensor alone, of which every row stands for itself."""
+    return {"distance", "range"} <= set(named) and not MOVING & set(named)
+
+
+def _table(path: Path, mapping: Mapping, tell: Callable[[str], None]) -> dict[str, AnyArray]:
     """The file's own columns: of a log, a Parquet file, or any text with separators."""
     if is_log(path):
         sources = [mapping.columns[name].from_ for name in ("t", *mapping.columns)
@@ -200,14 +199,32 @@ def _table(path: Path, mapping: Mapping) -> dict[str, AnyArray]:
         return table if "t" in mapping.columns else {"t": table[LOG_TIME], **table}
     if path.suffix == ".parquet":
         return read_parquet_table(path)
+    separator, decimal = _marks(path, mapping, tell)
+    other = other_separator(path, mapping.separator)
     try:
-        return read_table(
-            path, mapping.skip_lines, mapping.heading, mapping.separator, mapping.decimal
-        )
+        table = read_table(path, mapping.skip_lines, mapping.heading, separator, decimal)
     except RecordingError as error:
+        if other:
+            raise RecordingError(f"{path}: {other}") from None
         raise RecordingError(
             f"{error}; how it can be read: deltactl diagnose --inspect {path}"
         ) from None
+    if other and len(table) == 1:
+        raise RecordingError(f"{path}: {other}")
+    return table
+
+
+def _marks(path: Path, mapping: Mapping, tell: Callable[[str], None]) -> tuple[str, str]:
+    """Separator and decimal mark: as they are said, else as the file shows them."""
+    if mapping.separator is not None and mapping.decimal is not None:
+        return mapping.separator, mapping.decimal
+    try:
+        marks = guess_marks(path, mapping.separator, mapping.decimal)
+    except RecordingError:  # which whoever reads the cells says better
+        return mapping.separator or ",", mapping.decimal or "."
+    if marks != (mapping.separator or ",", mapping.decimal or "."):
+        tell(f"{path.name}: is read with {marks_said(*marks)}")
+    return marks
 
 
 def _going_on(t_s: FloatArray, segment: FloatArray | None) -> FloatArray:
@@ -232,7 +249,7 @@ def named_column(path: Path, table: AnyMapping[str, AnyArray], name: str, source
         return source.from_
     alike = [column for column in table if without_unit(column) == source.from_]
     if len(alike) != 1:
-        raise _missing(path, name, source.from_, list(table))
+        raise no_column(path, name, source.from_, list(table))
     return alike[0]
 
 
@@ -265,42 +282,6 @@ def _contradict(heading: str, given: str) -> bool:
     return alike or len(heading) > 1
 
 
-def without_unit(name: str) -> str:
-    """A column's name without a unit in brackets at its end."""
-    return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name)
-
-
-FEW_LETTERS = 3
-"""What is shorter stands in many a name."""
-
-
-def _missing(path: Path, name: str, wanted: str, there: list[str]) -> RecordingError:
-    other = STANDS_IN.get(name)
-    if name == "theta_1" and any(map(_of_further_motor, there)):
-        other = None  # a lone position tells nothing of three arms
-    near = [one for one in there if len(wanted) >= FEW_LETTERS and wanted.lower() in one.lower()]
-    near += difflib.get_close_matches(wanted, [without_unit(one) for one in there], n=1, cutoff=0.6)
-    way = f"; {other} could stand for it" if other else ""
-    way = f"; did you mean '{near[0]}'?" if near else way
-    plain = without_unit(wanted)
-    if plain != wanted and plain in there:
-        unit = wanted[len(plain) :].strip().strip("[]()")
-        return RecordingError(
-            f"{path}: --set {name}={wanted}: the unit '{unit}' is not known; it must be one of"
-            f" {', '.join(IN_SI)}, {A_FACTOR}"
-        )
-    of = f" (for {name})" if wanted != name else ""
-    return RecordingError(
-        f"{path}: column '{wanted}'{of} is missing{way}; the table has {', '.join(there)[:200]}"
-    )
-
-
-def _of_further_motor(column: str) -> bool:
-    """Whether a column is called as that of a second or third motor, as q2."""
-    named = read_name(column)
-    return named.index in ("2", "3") and named.role in ("command", "position", "steps")
-
-
 def _source(option: str) -> Source:
     match = _OPTION.fullmatch(option.strip())
     if match is None or match["name"] not in UNITS:
@@ -323,10 +304,21 @@ def _source(option: str) -> Source:
     if match["scale"] is not None:
         given["scale"] = scale = _number(match["scale"], option)
     offset = 0.0 if match["offset"] is None else _number(match["offset"], option)
-    try:
-        return Source(value=float(match["from"]) * scale * IN_SI[unit] + offset)
-    except ValueError:
-        return Source.model_validate({"from": match["from"].strip(), "offset": offset, **given})
+    named = match["quoted"] or match["from"].strip()
+    if match["quoted"] is None and (value := number(named)) is not None:
+        return Source(value=value * scale * IN_SI[unit] + offset)
+    return Source.model_validate({"from": named, "offset": offset, **given})
+
+
+def as_option(name: str, column: str, unit: str, scale: float | None, offset: float) -> str:
+    """What `--set` takes for a column; scale: None where no factor was given."""
+    unit = f"[{unit}]" if IN_SI[unit] != 1.0 else ""
+    factor = "" if scale is None else f"*{scale:.12g}"
+    further = f"{unit}{factor}{f'{offset:+.12g}' if offset else ''}"
+    bare = f"{name}={column}{further}"
+    match = _OPTION.fullmatch(bare)
+    plain = match is not None and match["from"] == column and number(column) is None
+    return bare if plain else f'{name}="{column}"{further}'
 
 
 def _number(text: str, option: str) -> float:

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.columns.doubts import ANGULAR, counts_like, of_counts, turns
-from diagnosis.columns.mapping import without_unit
-from diagnosis.columns.names import Guess
+from diagnosis.columns.names import Guess, without_unit
 from diagnosis.columns.options import GUESSES
 from diagnosis.columns.shapes import same_range
 from diagnosis.observations.readings import FloatArray

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 import unicodedata
 from dataclasses import dataclass
 
+import numpy as np
+
 WORDS: dict[str, str] = {
-    "t": "t time timestamp stamp timestamps zeit temps tiempo sec secs second "
-    "seconds clock elapsed",
+    "t": "t time timestamp stamp timestamps zeit zeitstempel uhrzeit datetime temps tiempo sec "
+    "secs second seconds clock elapsed",
     "command": "command cmd target setpoint set_point reference ref goal goal_position desired des "
     "soll sollwert set set_pos setpos pos_set set_position consigne action demand goal_pos q_des "
     "qd_ref commanded target_position commanded_position desired_position reference_position "
@@ -49,6 +52,14 @@ UNIT_WORDS: dict[str, str] = {
 }  # fmt: skip
 """Unit of a mapping -> how it is written in names, in lower case."""
 UNIT_OF = {word: unit for unit, words in UNIT_WORDS.items() for word in words.split()}
+IN_SI = {
+    "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "m": 1.0, "cm": 0.01, "mm": 1e-3,
+    "um": 1e-6, "inch": 0.0254, "rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180.0, "turn": 2.0 * np.pi,
+    "arcmin": np.pi / 10800.0, "arcsec": np.pi / 648000.0,
+    "N": 1.0, "mN": 1e-3, "Nm": 1.0, "mNm": 1e-3, "Ncm": 0.01, "1": 1.0, "A": 1.0, "mA": 1e-3,
+    "rad/s": 1.0, "deg/s": np.pi / 180.0, "m/s": 1.0, "mm/s": 1e-3, "rpm": np.pi / 30.0,
+}  # fmt: skip
+"""Units by their size in the contract's."""
 TIMES = ("s", "ms", "us", "ns", "min")
 ROTARY = ("rad", "mrad", "deg", "arcmin", "arcsec", "turn")
 LINEAR = ("m", "mm", "cm", "um", "inch")
@@ -66,6 +77,13 @@ UNITS_OF: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("current", "disturbance"), ("A", "mA")),
 }
 """What each kind of column is measured in; of a position only the machine says if it turns."""
+CLOCKS = frozenset(word for unit in ("ms", "us", "ns") for word in UNIT_WORDS[unit].split()) | {
+    "sec",
+    "secs",
+    "seconds",
+}
+"""Headings that are a unit and nothing else: the time. Not s or min, which may be a way or a least.
+"""
 ROLES_IN_NAMES = frozenset(ROLE_OF)
 PULLS = frozenset(
     [
@@ -85,7 +103,8 @@ PULLS = frozenset(
     ]
 )
 """Words of what pulls or drives, in names of columns that are not used."""
-_BRACKETED = re.compile(r"\s*[\[(]\s*([^\])]+?)\s*[\])]\s*$")
+_BRACKETED = re.compile(r"\s*[\[(]\s*(?!\d+\s*[\])])([^\])]+?)\s*[\])]\s*$")
+"""What stands in brackets at the end and is no number, as that of a joint: position[0]."""
 _MILLI = re.compile(r"(?<![A-Za-z])(mA|mN|mNm)$")
 """Units in which a capital begins no word."""
 _NUMBERED = re.compile(r"^(.*?)(?:_?(?=[0-3])|_(?=[xyz]))([0-3xyz])$")
@@ -93,8 +112,24 @@ _NUMBERED_INSIDE = re.compile(r"^(.*[a-z])_?([0-3])_([a-z_]+)$")
 """As q1_ref and joint_2_pos: what is numbered, the number, and which value of it."""
 SEEN = frozenset(["act", "meas", "mes", "fb", "fbk", "is"])
 """Short words for what was measured, which say so only after a number."""
+OF_NO_USE = frozenset(
+    [
+        "accel", "acceleration", "beschleunigung", "gyro", "jerk", "error", "err", "ferror",
+        "fehler", "schleppfehler", "deviation", "abweichung", "duration", "direction",
+    ]
+)  # fmt: skip
+"""Words of what is neither asked for nor read, whatever else stands in the name: accel_x."""
+IS_PRESENT = "current"
+"""Also says that something is as it is now, before another word: current_position."""
+OUTSIDE = frozenset(
+    [
+        "torque", "force", "moment", "drehmoment", "kraft", "couple", "coppia",
+        "nm", "n", "ncm", "mnm",
+    ]
+)  # fmt: skip
+"""Words of an effort that may as well pull from outside; a current or a voltage never does."""
 OF_A_PART = frozenset(
-    ["wert", "motor", "achs", "achse", "axis", "gelenk", "joint", "arm", "servo", "mess"]
+    ["wert", "motor", "achs", "achse", "axis", "ax", "gelenk", "joint", "arm", "servo", "mess"]
 )
 """Words that say nothing by themselves, and stand in compounds: Sollwert, motorangle."""
 PHASES = frozenset(["i", "iq", "id", "u", "v", "w"])
@@ -110,6 +145,10 @@ class Named:
     role: str | None
     unit: str | None
     index: str | None
+    asked: bool = False
+    """Whether it was asked for, which says something of an effort: others were measured."""
+    used: bool = True
+    """False of an acceleration, an error and the like, whatever its numbers look like."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,8 +179,12 @@ def read_name(name: str, unit_line: str = "") -> Named:
     plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", _MILLI.sub(lambda at: at[0].lower(), name))
     words = [word for word in re.split(r"[^0-9a-zµ°]+", plain.lower()) if word]
     words = [part for word in words for part in _parts(word)]
+    if len(words) == 1 and words[0] in CLOCKS:
+        return Named("t", UNIT_OF[words[0]], None)
     words, ending = _without_unit(words)
     unit = unit or ending
+    if OF_NO_USE.intersection(words):
+        return Named(None, unit, None, used=False)
     role, index = _role(words), None
     whole = "_".join(words)
     stem, number = list[str](), None
@@ -153,11 +196,15 @@ def read_name(name: str, unit_line: str = "") -> Named:
         stem = stem if (set(ROLE_OF) | SEEN).intersection(after) else []
         if SEEN.intersection(after) and _role(stem) is None and stem[0] not in PHASES:
             role, index = "position", number
-    if (stemmed := _role([word for word in stem if word])) is not None:
+    stem = [word for word in stem if word]
+    if (stemmed := _role(stem)) is not None:
         role, index = stemmed, number
+    elif SEEN.intersection(stem) and not set(stem) - SEEN - OF_A_PART:
+        role, index = "position", number
     if role == "steps" and unit in (*LINEAR, *ROTARY):
         role = "command"  # a counter that is read in mm
-    return Named(role, unit, index)
+    asked = "command" in {ROLE_OF.get(word) for word in words}
+    return Named(role, unit, index, asked)
 
 
 def _plain_letters(name: str) -> str:
@@ -204,10 +251,37 @@ def unit_said(heading: str, name: str) -> str | None:
     return unit if unit in UNITS_OF.get(role, ()) else None
 
 
+A_FACTOR = "or a factor to SI units in its place, as position=seen*4.848e-6"
+
+
+def no_unit(said: str) -> str:
+    """Why a unit is refused, and which was meant by it: as people write it, or nearly."""
+    meant = UNIT_OF.get(said.lower()) or next(
+        iter(difflib.get_close_matches(said, IN_SI, n=1, cutoff=0.6)), None
+    )
+    if meant in IN_SI:
+        return f"unknown unit '{said}'; did you mean '{meant}'?"
+    return f"unit must be one of {', '.join(IN_SI)}, {A_FACTOR}"
+
+
+def without_unit(name: str) -> str:
+    """A column's name without a unit in brackets at its end."""
+    return _BRACKETED.sub("", name)
+
+
 def pulls(name: str) -> bool:
     """Whether a name sounds like a load, a torque or a current, as `pull_Nm` does."""
+    return not PULLS.isdisjoint(_in_words(name))
+
+
+def may_be_outside(name: str) -> bool:
+    """Whether a name says torque or force, which a drive gives and a weight does too."""
+    return not OUTSIDE.isdisjoint(_in_words(name))
+
+
+def _in_words(name: str) -> list[str]:
     plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name)
-    return not PULLS.isdisjoint(re.split(r"[^a-z]+", f"{name} {plain}".lower()))
+    return re.split(r"[^a-z]+", f"{name} {plain}".lower())
 
 
 def _role(words: list[str]) -> str | None:
@@ -215,7 +289,14 @@ def _role(words: list[str]) -> str | None:
     whole = "_".join(words)
     if whole in ROLE_OF:
         return ROLE_OF[whole]
-    found = [ROLE_OF[word] for word in reversed(words) if word in ROLE_OF]
+    known = [word for word in words if word in ROLE_OF]
+    if IS_PRESENT in known[:-1]:
+        known.remove(IS_PRESENT)
+    found = [ROLE_OF[word] for word in reversed(known)]
+    if "command" in found and "velocity" in found:
+        return None  # a speed that was asked for: of no use here
+    if "command" in found and "effort" in found:
+        return "effort"
     # A target_position is a command, a measured_distance a range: the qualifier decides.
     for strong in ("t", "command", "velocity", "effort", "steps", "range"):
         if strong in found:

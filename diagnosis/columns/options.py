@@ -34,6 +34,11 @@ class GuessOptions:
     """Times that a clock may start again, as a share of the rows: runs shorter than fifty rows are
     none."""
 
+    same_difference: float = 0.02
+    """Of its own spread, within which a column is the difference of two others, all rounded."""
+    few_columns: int = 8
+    """Of so many at most it is looked for: all triples are compared."""
+
     # Units.
     ticks_ns: tuple[float, float] = (1e5, 2e5)
     """Whole steps of time from the first on are ticks of a computer's clock; from the second on in
@@ -70,6 +75,8 @@ class GuessOptions:
     most_uneven: float = 0.1
     """and so are the times where more than this share of the steps is: then the stamps are those of
     whoever logged. A missing row or a pause now and then is none."""
+    row_missing: float = 1.7
+    """Usual steps of time from which one is longer than usual: a lost row makes two of one."""
     zeros_apart: float = 0.25
     """Part of the whole motion by which command and reading lie apart where their zeros differ."""
 

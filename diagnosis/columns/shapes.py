@@ -89,6 +89,24 @@ def is_label(values: FloatArray) -> bool:
     )
 
 
+def is_flag(values: FloatArray) -> bool:
+    """Whether it is on or off and nothing else."""
+    return bool(np.isin(values[np.isfinite(values)], (0.0, 1.0)).all())
+
+
+def difference(table: Mapping[str, FloatArray], names: list[str]) -> str | None:
+    """The column that is by how much two others lie apart, as the error of an axis; the smallest,
+    as of a sum each part is such a column too.
+    """
+    found = [
+        name
+        for name, one, other in itertools.permutations(names, 3)
+        if np.nanmax(np.abs(table[name] - (table[one] - table[other])))
+        < GUESSES.same_difference * np.nanstd(table[name])
+    ]
+    return min(found, key=lambda name: float(np.nanstd(table[name])), default=None)
+
+
 def is_stepwise(values: FloatArray) -> bool:
     """Whether it mostly stands still and jumps between."""
     changes = np.diff(values[np.isfinite(values)]) != 0.0

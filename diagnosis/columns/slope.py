@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.columns.mapping import IN_SI
+from diagnosis.columns.names import IN_SI
 from diagnosis.columns.options import GUESSES
 from diagnosis.observations.readings import FloatArray
 from foundation.errors import RecordingError

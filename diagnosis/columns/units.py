@@ -9,9 +9,10 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.columns.doubts import ANGULAR
-from diagnosis.columns.mapping import IN_SI
+from diagnosis.columns.mapping import as_option
 from diagnosis.columns.motion_units import PAIRS, of_one_unit, unit_of_motion
 from diagnosis.columns.names import (
+    IN_SI,
     LINEAR,
     LINEAR_SPEEDS,
     ROTARY,
@@ -20,6 +21,7 @@ from diagnosis.columns.names import (
     UNIT_OF,
     UNIT_WORDS,
     Guess,
+    without_unit,
 )
 from diagnosis.columns.options import GUESSES
 from diagnosis.columns.shapes import same_range
@@ -141,7 +143,9 @@ def _of_slope(guesses: dict[str, Guess], table: Mapping[str, FloatArray]) -> lis
         good = abs(ratio * IN_SI[speed.unit] - 1.0) < GUESSES.near_unit
         return [] if good else [f"{words}, which does not go with {speed.unit}"]
     if unit is None:
-        return [f"{words} in SI units, which is no unit known here: multiply one of them"]
+        factor = float(f"{1.0 / ratio:.4g}")
+        right = as_option("velocity", without_unit(speed.source), "1", factor, 0.0)
+        return [f"{words} in SI units, which is no unit known here; {right} would make it one"]
     shown = unit if own or IN_SI[unit] != 1.0 else None  # rad or m cannot be told
     why = f"{speed.why}, in {unit} by its size" if shown else speed.why
     guesses[speed.source] = replace(speed, unit=shown, why=why)

@@ -9,6 +9,7 @@ import numpy as np
 from diagnosis.observations.options import OBSERVATIONS
 from diagnosis.observations.readings import FloatArray
 from foundation.errors import MissingColumns, RecordingError
+from models.robot import RobotModel, ServoAxis
 from recording.tables.flat import FlatRecording
 
 STANDS_IN = {
@@ -41,6 +42,21 @@ def needed(recording: FlatRecording, names: Sequence[str], wanted: str) -> str:
             recording.source,
         )
     return name
+
+
+def effort_unused(robot: RobotModel, recording: FlatRecording, column: str | None) -> str:
+    """Why the effort beside a command is not used, and what it may be instead; empty where it is
+    used, or there is none. column: its name in the file, where it has another one.
+    """
+    if not isinstance(robot, ServoAxis) or robot.inertia is not None:
+        return ""
+    if first_of(recording, ["effort"]) is None or first_of(recording, ["command"]) is None:
+        return ""
+    return (
+        "effort is not used, as the robot file has no `inertia`: what the drive gives says nothing"
+        " without it. If it pulls at the axis from outside (a weight, a spring), read it as load:"
+        f" --set load={column or 'effort'}"
+    )
 
 
 def filled(recording: FlatRecording, name: str) -> FloatArray:

@@ -156,7 +156,8 @@ def from_columns(
     if len(known) == 1:
         raise RecordingError(
             f"{source}: none of its columns {_listed(name for name in named if name != 't')} "
-            "is one of the contract's (steps_1, range_x, position, ...); "
+            "is one that the program knows (steps_1, range_x, position, ...; all of them stand in"
+            " docs/reference/columns.md); "
             f"type: deltactl diagnose --inspect {source}"
         )
     t_s = known.pop("t")

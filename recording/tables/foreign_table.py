@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Sequence
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,8 @@ import numpy as np
 from foundation.errors import RecordingError
 from recording.tables.cell import is_number, not_a_number, number, wrong_count
 from recording.tables.flat import AnyArray
-from recording.tables.table_format import is_moment, split
+from recording.tables.moment import is_moment, seconds
+from recording.tables.table_format import split
 from recording.tables.text_file import read_text
 
 _WITH_COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
@@ -29,7 +29,7 @@ def read_table(
 ) -> dict[str, AnyArray]:
     """Columns of numbers by name, shape (n,) each; NaN where a cell holds no number.
 
-    heading: names of the columns where the file has none. Dates with a time become seconds since
+    heading: names of the columns where the file has none. Dates and times of day are seconds since
     the first row's. numbers: columns in which every cell is to hold a number, or nothing. Raises
     RecordingError.
     """
@@ -79,18 +79,6 @@ def read_parquet_table(path: Path) -> dict[str, AnyArray]:
 
 def _numbers(cells: tuple[str, ...], decimal: str) -> AnyArray:
     if is_moment(cells[0]):
-        return _seconds(cells)
+        return seconds(cells)
     found = (number(cell, decimal) for cell in cells)
     return np.array([math.nan if value is None else value for value in found])
-
-
-def _seconds(cells: tuple[str, ...]) -> AnyArray:
-    first = _moment(cells[0])
-    return np.array(
-        [(_moment(cell) - first).total_seconds() if is_moment(cell) else np.nan for cell in cells]
-    )
-
-
-def _moment(cell: str) -> datetime:
-    moment = datetime.fromisoformat(cell.replace(",", "."))
-    return moment if moment.tzinfo else moment.replace(tzinfo=UTC)

@@ -11,15 +11,19 @@ from pathlib import Path
 
 from foundation.errors import RecordingError
 from recording.tables.cell import is_number
+from recording.tables.moment import is_moment
 from recording.tables.text_file import read_text
 
-SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "spaces"}
+SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces"}
 """Sought in this order; a space stands for any run of spaces and tabs."""
+IN_OPTIONS = {"\t": "tab", " ": "space", ",": "comma", ";": "semicolon"}
+"""What a shell or an eye would lose, as it is typed after `separator=`."""
 MANY_LINES = 400
 UNIT_CELL = re.compile(
     r"[\[(]?(°|[numkcM]?(s|m|rad|A|V|N|Nm|N\.m|Hz)(/s)?|deg(/s)?|arcsec|arcmin|turn|min|1|-|%)?[\])]?"
 )
-_TIME_OF_DAY = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[-+]\d\d:?\d\d)?")
+_STAMPED = re.compile(r"^(\d\d:\d\d:\d\d[.,]\d+) -> ")
+"""What a serial monitor puts before each line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,31 +50,61 @@ class TableFormat:
 
 def split(line: str, separator: str) -> list[str]:
     """The cells of a line, without quotes and spaces round them."""
+    line = _STAMPED.sub(rf"\g<1>{separator}", line)
     if separator == " ":
         return line.split()
     return [cell.strip() for cell in next(csv.reader(io.StringIO(line), delimiter=separator), [])]
 
 
-def is_moment(cell: str) -> bool:
-    """Whether a cell holds a date with its time, as 2024-05-01 12:00:00.5."""
-    return _TIME_OF_DAY.fullmatch(cell) is not None
+def guess_format(
+    path: Path, separator: str | None = None, decimal: str | None = None
+) -> TableFormat:
+    """Look at the first lines of a table; separator, decimal: what is known of it already.
+
+    Raises RecordingError where no columns of numbers are.
+    """
+    lines = _first_lines(path)
+    return _heading(path, lines, *_marks(path, lines, separator, decimal))
 
 
-def guess_format(path: Path) -> TableFormat:
-    """Look at the first lines of a table. Raises RecordingError where no columns of numbers are."""
-    text = read_text(path, any_encoding=True)
-    lines = text.split("\n")[:MANY_LINES]
-    best: tuple[float, int, str, str] | None = None
-    for separator in SEPARATORS:
-        for decimal in (".",) if separator == "," else (".", ","):
-            share, width = _suits(lines, separator, decimal)
-            if best is None or (share, width) > best[:2]:
-                best = (share, width, separator, decimal)
-    assert best is not None
-    share, width, separator, decimal = best
-    if share == 0.0:
+def guess_marks(
+    path: Path, separator: str | None = None, decimal: str | None = None
+) -> tuple[str, str]:
+    """Separator and decimal mark of a table; either may be known already.
+
+    Raises RecordingError where no columns of numbers are.
+    """
+    return _marks(path, _first_lines(path), separator, decimal)[:2]
+
+
+def marks_said(separator: str, decimal: str) -> str:
+    """Words for how a table is written, as `tabs between, decimal comma`."""
+    point = "decimal comma" if decimal == "," else "decimal point"
+    return f"{SEPARATORS.get(separator, repr(separator))} between, {point}"
+
+
+def first_cells(path: Path) -> list[str]:
+    """The cells of the first line between commas. Raises RecordingError for what is no text."""
+    return split(_first_lines(path)[0], ",")
+
+
+def _first_lines(path: Path) -> list[str]:
+    return read_text(path, any_encoding=True).split("\n")[:MANY_LINES]
+
+
+def _marks(
+    path: Path, lines: list[str], separator: str | None, decimal: str | None
+) -> tuple[str, str, int]:
+    """Separator, decimal mark and usual number of cells that make the most cells numbers."""
+    best: tuple[float, int] | None = None
+    for between in SEPARATORS if separator is None else (separator,):
+        for point in (".", ",") if decimal is None else (decimal,):
+            suits = _suits(lines, between, point)
+            if best is None or suits > best:
+                best, found = suits, (between, point)
+    if best is None or best[0] == 0.0:
         raise RecordingError(f"{path}: no columns of numbers were found in it")
-    return _heading(path, lines, separator, decimal, width)
+    return *found, best[1]
 
 
 def _suits(lines: list[str], separator: str, decimal: str) -> tuple[float, int]:

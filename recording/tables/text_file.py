@@ -36,7 +36,7 @@ def read_text(path: Path, any_encoding: bool = False) -> str:
         if len(data) > _MOST_BYTES:
             raise RecordingError(
                 f"{path}: has more than {_MOST_BYTES // 2**20} MiB; cut it up, or write it as "
-                "Parquet or as CSV in the columns of the contract"
+                "Parquet or as CSV with the names of docs/reference/columns.md"
             )
         text = _decoded(data, any_encoding)
     if not text.strip():

@@ -337,7 +337,7 @@ def test_a_recording_is_measured_as_inspect_reads_it(deltactl: Deltactl, tmp_pat
     spreadsheet(tmp_path / "log.csv")
     words = ("--kind", "servo_axis", "--motion", "linear", "--measure", "log.csv")
     done = deltactl("init", "slide.yaml", *words)
-    read = "--set 'separator=;' --set decimal=, --set 't=Zeit[ms]'"
+    read = "--set 't=Zeit[ms]'"
     assert f"next: deltactl diagnose log.csv --robot slide.yaml {read}" in done.stdout
     assert "write 1 divided by the steps per mm that are set" in done.stderr
     next_one = done.stdout.splitlines()[-1].removeprefix("next: deltactl ")

@@ -305,10 +305,9 @@ def test_a_table_of_true_and_measured_distances_is_a_range_sensors(tmp_path: Pat
     path.write_text("\n".join(["n,true_cm,measured_cm,spot", *rows]) + "\n")
     found = inspect(path)
     assert found.kind == "range_sensor"
-    assert taken(found) == {
-        "t": "n", "distance": "true_cm", "range": "measured_cm", "segment": "spot",
-    }  # fmt: skip
-    assert any("counts the rows" in warning for warning in found.warnings)
+    assert taken(found) == {"distance": "true_cm", "range": "measured_cm", "segment": "spot"}
+    assert found.warnings == []
+    np.testing.assert_allclose(np.diff(read_as_told(found).t_s), 1.0)
 
 
 def test_a_drives_voltage_is_what_moves_the_axis(tmp_path: Path) -> None:

@@ -43,7 +43,16 @@ def taken(found: Inspection) -> dict[str, str]:
         ("Abstand (mm)", "distance", "mm"), ("Anzeige (mm)", "range", "mm"),
         ("actual_q_5", "position", None), ("MOTOR1_ACT", "position", None),
         ("history", None, None), ("active", None, None), ("setup", None, None),
-        ("i1_act", "effort", None),
+        ("i1_act", "effort", None), ("meas1", "position", None),
+        ("ax1_meas_deg", "position", "deg"), ("act_1", "position", None),
+        ("motor_fb_2", "position", None), ("temp_meas_1", "temp_c", None),
+        ("i_act_1", "effort", None),
+        ("ms", "t", "ms"), ("micros", "t", "us"), ("seconds", "t", "s"), ("s", None, None),
+        ("min", None, None), ("current_position", "position", None),
+        ("Current Angle (deg)", "position", "deg"), ("motor_current", "effort", None),
+        ("vel_setpoint", None, None), ("torque_cmd", "effort", None),
+        ("Following error", None, None), ("accel_x", None, None),
+        ("/joint_states/position[2]", "position", None),
     ],
 )  # fmt: skip
 def test_names_in_several_trades_and_languages(name: str, role: str | None, unit: str) -> None:
@@ -100,7 +109,9 @@ def test_a_calibration_table_beside_a_ruler(tmp_path: Path) -> None:
     true = np.linspace(30.0, 300.0, 35)
     found = table(tmp_path, nr=np.arange(35.0), surveyed_mm=true, vl53l0x=true + NOISE[0, :35])
     assert found.kind == "range_sensor"
-    assert taken(found) == {"t": "nr", "distance": "surveyed_mm", "range": "vl53l0x"}
+    assert taken(found) == {"distance": "surveyed_mm", "range": "vl53l0x"}
+    assert found.unused("nr") == "it counts the rows; a ranging sensor needs no times"
+    assert not [one for one in found.warnings if "rate_hz" in one]
     assert found.guesses["vl53l0x"].unit == "mm"
 
 

@@ -17,7 +17,7 @@ AS_IT_IS = "1"
 OPTION = re.compile(r"[;:]?(?: [^;:]*:)? (?:type: )?deltactl diagnose --inspect .*$", re.DOTALL)
 """What a message says to type."""
 
-IN_COMMANDS = re.compile(r"put \[(\w+)\] in place of .*")
+IN_COMMANDS = re.compile(r"put \[?(\w+)\]? in place of .*")
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,68 @@
+"""A table that is diagnosed and of which nobody said how it is read, and what is said of that."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from command_line.output import warn
+from foundation.errors import RecordingError
+from foundation.extras import needs
+from recording.tables.flat import UNITS
+from recording.tables.flat_files import read_flat
+from recording.tables.foreign_log import is_log
+from recording.tables.table_format import first_cells
+
+if TYPE_CHECKING:
+    from models.robot import RobotModel
+    from recording.tables.flat import FlatRecording
+
+BINARY = (".parquet", ".mat")
+MOST_LISTED = 200
+"""Letters of names."""
+
+
+def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
+    """A recording of which nothing is said: where its heading has our names behind other marks, or
+    no times are needed, that is found out and told.
+
+    Raises RecordingError; where it looks like another machine's than the robot file's, saying so.
+    """
+    try:
+        return read_flat(path)
+    except RecordingError as error:
+        wrong = error
+    if is_log(path) or path.suffix in BINARY or "t" in first_cells(path):
+        raise wrong
+    with needs("diagnosis", "tables of others"):
+        from diagnosis.columns.mapping import Mapping, read_mapped
+    told: list[str] = []
+    try:
+        recording = read_mapped(path, Mapping(), told.append)
+    except RecordingError as error:
+        raise _with_other_names(path, robot, error) or wrong from None
+    for line in told:
+        warn(line)
+    return recording
+
+
+def _with_other_names(
+    path: Path, robot: RobotModel | None, error: RecordingError
+) -> RecordingError | None:
+    """What is said of a table that `error` refused: where it has names of its own, which machine
+    it looks like. None where it is no table that could be looked at.
+    """
+    from diagnosis.columns.inspection import inspect
+    from diagnosis.columns.machine_kind import looks_like
+
+    try:
+        seen = inspect(path)
+    except RecordingError:
+        return None
+    if UNITS.keys() & seen.table.keys():
+        return error
+    own = f"{path}: its columns have names of their own ({', '.join(seen.table)[:MOST_LISTED]})"
+    if robot is None or seen.kind is None or seen.kind == robot.kind:
+        return RecordingError(f"{own}; which options read them: deltactl diagnose --inspect {path}")
+    also = looks_like(seen.kind, seen.kind_why, robot, str(path))
+    return RecordingError(f"{own}. It {also}")

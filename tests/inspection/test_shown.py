@@ -1,0 +1,68 @@
+"""What `--inspect` prints: in a window no wider than it, elsewhere one line for each sentence."""
+
+from __future__ import annotations
+
+import os
+import pty
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.inspection.logs_of_makers import T_S, asked, current, seen
+
+Deltactl = Callable[..., subprocess.CompletedProcess[str]]
+HEAD = "ms,axis_of_the_gantry_goal,axis_of_the_gantry_present,torque_Nm,axis_of_the_gantry_speed"
+
+
+def write(path: Path) -> None:
+    parts = [1e3 * T_S, 40.0 * asked(), 40.0 * seen(), current(), 40.0 * np.gradient(seen(), T_S)]
+    np.savetxt(path, np.stack(parts, axis=1), "%.5f", ",", header=HEAD, comments="")
+
+
+def in_a_window(folder: Path, width: int, *arguments: str) -> str:
+    """What the program prints where it sees a terminal of that width."""
+    seen_by, shown_on = pty.openpty()
+    environment = os.environ | {"COLUMNS": str(width), "TERM": "dumb", "NO_COLOR": "1"}
+    with subprocess.Popen(
+        [sys.executable, "-m", "command_line.main", *arguments],
+        cwd=folder, env=environment, stdout=shown_on, stderr=shown_on, stdin=shown_on,
+    ) as program:  # fmt: skip
+        os.close(shown_on)
+        text = b""
+        try:
+            while part := os.read(seen_by, 4096):
+                text += part
+        except OSError:  # the other end is closed
+            pass
+        assert program.wait() == 0
+    os.close(seen_by)
+    return text.decode().replace("\r\n", "\n")
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_nothing_is_broken_at_the_edge_of_a_window(tmp_path: Path, width: int) -> None:
+    write(tmp_path / "log.csv")
+    shown = in_a_window(tmp_path, width, "diagnose", "log.csv", "--inspect")
+    assert max(map(len, shown.splitlines())) <= width
+    command = shlex.split(shown[shown.index("deltactl diagnose") :])
+    assert command[:5] == ["deltactl", "diagnose", "log.csv", "--robot", "my-robot.yaml"]
+    assert "command=axis_of_the_gantry_goal[deg]" in command
+    assert "look here: torque_Nm: taken for what the drive itself gives; if it" in shown
+
+
+def test_elsewhere_every_sentence_and_command_is_one_line(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    write(tmp_path / "log.csv")
+    done = deltactl("diagnose", "log.csv", "--inspect")
+    assert done.stderr == ""
+    lines = done.stdout.splitlines()
+    (load,) = [line for line in lines if line.startswith("look here: torque_Nm")]
+    assert load.endswith("put load in place of effort in the command below")
+    (command,) = [line for line in lines if line.startswith("diagnose it:")]
+    assert command.endswith("'velocity=axis_of_the_gantry_speed[deg/s]'")
