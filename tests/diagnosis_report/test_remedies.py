@@ -10,6 +10,7 @@ from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterRe
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.advice import ADVICE, EVERYWHERE, advice
 from diagnosis.report.sentences.remedies import remedies, remedy
+from diagnosis.report.sentences.summary import headline
 from diagnosis.report.sentences.ways import TERMINAL
 from diagnosis.report.sentences.words import EFFECTS
 from firmware_py.robot_file import CONFIG_FOLDER
@@ -192,3 +193,27 @@ def test_a_constant_force_and_dry_friction_do_not_contradict_each_other() -> Non
     assert "at rest and in motion either way" in force
     assert "at rest and in motion either way" in todo
     assert "against its motion" in friction
+
+
+def test_drives_that_are_all_late_are_one_line(make: Any) -> None:
+    def late(motor: int, dead_s: float, time_s: float) -> Finding:
+        sizes = {
+            name: ParameterResult(value=value, ci95=[0.9 * value, 1.1 * value], unit="s")
+            for name, value in (("time", time_s), ("dead_time", dead_s))
+        }
+        return Finding(
+            effect="following_lag", component=f"motor{motor}", parameters=sizes,
+            where=Where(axes=[], times_s=[]), evidence=Evidence(delta_chi2=1e4, p=1e-300),
+            share_of_mismatch=0.3, probability=0.98,
+        )  # fmt: skip
+
+    found = [late(1, 0.09, 0.038), late(2, 0.074, 0.029), late(3, 0.046, 0.041)]
+    answer = make("explained", findings=found)
+    (line,) = remedies(answer)
+    assert line == (
+        "Tighten the control of motors 1, 2 and 3, or command them earlier: they are late by 128,"
+        " 103 and 87.0 ms."
+    )
+    assert headline(answer) == (
+        "The mismatch is explained by drives of motors 1, 2 and 3 that follow late."
+    )

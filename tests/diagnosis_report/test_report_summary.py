@@ -117,7 +117,7 @@ def test_moments_are_given_to_the_hundredth(parts: Any) -> None:
 
 def test_what_it_could_not_see_is_grouped_and_what_it_could_is_in_peoples_units(make: Any) -> None:
     text = "\n".join(plain_lines(make("explained")))
-    assert "could not show a periodic error of the angle encoder of motors 1, 2 and 3" in text
+    assert "could not show periodic errors of the angle encoders of motors 1, 2 and 3" in text
     assert "free play in the gear or coupling of motor 2 (0.17 degrees)" in text
     assert "a wrong gear ratio of motor 1 (0.30 % off what the robot file says)" in text
     assert "softer than 35000 N m/rad" in text
@@ -173,7 +173,7 @@ def test_many_findings_are_counted_in_the_headline(make: Any, parts: Any) -> Non
             for k in range(12)]  # fmt: skip
     assert "and 2 more, named below" in headline(make("explained", findings=many))
     assert "more" not in headline(make("explained", findings=many[:3]))
-    assert "coupling of motors 1, 2 and 3" in headline(make("explained", findings=many[:3]))
+    assert "couplings of motors 1, 2 and 3" in headline(make("explained", findings=many[:3]))
     numbered = [
         x for x in plain_lines(make("explained", findings=many)) if x[:2].strip(".").isdigit()
     ]

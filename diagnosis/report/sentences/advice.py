@@ -45,6 +45,8 @@ EVERYWHERE: Table = {
     "lost_steps": "home again; then run slower or softer, and look for what held {part} up:"
     " {size} were lost",
     "following_lag": "tighten the control of {part}, or command it earlier: it is late by {size}",
+    "following_lag.several": "tighten the control of {part}, or command them earlier: they are late"
+    " by {size}",
     "upper_arm_length": "set the upper arm of {part} to {true} in the robot file, or replace it",
     "forearm_length": "set the forearm of {part} to {true} in the robot file, or replace it",
     "base_radius": "measure base and platform: the difference of their radii is {true}",

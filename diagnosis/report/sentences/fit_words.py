@@ -30,10 +30,10 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
         quantity(value, fit.unit, digits=3)
         for value in (fit.rms_before_m, fit.rms_after_m, fit.noise_floor_m)
     )
+    beside = [*_filtered(fit), *_by_place(diagnosis)]
     if not diagnosis.findings:
-        return [f"Mismatch {before}; {_floor(fit, floor)}.", *_by_place(diagnosis)]
-    lines = [f"Mismatch before {before}, after {after}; {_floor(fit, floor)}."]
-    lines += _by_place(diagnosis)
+        return [f"Mismatch {before}{_floor(fit, before, floor)}.", *beside]
+    lines = [f"Mismatch before {before}, after {after}{_floor(fit, after, floor)}.", *beside]
     held = (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
     if all(math.isfinite(value) for value in held):
         where = "another run" if fit.holdout == "run" else LEFT_OUT
@@ -44,13 +44,26 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
     return lines
 
 
-def _floor(fit: Fit, floor: str) -> str:
+def _filtered(fit: Fit) -> list[str]:
+    """That efforts were compared after a filter, which single readings were not."""
+    if fit.unit not in ("N", "N m") or fit.left_apart_s is None:
+        return []
+    apart = quantity(fit.left_apart_s, "s", digits=2)
+    return [
+        f"This is of the effort after a low-pass filter, one reading every {apart}; single readings"
+        " scatter by more."
+    ]
+
+
+def _floor(fit: Fit, left: str, floor: str) -> str:
     """The noise floor, as a clause: what goes on between readings may be no noise, nor what is far
     more than readings scatter by at rest.
     """
-    if doubtful_floor(fit):
-        return f"below {floor} the tests see nothing more, be it noise or not"
-    return f"the noise alone is {floor}"
+    if not doubtful_floor(fit):
+        return f"; the noise alone is {floor}"
+    if left == floor:
+        return ", in which the tests see nothing more, be it noise or not"
+    return f"; below {floor} the tests see nothing more, be it noise or not"
 
 
 def doubtful_floor(fit: Fit) -> bool:

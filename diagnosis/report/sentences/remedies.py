@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.answer.corrected_robot import sure
@@ -83,8 +84,11 @@ def remedies(
     named = [one for one in diagnosis.findings if claimed(one)]
     if named and fits_worse(diagnosis.fit):
         return [CHANGE_NOTHING]
-    found = (remedy(one, robot, sure(one, diagnosis), ways) for one in named)
-    lines = [one.line for one in found if one is not None]
+    late = [one for one in named if one.effect == "following_lag" and not tied(one)]
+    late = late if len(late) > 1 else []
+    found = (remedy(one, robot, sure(one, diagnosis), ways) for one in named if one not in late)
+    lines = [_all_late(late, robot)] if late else []
+    lines += [one.line for one in found if one is not None]
     lone = [one for one in named if one.component == LONE and one.effect in WRITABLE]
     certain = all(sure(one, diagnosis) for one in lone)
     if lone and (certain or ways.unsure_too):
@@ -100,6 +104,20 @@ def remedies(
     if lines and plan is not None and any(tied(one) for one in named):
         lines.insert(0, ways.run_first)
     return lines
+
+
+def _all_late(late: Sequence[Finding], robot: RobotModel | None) -> str:
+    """One line for drives that all follow late: how much each is late in all."""
+    totals = [
+        sum(p.components[0][0] for p in one.parameters.values() if p.unit == "s") for one in late
+    ]
+    *first, last = (quantity(total, "s", digits=3) for total in totals)
+    unit = last.partition(" ")[2]
+    size = words.listed([*(one.removesuffix(f" {unit}") for one in first), last])
+    machine = machine_of(robot, late[0].component, "following_lag")
+    text = advice(machine, "following_lag.several", "", 0.0) or ""
+    part = words.parts([one.component for one in late])
+    return words.sentence(text.format(part=part, size=size))
 
 
 def _of_distance(finding: Finding) -> bool:

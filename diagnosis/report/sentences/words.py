@@ -52,6 +52,23 @@ OF_AN_AXIS: dict[str, str] = {
 }
 """What is called otherwise where nothing need turn, and no gear be."""
 
+OF_SEVERAL: dict[str, str] = {
+    "gear_backlash": "free play in the gears or couplings of {part}",
+    "home_offset": "wrong home angles of {part}",
+    "gear_ratio": "wrong gear ratios of {part}",
+    "transmission_error": "periodic errors of the gears or couplings of {part}",
+    "encoder_error": "periodic errors of the angle encoders of {part}",
+    "following_lag": "drives of {part} that follow late",
+    "upper_arm_length": "wrong upper arm lengths of {part}",
+    "forearm_length": "wrong forearm lengths of {part}",
+    "motor_azimuth": "wrong directions of {part} around the base",
+    "sensor_offset": "constant errors of {part}",
+    "sensor_scale": "wrong scales of {part}",
+    "sensor_crosstalk": "errors of {part} that grow with the distance squared",
+    "sensor_drift": "drifts of {part}",
+}
+"""What is spoken of otherwise where several parts have it."""
+
 PARTS: dict[str, str] = {
     "joints": "all joints",
     "arms": "the arms",
@@ -129,6 +146,8 @@ def effect(name: str, *components: str) -> str:
     """What is wrong and where, as a noun phrase: 'free play in the gear or coupling of motor 2'."""
     where = part_of(name, components[0]) if len(components) == 1 else parts(components)
     phrases = EFFECTS | OF_AN_AXIS if components == ("axis",) else EFFECTS
+    if len(components) > 1:
+        phrases = EFFECTS | OF_SEVERAL
     if name in phrases:
         return phrases[name].format(part=where)
     return f"{name.replace('_', ' ')} at {where}"
