@@ -76,9 +76,21 @@ def _servo_as_built(drive: AnyDrive, built: AsBuilt) -> Iterator[Clash]:
         yield ("as_built", "servo"), "only robots with drive.kind servo have this section"
 
 
+def _geared_down(drive: AnyDrive) -> Iterator[Clash]:
+    if drive.gear_ratio < 1.0:
+        yield ("drive", "gear_ratio"), f"{drive.gear_ratio:g}: {geared_up(drive.gear_ratio)}"
+
+
+def geared_up(ratio: float) -> str:
+    """What is said of the ratio of a drive whose arm would turn faster than its motor."""
+    turns = f"{1.0 / ratio:.6g}"
+    return f"did you mean {turns}? The motor turns {turns} times for one turn of the arm"
+
+
 RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[Clash]]], ...] = (
     (("limits", "homing"), _home_within_limits),
     (("as_built", "inputs"), _inputs_named),
+    (("drive",), _geared_down),
     (("drive", "masses"), _servo_masses),
     (("drive", "outputs"), _servo_outputs),
     (("drive", "as_built"), _servo_as_built),

@@ -26,6 +26,8 @@ from repair.coverage import coverage_of
 
 POLL_S = 0.1
 VIRTUAL_POLL_S = 0.5
+ANY_DEG = 360.0
+"""Nobody can look at simulated arms, and homing puts them exactly where they count as homed."""
 
 
 def run_job(
@@ -60,11 +62,7 @@ def run_job(
                 f"--robot {robot}: the daemon runs a robot file of its own; 'deltactl home --robot"
                 f" {robot}' puts this one in its place, or use --simulate"
             )
-        if accept_unseen_deg:
-            raise ConfigError(
-                "--accept-unseen: the robot of a daemon is homed before a job; say 'deltactl home"
-                f" --accept-unseen {accept_unseen_deg:g}', then run the job without"
-            )
+        refuse_unseen(accept_unseen_deg)
         if seed is not None:
             raise ConfigError("--seed: the noise of a simulated robot; add --simulate")
         result = _through_daemon(path, record, socket, json_out)
@@ -74,11 +72,18 @@ def run_job(
         _say_where(simulate, json_out)
         if not json_out:
             say_covered(coverage_of(path, robot_file))
-        result = _in_this_process(
-            path, robot_file, record, realtime, json_out, accept_unseen_deg, seed
-        )
+        result = _in_this_process(path, robot_file, record, realtime, json_out, seed)
     _show(result, report, json_out, one_place)
     refuse_unless_done(result)
+
+
+def refuse_unseen(accept_unseen_deg: float) -> None:
+    """Raise ConfigError where arms are to be accepted unseen by a command that does not home."""
+    if accept_unseen_deg:
+        raise ConfigError(
+            "--accept-unseen: the robot of a daemon is homed before it moves; say 'deltactl home"
+            f" --accept-unseen {accept_unseen_deg:g}', then this command without"
+        )
 
 
 def refuse_unless_done(result: JobResult) -> None:
@@ -131,7 +136,6 @@ def _in_this_process(
     record: Path | None,
     realtime: bool,
     quiet: bool,
-    accept_unseen_deg: float,
     seed: int | None,
 ) -> JobResult:
     robot = robot_file or find(load_job(path).robot, beside=path)
@@ -144,7 +148,7 @@ def _in_this_process(
     try:
         with waiting("homing", quiet):
             controller.power_on()
-            controller.home(accept_unseen_deg)
+            controller.home(ANY_DEG)
         number = controller.submit(path, record)
         every_s = POLL_S if realtime else VIRTUAL_POLL_S
         with interrupted_between_sleeps(controller.clock) as sleep:

@@ -23,6 +23,7 @@ from foundation.clock import sleep_s
 from foundation.errors import ConfigError
 from models.robot import AXES
 
+NO_SENSORS = "its file describes no ranging sensors (section 'sensors'); there is nothing to read"
 EVERY_S = 0.5
 WARM_UP_S = 0.5
 
@@ -36,6 +37,8 @@ def show_sensors(
         return
     if robot is None and daemon_answers(socket):
         with Client(socket) as client:
+            if not json_out and not client.sensors():
+                raise ConfigError(f"robot '{client.status().robot}': {NO_SENSORS}")
             _show(lambda: client.sensors(), time.sleep, watch, json_out)
         return
     settings = load_robot(find(robot_or_here(robot)))
@@ -82,9 +85,14 @@ def _table(sensors: tuple[SensorStatus, ...]) -> Table:
 
 @contextmanager
 def open_machine(robot: RobotFile, realtime: bool) -> Iterator[Machine]:
-    """The robot on a Raspberry Pi, the simulated one elsewhere; closed afterwards."""
+    """The robot on a Raspberry Pi, the simulated one elsewhere; closed afterwards.
+
+    Raises ConfigError for a robot without sensors.
+    """
     from firmware_py.controller.build import real_machine, simulated_machine
 
+    if robot.sensors is None:
+        raise ConfigError(f"robot '{robot.name}': {NO_SENSORS}")
     if is_raspberry_pi():
         machine = real_machine(robot)
     else:

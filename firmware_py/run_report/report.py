@@ -59,7 +59,7 @@ def report_html(run: Run, robot: RobotFile) -> str:
         columns([facts(_facts(run, robot, tracking)), _errors(tracking)]),
         *_curves(asked_path(run, robot), robot, tracking),
         *servo_section(run, tracking.windows_ns),
-        *_sensors(run),
+        *([] if robot.sensors is None else _sensors(run)),
         *_events(run),
         *_files(run),
     ]
