@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
+from firmware_py.describing.motors import LEAST_RATIO, too_small_ratio
 from foundation.yaml_tree import Location
 
 if TYPE_CHECKING:
@@ -77,14 +78,9 @@ def _servo_as_built(drive: AnyDrive, built: AsBuilt) -> Iterator[Clash]:
 
 
 def _geared_down(drive: AnyDrive) -> Iterator[Clash]:
-    if drive.gear_ratio < 1.0:
-        yield ("drive", "gear_ratio"), f"{drive.gear_ratio:g}: {geared_up(drive.gear_ratio)}"
-
-
-def geared_up(ratio: float) -> str:
-    """What is said of the ratio of a drive whose arm would turn faster than its motor."""
-    turns = f"{1.0 / ratio:.6g}"
-    return f"did you mean {turns}? The motor turns {turns} times for one turn of the arm"
+    if drive.gear_ratio < LEAST_RATIO:
+        says = f"{drive.gear_ratio:g}: {too_small_ratio(drive.gear_ratio)}"
+        yield ("drive", "gear_ratio"), says
 
 
 RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[Clash]]], ...] = (

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-from firmware_py.clashes import geared_up
-
 USUAL_STEPS = 200.0
 """Full steps for one turn of nearly every stepper: 1.8 degrees each."""
 FULL_STEPS = (200.0, 400.0)
@@ -13,6 +11,7 @@ FULL_STEPS = (200.0, 400.0)
 LEAST_PULSES = 100.0
 """For one turn: below are the settings of drives (2 to 64), far from what turns an arm."""
 LEAST_RATIO = 1.0
+"""Turns of the motor for one of an arm: motors are too fast and too weak to turn one faster."""
 SETTINGS = (128.0, 256.0)
 """Microsteps of one full step that drives offer too, and that may be pulses for one turn."""
 
@@ -30,7 +29,10 @@ def too_few_pulses(pulses: float) -> str:
 
 def too_small_ratio(ratio: float) -> str:
     """What is said of a ratio with which an arm would turn faster than its motor."""
-    return geared_up(ratio) if ratio > 0.0 else f"must not be below {LEAST_RATIO:g}"
+    if ratio <= 0.0:
+        return f"must not be below {LEAST_RATIO:g}"
+    turns = f"{1.0 / ratio:.6g}"
+    return f"did you mean {turns}? The motor turns {turns} times for one turn of the arm"
 
 
 def of_ratio(text: str) -> float | None:
