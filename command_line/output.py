@@ -15,6 +15,12 @@ from rich.table import Table
 
 from foundation.printable import is_printable, printable
 
+NO_ROBOT = (
+    "No daemon answers (the program that drives a real robot), and this is not a Raspberry Pi:"
+    " {} the simulated robot."
+)
+"""Where a command that moves robots goes on without one."""
+
 
 class PlainConsole(Console):
     """A console on which nobody's text moves the cursor: what cannot be printed is written out."""

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from firmware_py.describing.motors import LEAST_RATIO, too_small_ratio
 from foundation.yaml_tree import Location
+from models.gearing import LEAST_RATIO, too_small_ratio
 
 if TYPE_CHECKING:
     from drivers.settings import InputSettings

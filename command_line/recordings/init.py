@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from command_line.output import say, warn
+from command_line.overwriting import written_if_right
 from firmware_py.describing.questions import QUESTIONS, WIRING, gather, remarks
 from foundation.errors import ConfigError
 from foundation.extras import needs
@@ -180,19 +181,11 @@ def _write(file: Path, kind: str, answers: Answers, wired: bool, force: bool) ->
     from firmware_py.robot_file import load_robot
     from models.robot import load_robot_model
 
-    before = file.read_text(encoding="utf-8") if file.exists() else None
-    file.write_text(robot_text(kind, answers, wired), encoding="utf-8")
     job: list[str] = []
-    try:
+    with written_if_right(file, robot_text(kind, answers, wired)):
         load_robot(file) if kind == "delta" else load_robot_model(file)
         if kind == "delta":
             job = _first_job(file, force)
-    except ConfigError:
-        if before is None:
-            file.unlink()
-        else:
-            file.write_text(before, encoding="utf-8")
-        raise
     return [f"robot file: {file}", *job]
 
 

@@ -19,7 +19,7 @@ from firmware_py.planner.summary import CheckSummary
 from firmware_py.program.dry_run import program_of
 from firmware_py.program.instructions import Program
 from firmware_py.program.totals import summarise_program
-from firmware_py.robot_file import find, load_robot
+from firmware_py.robot_file import JOB_KEY, ROBOT_KEY, find, load_robot
 from models.robot import AXES, FloatArray
 from repair.coverage import Coverage, coverage_of
 from repair.limit import Limit
@@ -28,8 +28,8 @@ from repair.program_limit import limit_of_program, microstep_m
 
 def check_job(job: Path, robot: str | None, json_out: bool) -> None:
     """Print the dry run. Raises any DeltactlError when the job must not run."""
-    path = find(str(job))
-    robot_file = None if robot is None else find(robot)
+    path = find(str(job), key=JOB_KEY)
+    robot_file = None if robot is None else find(robot, key=ROBOT_KEY)
     program = program_of(path, None if robot_file is None else load_robot(robot_file))
     summary = summarise_program(program, home_counts(program.robot))
     covered = coverage_of(path, robot_file)

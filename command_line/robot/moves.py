@@ -130,15 +130,17 @@ def convert(
     ```
     """
     from command_line.output import say, warn
+    from command_line.overwriting import written_if_right
     from command_line.robot.check import check_job
     from firmware_py.describing.questions import numbers
     from firmware_py.importing.drawn import job_text
     from firmware_py.importing.gcode import read_gcode
     from firmware_py.importing.points_table import read_points
-    from firmware_py.robot_file import find
+    from firmware_py.robot_file import ROBOT_KEY, find
+    from foundation.counting import count
     from foundation.errors import ConfigError
 
-    find(robot)
+    find(robot, key=ROBOT_KEY)
     if job.exists() and not force:
         raise ConfigError(f"{job}: exists already; name another file, or add --force")
     x_mm, y_mm, z_mm = numbers({"origin": origin}, "origin", 3)
@@ -148,11 +150,12 @@ def convert(
         raise ConfigError(f"--spline is for tables of points; the curves of {source} are its own")
     drawn = read_points(source, zero, spline) if table else read_gcode(source, zero)
     text = job_text(drawn, job.stem, robot, speed / 1e3, corner / 1e3)
-    job.write_text(text, encoding="utf-8")
     for note in drawn.notes:
         warn(note)
-    say(f"job: {job}, {len(drawn.legs)} legs")
-    check_job(job, None, False)
+    with written_if_right(job, text, "no job was written"):
+        check_job(job, None, False)
+    say(f"job: {job}, {count(len(drawn.legs), 'leg')}")
+    say(f"next: deltactl run {job}")
 
 
 def _go(
@@ -229,11 +232,11 @@ def _go_simulated(
 
     from command_line.output import say
     from command_line.robot.run import run_job
-    from firmware_py.robot_file import find
+    from firmware_py.robot_file import ROBOT_KEY, find
 
     with TemporaryDirectory() as folder:
         job = Path(folder) / f"{name}.yaml"
-        text = _text(name, place_m, speed_mmps, str(find(robot).resolve()))
+        text = _text(name, place_m, speed_mmps, str(find(robot, key=ROBOT_KEY).resolve()))
         job.write_text(text, encoding="utf-8")
         run_job(job, None, simulate, False, None, None, json_out, socket, one_place=True)
     if not json_out:

@@ -6,7 +6,7 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-from command_line.output import print_json, say, waiting, warn
+from command_line.output import NO_ROBOT, print_json, say, waiting, warn
 from command_line.robot.check import say_covered
 from command_line.robot.follow import follow, interrupted_between_sleeps
 from command_line.robot.show import show_tracking, write_report
@@ -14,7 +14,7 @@ from firmware_py.controller.contract import JobResult, Status
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.job_file import load_job
 from firmware_py.machine import is_raspberry_pi
-from firmware_py.robot_file import find
+from firmware_py.robot_file import JOB_KEY, ROBOT_KEY, find
 from foundation.errors import (
     ConfigError,
     DeltactlError,
@@ -48,14 +48,14 @@ def run_job(
     `one_place`: the job is a single move, without a path along which errors could be shown.
     `seed`: of the simulated sensors' noise, instead of the robot's own.
     """
-    path = find(str(job))
+    path = find(str(job), key=JOB_KEY)
     load_job(path)
     if record is not None and record.suffix != ".mcap":
         raise ConfigError(
             f"--record {record}: a recording's name ends in .mcap;"
             " 'deltactl export' makes other files of it afterwards"
         )
-    robot_file = None if robot is None else find(robot)
+    robot_file = None if robot is None else find(robot, key=ROBOT_KEY)
     if not simulate and daemon_answers(socket):
         if robot_file is not None:
             raise ConfigError(
@@ -106,7 +106,7 @@ def _say_where(simulate: bool, quiet: bool) -> None:
             " or use --simulate to run the simulated robot"
         )
     if not quiet:
-        warn("No daemon, and this is not a Raspberry Pi: running the simulated robot.")
+        warn(NO_ROBOT.format("running"))
 
 
 def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet: bool) -> JobResult:
@@ -138,7 +138,7 @@ def _in_this_process(
     quiet: bool,
     seed: int | None,
 ) -> JobResult:
-    robot = robot_file or find(load_job(path).robot, beside=path)
+    robot = robot_file or find(load_job(path).robot, beside=path, key=ROBOT_KEY)
     with waiting("building the simulated robot", quiet):
         from firmware_py.controller.build import build_controller
 

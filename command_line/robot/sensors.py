@@ -18,7 +18,7 @@ from firmware_py.controller.contract import SensorStatus
 from firmware_py.controller.sensing.ranging_loop import RangingLoop
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.machine import Machine, is_raspberry_pi
-from firmware_py.robot_file import RobotFile, find, load_robot
+from firmware_py.robot_file import ROBOT_KEY, RobotFile, find, load_robot
 from foundation.clock import sleep_s
 from foundation.errors import ConfigError
 from models.robot import AXES
@@ -41,7 +41,7 @@ def show_sensors(
                 raise ConfigError(f"robot '{client.status().robot}': {NO_SENSORS}")
             _show(lambda: client.sensors(), time.sleep, watch, json_out)
         return
-    settings = load_robot(find(robot_or_here(robot)))
+    settings = load_robot(find(robot_or_here(robot), key=ROBOT_KEY))
     with open_machine(settings, watch) as machine:
         loop = RangingLoop(
             machine.sensors, machine.clock, settings.ranging.rate_hz, lambda reading: None
@@ -106,7 +106,7 @@ def open_machine(robot: RobotFile, realtime: bool) -> Iterator[Machine]:
 
 def _calibrate(text: str, robot: str, json_out: bool) -> None:
     axis, true_distance_m = _parse(text)
-    settings = load_robot(find(robot))
+    settings = load_robot(find(robot, key=ROBOT_KEY))
     before_mm = settings.ranging.offsets_mm[AXES.index(axis)]
     with open_machine(settings, realtime=False) as machine:
         machine.sensors.start()

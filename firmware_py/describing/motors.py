@@ -10,8 +10,6 @@ FULL_STEPS = (200.0, 400.0)
 """For one turn of motors with 1.8 or 0.9 degrees a step."""
 LEAST_PULSES = 100.0
 """For one turn: below are the settings of drives (2 to 64), far from what turns an arm."""
-LEAST_RATIO = 1.0
-"""Turns of the motor for one of an arm: motors are too fast and too weak to turn one faster."""
 SETTINGS = (128.0, 256.0)
 """Microsteps of one full step that drives offer too, and that may be pulses for one turn."""
 
@@ -25,14 +23,6 @@ def too_few_pulses(pulses: float) -> str:
         f"{pulses:g} microsteps a full step? Of a motor with {USUAL_STEPS:g} steps a turn that is"
         f" --microsteps-per-rev {USUAL_STEPS * pulses:g}"
     )
-
-
-def too_small_ratio(ratio: float) -> str:
-    """What is said of a ratio with which an arm would turn faster than its motor."""
-    if ratio <= 0.0:
-        return f"must not be below {LEAST_RATIO:g}"
-    turns = f"{1.0 / ratio:.6g}"
-    return f"did you mean {turns}? The motor turns {turns} times for one turn of the arm"
 
 
 def of_ratio(text: str) -> float | None:

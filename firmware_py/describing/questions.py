@@ -9,14 +9,13 @@ from dataclasses import dataclass, replace
 
 from firmware_py.describing.motors import (
     LEAST_PULSES,
-    LEAST_RATIO,
     of_ratio,
     pulses_remark,
     ratio_remark,
     too_few_pulses,
-    too_small_ratio,
 )
 from foundation.errors import ConfigError
+from models.gearing import LEAST_RATIO, too_small_ratio
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from firmware_py.planner.lead_stream import LeadStream
 from firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached, Schedule
 from firmware_py.planner.plan import Plan, TimedLap
 from firmware_py.planner.step_gate import StepGate
-from firmware_py.planner.targets import Lap
+from firmware_py.planner.targets import Lap, in_repeat
 from foundation.clock import NS_PER_S, ns
 from foundation.errors import MotionError
 from models.inverse_kinematics import TargetMapper
@@ -84,8 +84,9 @@ class MotionStream:
         for row, (x_m, y_m, z_m) in enumerate(lap.targets[first : last + 1].tolist()):
             counts = counts_of(x_m, y_m, z_m)
             if list(counts) != checked[row]:
+                point = lap.says(first + row) + in_repeat(repeat, self.plan.job.repeats)
                 raise MotionError(
-                    f"{self.plan.job.name}: {lap.says(first + row)} (repeat {repeat}) maps to"
+                    f"{self.plan.job.name}: {point} maps to"
                     f" counts {counts} now and to {tuple(checked[row])} when it was checked;"
                     " the inverse kinematics has changed, check the job again"
                 )
