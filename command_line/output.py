@@ -45,6 +45,11 @@ def say(text: str) -> None:
     console.print(text, soft_wrap=True)
 
 
+def tell(text: str, on: Console = console) -> None:
+    """A sentence, nothing to be copied: broken between words in a terminal, one line elsewhere."""
+    on.print(text, soft_wrap=not on.is_terminal)
+
+
 def warn(text: str) -> None:
     """One line beside the answer, on standard error."""
     errors.print(text, soft_wrap=True)

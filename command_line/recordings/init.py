@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from command_line.output import say, warn
+from command_line.output import say, tell, warn
 from command_line.overwriting import written_if_right
 from firmware_py.describing.questions import QUESTIONS, WIRING, gather, remarks
 from foundation.errors import ConfigError
@@ -122,9 +122,9 @@ def init(
     ask = _ask if sys.stdin.isatty() else None
     answers = gather(questions, known, ask)
     for line in remarks(questions, known if ask is None else answers, answers):
-        say(line)
+        tell(line)
     for line in _write(file, kind.value, answers, wiring, force):
-        say(line)
+        (say if line.startswith(COPIED) else tell)(line)
     if kind is not Kind.DELTA:
         say(f"next: {_diagnosing(file, measure, columns or [])}")
 
@@ -198,9 +198,11 @@ def _diagnosing(file: Path, recording: Path | None, columns: list[str]) -> str:
     return f"deltactl diagnose RECORDING --robot {file}{options}"
 
 
+COPIED = ("next: ", "then: ", "robot file: ")
+"""What such a line begins with is copied from the window, so no line break may get into it."""
 BY_OTHERS = (
-    "a diagnosis needs what this robot has no sensors for: record the arm angles (columns"
-    " theta_1..3) or the platform's position (pos_x..z) yourself, beside the steps (steps_1..3)"
+    "for a diagnosis: this robot has no sensors, so record the arm angles (columns theta_1..3) or"
+    " the platform's position (pos_x..z) yourself, beside the steps (steps_1..3)"
 )
 
 
@@ -234,6 +236,6 @@ def _first_job(file: Path, force: bool) -> list[str]:
     return [
         *lines,
         BY_OTHERS,
-        "on the real robot, no sensor checks that the arms are at their stops: look yourself, then"
-        f" home with: {home}",
+        "on the real robot: look whether the arms are at their stops, which no sensor checks, then"
+        f" type: {home}",
     ]

@@ -6,7 +6,7 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-from command_line.output import NO_ROBOT, print_json, say, waiting, warn
+from command_line.output import NO_ROBOT, errors, print_json, say, tell, waiting, warn
 from command_line.robot.check import say_covered
 from command_line.robot.follow import follow, interrupted_between_sleeps
 from command_line.robot.show import show_tracking, write_report
@@ -106,7 +106,7 @@ def _say_where(simulate: bool, quiet: bool) -> None:
             " or use --simulate to run the simulated robot"
         )
     if not quiet:
-        warn(NO_ROBOT.format("running"))
+        tell(NO_ROBOT.format("running"), errors)
 
 
 def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet: bool) -> JobResult:

@@ -6,7 +6,7 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-from command_line.output import NO_ROBOT, print_json, say, warn
+from command_line.output import NO_ROBOT, errors, print_json, say, tell
 from command_line.robot.follow import follow, interrupted_between_sleeps
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.contract import RobotController
@@ -34,7 +34,7 @@ def verify_job(job: Path, simulate: bool, json_out: bool, socket: Path | None) -
         raise ServiceError("no daemon answers; start it with 'sudo systemctl start deltactl'")
     else:
         if not simulate:
-            warn(NO_ROBOT.format("running"))
+            tell(NO_ROBOT.format("running"), errors)
         found = _simulated(robot_file, robot, path, json_out)
     if json_out:
         print_json(asdict(found) | {"lost": list(found.lost)})

@@ -23,6 +23,7 @@ RAMP_KNOTS = 8
 LATE_NS = 20_000_000
 """A path that is begun is noted up to a round of the control loop away from its first target."""
 _NS = 1e-9
+Knots = tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,9 +78,14 @@ def targets_at(run: Run, t_s: FloatArray) -> FloatArray:
     start, which is no part of it. After the last target of a path that is done it stays there.
     """
     asked_m = np.full((len(t_s), 3), np.nan)
-    for window in windows(run):
+    found = windows(run)
+    begun_ns = [one.start_ns - LATE_NS for one in found] + [np.iinfo(np.int64).max]
+    for number, window in enumerate(found):
         inside = (t_s >= window.start_ns * _NS) & (t_s <= window.end_ns * _NS)
-        known_s, known_m = _knots(run, window)
+        # The last target may be due after the last step to it, and so after the noted end.
+        t_ns = run.targets.t_ns
+        rows = np.flatnonzero((t_ns >= begun_ns[number]) & (t_ns < begun_ns[number + 1]))
+        known_s, known_m = _knots(run, rows, window.done)
         if not len(known_s) or not inside.any():
             continue
         right = {} if window.done else {"right": np.nan}
@@ -93,23 +99,22 @@ def _stands(position_m: FloatArray) -> BoolArray:
     return np.asarray((position_m[1:] == position_m[:-1]).all(axis=1), dtype=np.bool_)
 
 
-def _knots(run: Run, window: Window) -> tuple[FloatArray, FloatArray]:
-    """Times [s] and places [m], (k,) and (k, 3), between which a line is the path."""
-    t_ns = run.targets.t_ns
-    rows = np.flatnonzero((t_ns >= window.start_ns - LATE_NS) & (t_ns <= window.end_ns))
-    t_s, position_m = seconds(t_ns[rows]), run.targets.position_m[rows]
+def _knots(run: Run, rows: Int64Array, done: bool) -> Knots:
+    """Times [s] and places [m], (k,) and (k, 3), between which a line is the path by targets.
+
+    done: whether the last of them is where the path ends.
+    """
+    t_ns = run.targets.t_ns[rows]
+    t_s, position_m = seconds(t_ns), run.targets.position_m[rows]
     number = run.targets.index[rows]
     stands = _stands(position_m)
     back = (number[1:] == 0) & (number[:-1] > 0) & ~stands
     more = [(t_s, position_m), *_gaps(t_s, back)]
-    if not np.isfinite(run.settings.t_pwm_at(t_ns[rows[:1]])).any():
-        more += _ramps(t_s, position_m, stands, back, window.done)
+    if not np.isfinite(run.settings.t_pwm_at(t_ns[:1])).any():
+        more += _ramps(t_s, position_m, stands, back, done)
     times = np.concatenate([times_s for times_s, _ in more])
     order = np.argsort(times, kind="stable")
     return times[order], np.concatenate([places_m for _, places_m in more])[order]
-
-
-Knots = tuple[FloatArray, FloatArray]
 
 
 def _gaps(t_s: FloatArray, back: BoolArray) -> Iterator[Knots]:

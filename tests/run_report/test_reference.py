@@ -54,6 +54,13 @@ def test_a_run_without_faults_errs_by_a_microstep(
     assert arrivals(run).sum() == result["tracking"]["commanded"]["x"]["samples"]
 
 
+def test_the_last_target_counts_though_its_last_step_comes_before(deltactl, tmp_path: Path) -> None:
+    deltactl("init", "printed.yaml", *SIZES, "--sensors", "none")
+    result = json.loads(deltactl("run", "printed-circle.yaml", "--simulate", "--json").stdout)
+    truth = result["tracking"]["simulated truth"]
+    assert max(truth[axis]["max_m"] for axis in "xyz") < MICROSTEP_M
+
+
 def test_what_is_asked_for_stands_still_during_a_dwell(deltactl, tmp_path: Path) -> None:
     deltactl("init", "printed.yaml", *SIZES, "--sensors", "none")
     text = job(LEGS["a dwell"], 1, "mode: accelerated, speed_mps: 0.1", 0.0005)
