@@ -11,6 +11,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from command_line.called_otherwise import Commands
+from command_line.mistyped import typed_command, unknown_option
 from command_line.networks import collect, evaluate, reproduce, train
 from command_line.recordings import correct, demo, init, prove, robotless
 from command_line.robot import jobs, moves, service
@@ -121,8 +122,8 @@ def main() -> None:
 
 def misused(error: typer.TyperException) -> NoReturn:
     """One line for what is not the command's; none where its help has been printed instead."""
-    said = error.format_message()
-    command = getattr(getattr(error, "ctx", None), "command_path", "deltactl")
+    said = unknown_option(error) or error.format_message()
+    command = getattr(getattr(error, "ctx", None), "command_path", None) or typed_command(app)
     if said:
         said = one_line(said).rstrip(".") + _robot_file_hint(said, error)
         print(f"deltactl: {said} (see {command} --help)", file=sys.stderr)

@@ -15,6 +15,12 @@ from rich.table import Table
 
 from foundation.printable import is_printable, printable
 
+NO_ROBOT = (
+    "No daemon answers (the program that drives a real robot), and this is not a Raspberry Pi:"
+    " {} the simulated robot."
+)
+"""Where a command that moves robots goes on without one."""
+
 
 class PlainConsole(Console):
     """A console on which nobody's text moves the cursor: what cannot be printed is written out."""
@@ -37,6 +43,11 @@ errors = PlainConsole(stderr=True, highlight=False, markup=False)
 def say(text: str) -> None:
     """One line as it is: not broken at the window's edge, so that a path can be copied."""
     console.print(text, soft_wrap=True)
+
+
+def tell(text: str, on: Console = console) -> None:
+    """A sentence, nothing to be copied: broken between words in a terminal, one line elsewhere."""
+    on.print(text, soft_wrap=not on.is_terminal)
 
 
 def warn(text: str) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from foundation.errors import ConfigError
+from foundation.errors import ConfigError, DeltactlError
 
 ForceOption = Annotated[
     bool, typer.Option("--force", help="Overwrite existing files; never a recording.")
@@ -40,3 +42,23 @@ def refuse_other_page(*paths: Path | None) -> None:
                 f"{path}: a report is one HTML file; name it {path.with_suffix('.html')}"
                 " (a browser prints it as PDF)"
             )
+
+
+@contextmanager
+def written_if_right(path: Path, text: str, otherwise: str = "") -> Iterator[None]:
+    """Write a file for what is done with it within; where that is refused, what was before is back.
+
+    otherwise: what is then said behind the refusal.
+    """
+    before = path.read_text(encoding="utf-8") if path.exists() else None
+    path.write_text(text, encoding="utf-8")
+    try:
+        yield
+    except DeltactlError as error:
+        if before is None:
+            path.unlink(missing_ok=True)
+        else:
+            path.write_text(before, encoding="utf-8")
+        if otherwise and len(error.args) == 1:
+            raise error.worded(f"{error}; {otherwise}") from error
+        raise

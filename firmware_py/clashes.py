@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from foundation.yaml_tree import Location
+from models.gearing import LEAST_RATIO, too_small_ratio
 
 if TYPE_CHECKING:
     from drivers.settings import InputSettings
@@ -76,9 +77,16 @@ def _servo_as_built(drive: AnyDrive, built: AsBuilt) -> Iterator[Clash]:
         yield ("as_built", "servo"), "only robots with drive.kind servo have this section"
 
 
+def _geared_down(drive: AnyDrive) -> Iterator[Clash]:
+    if drive.gear_ratio < LEAST_RATIO:
+        says = f"{drive.gear_ratio:g}: {too_small_ratio(drive.gear_ratio)}"
+        yield ("drive", "gear_ratio"), says
+
+
 RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[Clash]]], ...] = (
     (("limits", "homing"), _home_within_limits),
     (("as_built", "inputs"), _inputs_named),
+    (("drive",), _geared_down),
     (("drive", "masses"), _servo_masses),
     (("drive", "outputs"), _servo_outputs),
     (("drive", "as_built"), _servo_as_built),

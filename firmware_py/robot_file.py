@@ -292,12 +292,18 @@ SHOWN = 10
 """So many names of files are listed in a message."""
 
 
-def find(name: str, beside: Path | None = None, listing: bool = True) -> Path:
+JOB_KEY, ROBOT_KEY = "robot", "kind"
+"""Keys that a job and a robot file have, and the other has not."""
+LOOKED_INTO = 200
+"""So many files are looked into for a proposal: a message must not wait for a folder full."""
+
+
+def find(name: str, beside: Path | None = None, listing: bool = True, key: str = "") -> Path:
     """Where a named file is: as given, beside the file that names it, or in the project.
 
     The project's places are `config/` and, for networks, `models/trained/`. Raises
     MissingFile, which lists the files of that kind there are; without `listing` only
-    those of the project.
+    those of the project, and with a key only those that have it at the left edge.
     """
     given = Path(name)
     project = "models/trained" if given.suffix == ".tflite" else "config"
@@ -307,9 +313,19 @@ def find(name: str, beside: Path | None = None, listing: bool = True) -> Path:
             return folder / given
     suffix = "" if given.suffix == ".yml" else given.suffix  # both are YAML
     shown = folders if listing else folders[1:]
-    there = sorted({path.name for folder in shown for path in folder.glob(f"*{suffix or '.yaml'}")})
+    paths = [path for folder in shown for path in folder.glob(f"*{suffix or '.yaml'}")]
+    there = sorted({path.name for path in paths[:LOOKED_INTO] if not key or _has(path, key)})
     close = difflib.get_close_matches(given.name, there, n=1, cutoff=0.75)
     few = ", ".join(there[:SHOWN]) + (" and more" if len(there) > SHOWN else "")
     hint = f"did you mean '{close[0]}'?" if close else f"there are {few or 'none'}"
     place = "here" if beside is None else f"beside {beside}"
     raise MissingFile(f"{name}: no such file {place} or in {project}; {hint}")
+
+
+def _has(path: Path, key: str) -> bool:
+    """Whether a YAML file has a key at its left edge; it need not be right otherwise."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return False
+    return any(line.startswith(f"{key}:") for line in lines)

@@ -87,7 +87,7 @@ def played(plan: Plan, most_s: float = math.inf, from_counts: Counts | None = No
     for chunk in MotionStream(plan, start):
         due.append(chunk.ticks.due_ns)
         steps.append(chunk.ticks.steps)
-        mine = chunk.reached.number >= 0
+        mine = (chunk.reached.number >= 0) & ~chunk.reached.left
         target_s.append(chunk.reached.t_ns[mine] / NS_PER_S)
         target_m.append(chunk.reached.position_m[mine])
         if len(due[-1]) and due[-1][-1] > most_s * NS_PER_S:

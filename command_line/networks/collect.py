@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from command_line.output import errors, say, warn
+from command_line.output import NO_ROBOT, errors, say, tell, warn
 from command_line.robot.jobs import SocketOption
 from foundation.errors import ServiceError
 from foundation.extras import needs
@@ -108,7 +108,7 @@ def _by_jobs(
             " or use --simulate or --as-built"
         )
     if not simulate:
-        warn("No daemon, and this is not a Raspberry Pi: surveying the simulated robot.")
+        tell(NO_ROBOT.format("surveying"), errors)
     controller = build_controller(path, simulated=True, realtime=False, recordings=out)
     try:
         with interrupted_between_sleeps(controller.clock) as sleep:

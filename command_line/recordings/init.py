@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from command_line.output import say, warn
+from command_line.output import say, tell, warn
+from command_line.overwriting import written_if_right
 from firmware_py.describing.questions import QUESTIONS, WIRING, gather, remarks
 from foundation.errors import ConfigError
 from foundation.extras import needs
@@ -121,10 +122,11 @@ def init(
     ask = _ask if sys.stdin.isatty() else None
     answers = gather(questions, known, ask)
     for line in remarks(questions, known if ask is None else answers, answers):
-        say(line)
-    _write(file, kind.value, answers, wiring, force)
-    label = "then" if kind is Kind.DELTA else "next"
-    say(f"{label}: {_diagnosing(file, kind, measure, columns or [])}")
+        tell(line)
+    for line in _write(file, kind.value, answers, wiring, force):
+        (say if line.startswith(COPIED) else tell)(line)
+    if kind is not Kind.DELTA:
+        say(f"next: {_diagnosing(file, measure, columns or [])}")
 
 
 def _ask(question: Question) -> str:
@@ -173,48 +175,41 @@ def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
     return recording, options
 
 
-def _write(file: Path, kind: str, answers: Answers, wired: bool, force: bool) -> None:
-    """Write the file, check it, and say what comes next."""
+def _write(file: Path, kind: str, answers: Answers, wired: bool, force: bool) -> list[str]:
+    """Write the file and check it; what is to be said of it, and of a delta what comes next."""
     from firmware_py.describing.robot_text import robot_text
     from firmware_py.robot_file import load_robot
     from models.robot import load_robot_model
 
-    before = file.read_text(encoding="utf-8") if file.exists() else None
-    file.write_text(robot_text(kind, answers, wired), encoding="utf-8")
     job: list[str] = []
-    try:
+    with written_if_right(file, robot_text(kind, answers, wired)):
         load_robot(file) if kind == "delta" else load_robot_model(file)
         if kind == "delta":
             job = _first_job(file, force)
-    except ConfigError:
-        if before is None:
-            file.unlink()
-        else:
-            file.write_text(before, encoding="utf-8")
-        raise
-    for line in (f"robot file: {file}", *job):
-        say(line)
+    return [f"robot file: {file}", *job]
 
 
-def _diagnosing(file: Path, kind: Kind, recording: Path | None, columns: list[str]) -> str:
-    """The command that diagnoses the recording it was measured by, or any."""
+def _diagnosing(file: Path, recording: Path | None, columns: list[str]) -> str:
+    """The command that diagnoses the recording a lone machine was measured by, or any."""
     if recording is not None:
         sets = [word for option in columns for word in ("--set", option)]
         return shlex.join(["deltactl", "diagnose", str(recording), "--robot", str(file), *sets])
-    options = "" if kind is Kind.DELTA else " (with the --set options that --inspect prints)"
+    options = " (with the --set options that --inspect prints)"
     return f"deltactl diagnose RECORDING --robot {file}{options}"
 
 
-LOOK_FIRST = (
-    "before it: look whether the arms are at their stops; no sensor of this robot sees that, which"
-    " --accept-unseen accepts up to so many degrees"
+COPIED = ("next: ", "then: ", "robot file: ")
+"""What such a line begins with is copied from the window, so no line break may get into it."""
+BY_OTHERS = (
+    "for a diagnosis: this robot has no sensors, so record the arm angles (columns theta_1..3) or"
+    " the platform's position (pos_x..z) yourself, beside the steps (steps_1..3)"
 )
 
 
 def _first_job(file: Path, force: bool) -> list[str]:
-    """Write it; what is to be said of it. Raises ConfigError for arms that are interchanged."""
+    """Write it; what is to be said of it. Raises ConfigError for arms that cannot be built."""
     from firmware_py.controller.sensing.determined import unseen_by_none_deg
-    from firmware_py.describing.first_job import arms_interchanged, write_first_job
+    from firmware_py.describing.first_job import cannot_be_built, write_first_job
     from firmware_py.robot_file import load_robot
 
     job = file.with_name(f"{file.stem}-circle.yaml")
@@ -222,20 +217,25 @@ def _first_job(file: Path, force: bool) -> list[str]:
         return [f"job: {job} exists already and is kept", f"next: deltactl check {job}"]
     robot = load_robot(file)
     what = write_first_job(robot, file, job)
-    if what is not None:
-        unseen = (
-            "" if robot.sensors is not None else f" --accept-unseen {unseen_by_none_deg(robot)}"
+    if what is None:
+        if wrong := cannot_be_built(robot):
+            raise ConfigError(f"{wrong} Nothing was written")
+        warn(
+            "no circle fits, so no job was written: look whether the limits and the home angles in"
+            f" {file} leave the arms room to move"
         )
-        lines = [
-            f"job: {job}, {what}",
-            f"next: deltactl check {job}",
-            f"then: deltactl run {job}{unseen}",
-        ]
-        return [*lines, LOOK_FIRST] if unseen else lines
-    if arms_interchanged(robot):
-        raise ConfigError(
-            "no circle fits, and the forearm is not longer than the upper arm: are the two"
-            " interchanged? Nothing was written"
-        )
-    warn("no circle fits: can arms of these lengths be assembled with this base and platform?")
-    return []
+        return []
+    lines = [
+        f"job: {job}, {what}",
+        f"next: deltactl check {job}",
+        f"then: deltactl run {job}",
+    ]
+    if robot.sensors is not None:
+        return [*lines, f"then: deltactl diagnose RECORDING --robot {file}"]
+    home = f"deltactl home --accept-unseen {unseen_by_none_deg(robot)}"
+    return [
+        *lines,
+        BY_OTHERS,
+        "on the real robot: look whether the arms are at their stops, which no sensor checks, then"
+        f" type: {home}",
+    ]

@@ -5,13 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 
 from command_line.output import console, duration, facts, millimetres, print_json, say, warn
+from command_line.robot.judged import (
+    error_judged,
+    errors_from,
+    margin_judged,
+    rate,
+    size_m,
+    too_coarse,
+)
 from firmware_py.feedback.reach import farthest_m as farthest_m_of
 from firmware_py.planner.check import home_counts
 from firmware_py.planner.summary import CheckSummary
 from firmware_py.program.dry_run import program_of
 from firmware_py.program.instructions import Program
 from firmware_py.program.totals import summarise_program
-from firmware_py.robot_file import find, load_robot
+from firmware_py.robot_file import JOB_KEY, ROBOT_KEY, find, load_robot
 from models.robot import AXES, FloatArray
 from repair.coverage import Coverage, coverage_of
 from repair.limit import Limit
@@ -20,8 +28,8 @@ from repair.program_limit import limit_of_program, microstep_m
 
 def check_job(job: Path, robot: str | None, json_out: bool) -> None:
     """Print the dry run. Raises any DeltactlError when the job must not run."""
-    path = find(str(job))
-    robot_file = None if robot is None else find(robot)
+    path = find(str(job), key=JOB_KEY)
+    robot_file = None if robot is None else find(robot, key=ROBOT_KEY)
     program = program_of(path, None if robot_file is None else load_robot(robot_file))
     summary = summarise_program(program, home_counts(program.robot))
     covered = coverage_of(path, robot_file)
@@ -33,6 +41,7 @@ def check_job(job: Path, robot: str | None, json_out: bool) -> None:
             | {
                 "effects": [one.as_json() for one in covered.effects],
                 "warning": covered.warning or None,
+                "too_coarse": too_coarse(summary.robot, moved_m, limit, size_m(summary)) or None,
                 "limit": limit.as_json() if isinstance(limit, Limit) else None,
                 "no_limit": limit if isinstance(limit, str) else None,
                 "microstep_m": moved_m.tolist(),
@@ -40,42 +49,41 @@ def check_job(job: Path, robot: str | None, json_out: bool) -> None:
             }
         )
         return
-    rows = [*_rows(summary), *limit_rows(limit), *_single_steps(moved_m, limit)]
+    path_m = size_m(summary)
+    rows = [
+        *_rows(summary, program.robot.limits.singularity_margin),
+        *limit_rows(limit, path_m),
+        *_single_steps(moved_m, limit),
+    ]
     if farthest_m is not None:
         rows.append(("feedback", f"moves the platform by at most {millimetres(farthest_m)}"))
-    console.print(facts(f"{summary.job} may run", rows))
+    coarse = too_coarse(summary.robot, moved_m, limit, path_m)
+    title = f"{summary.job} may run" + (f", {coarse}" if coarse else "")
+    console.print(facts(title, rows))
     say_covered(covered)
     if summary.slower is not None:
         warn(f"warning: {summary.slower.says()}")
 
 
-def limit_rows(limit: Limit | str) -> list[tuple[str, str]]:
-    """The possible tracking error and its parts, or why it is not known."""
+def limit_rows(limit: Limit | str, path_m: float = 0.0) -> list[tuple[str, str]]:
+    """The smallest error that is possible and its parts, or why it is not known.
+
+    path_m: size of the path, which it is compared with; 0 where that is not known.
+    """
     if isinstance(limit, str):
-        return [("limit of tracking", limit)]
-    parts = {
-        "whole microsteps": limit.steps_m,
-        "how well the sizes of the compensated effects are known": limit.sizes_m,
-        "what is not compensated": limit.left_m,
-    }
-    said = ", ".join(
-        f"{millimetres(size_m)} from {why}" for why, size_m in parts.items() if size_m > 0.0
-    )
-    return [("limit of tracking", f"{millimetres(limit.rms_m)} RMS at best: {said}")]
+        return [("error at best", limit)]
+    judged = error_judged(limit.rms_m, path_m)
+    return [("error at best", f"{millimetres(limit.rms_m)} RMS{judged}, {errors_from(limit)}")]
 
 
 def _single_steps(moved_m: FloatArray, limit: Limit | str) -> list[tuple[str, str]]:
-    """What a run's table shows beside the limit, for which rotors turn evenly between steps."""
+    """How large errors in the table after a run may be where nothing is wrong."""
     if isinstance(limit, str):
         return []
     each = ", ".join(
         f"{millimetres(size_m)} in {axis}" for axis, size_m in zip(AXES, moved_m, strict=True)
     )
-    said = (
-        f"of all three arms moves the platform by up to {each}. Between two steps a rotor turns"
-        " on evenly, which the limit counts on; the table after a run does not, so there the"
-        " largest error is about one microstep, even where nothing is wrong"
-    )
+    said = f"moves the platform by up to {each}. Single errors as large as that are normal"
     return [("one microstep", said)]
 
 
@@ -112,8 +120,8 @@ def _steps(summary: CheckSummary) -> list[tuple[str, str]]:
     ]
 
 
-def _rows(summary: CheckSummary) -> list[tuple[str, str]]:
-    rates = ", ".join(f"{rate:.0f}" for rate in summary.peak_step_rate_hz)
+def _rows(summary: CheckSummary, least_margin: float) -> list[tuple[str, str]]:
+    rates = ", ".join(rate(hertz) for hertz in summary.peak_step_rate_hz)
     angles = ", ".join(f"{low:.1f} to {high:.1f}" for low, high in summary.arm_range_deg)
     box = ", ".join(f"{low * 1e3:z.0f} to {high * 1e3:z.0f}" for low, high in summary.box_m)
     repeats = f" in {summary.repeats} repeats" if summary.repeats > 1 else ""
@@ -132,7 +140,7 @@ def _rows(summary: CheckSummary) -> list[tuple[str, str]]:
         ("peak step rate", f"{rates} Hz"),
         ("arm angles", f"{angles} degrees"),
         ("platform box", f"{box} mm"),
-        ("singularity margin", f"{summary.smallest_margin:.2f}"),
+        ("singularity margin", margin_judged(summary.smallest_margin, least_margin)),
     ]
     if summary.path_per_step_period_m is not None:
         rows.append(("path per T_PWM", f"{summary.path_per_step_period_m * 1e3:.5f} mm"))

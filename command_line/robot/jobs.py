@@ -23,8 +23,8 @@ RobotOption = Annotated[
 AcceptOption = Annotated[
     float,
     typer.Option(
-        help="You have looked at the arms, and accept that the sensors would not show one"
-        " that is off by so many degrees.",
+        help="You have looked at the arms, and accept that no sensor would show one that is off"
+        " by so many degrees. A simulated robot needs no such word.",
         min=0.0,
         max=360.0,
     ),
@@ -68,16 +68,15 @@ def run(
     """Run a job: on the robot through its daemon, or on the simulated robot.
 
     Shows progress, then how well the path was followed, and where the recording is. The robot of a
-    daemon is homed before ('deltactl home'); the simulated one homes here, where
-    --accept-unseen says what it says there. How fast and how often is in the job: in 'timing'
-    speed_mps or duration_s, and 'repeats'.
+    daemon is homed before ('deltactl home'); the simulated one homes here. How fast and how often
+    is in the job: in 'timing' speed_mps or duration_s, and 'repeats'.
 
     ```
     deltactl run heart.yaml
     deltactl run circle.yaml --realtime --report circle.html
     deltactl run heart.yaml --robot corrected.yaml
     deltactl run survey.yaml --simulate --record survey.mcap --json
-    deltactl run mine.yaml --simulate --accept-unseen 80 --seed 2
+    deltactl run mine.yaml --simulate --seed 2
     ```
     """
     with waiting("loading", json_out):

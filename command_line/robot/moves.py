@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from command_line.robot.jobs import JsonOption, SocketOption
+from command_line.robot.jobs import AcceptOption, JsonOption, SocketOption
 
 Place = tuple[float, float, float]
 WHAT = {"stopped": "stop", "fault": "fault"}
@@ -40,6 +40,7 @@ def goto(
     speed: SpeedOption = 50.0,
     robot: RobotOption = None,
     simulate: SimulateOption = False,
+    accept_unseen: AcceptOption = 0.0,
     json_out: JsonOption = False,
     socket: SocketOption = None,
 ) -> None:
@@ -52,7 +53,8 @@ def goto(
     deltactl goto 20 0 -450 --robot zhao-2023.yaml --simulate
     ```
     """
-    _go("goto", (x / 1e3, y / 1e3, z / 1e3), speed, robot, simulate, json_out, socket)
+    place_m = (x / 1e3, y / 1e3, z / 1e3)
+    _go("goto", place_m, speed, robot, simulate, json_out, socket, accept_unseen)
 
 
 def jog(
@@ -128,15 +130,17 @@ def convert(
     ```
     """
     from command_line.output import say, warn
+    from command_line.overwriting import written_if_right
     from command_line.robot.check import check_job
     from firmware_py.describing.questions import numbers
     from firmware_py.importing.drawn import job_text
     from firmware_py.importing.gcode import read_gcode
     from firmware_py.importing.points_table import read_points
-    from firmware_py.robot_file import find
+    from firmware_py.robot_file import ROBOT_KEY, find
+    from foundation.counting import count
     from foundation.errors import ConfigError
 
-    find(robot)
+    find(robot, key=ROBOT_KEY)
     if job.exists() and not force:
         raise ConfigError(f"{job}: exists already; name another file, or add --force")
     x_mm, y_mm, z_mm = numbers({"origin": origin}, "origin", 3)
@@ -146,11 +150,12 @@ def convert(
         raise ConfigError(f"--spline is for tables of points; the curves of {source} are its own")
     drawn = read_points(source, zero, spline) if table else read_gcode(source, zero)
     text = job_text(drawn, job.stem, robot, speed / 1e3, corner / 1e3)
-    job.write_text(text, encoding="utf-8")
     for note in drawn.notes:
         warn(note)
-    say(f"job: {job}, {len(drawn.legs)} legs")
-    check_job(job, None, False)
+    with written_if_right(job, text, "no job was written"):
+        check_job(job, None, False)
+    say(f"job: {job}, {count(len(drawn.legs), 'leg')}")
+    say(f"next: deltactl run {job}")
 
 
 def _go(
@@ -161,8 +166,10 @@ def _go(
     simulate: bool,
     json_out: bool,
     socket: Path | None,
+    accept_unseen_deg: float = 0.0,
 ) -> None:
     """Through the daemon where one answers, else on the simulated robot of a file."""
+    from command_line.robot.run import refuse_unseen
     from firmware_py.daemon.client import daemon_answers
     from foundation.errors import ConfigError
 
@@ -172,6 +179,7 @@ def _go(
                 f"--robot {robot}: the daemon runs the robot file it was started with; leave it"
                 " out, or add --simulate"
             )
+        refuse_unseen(accept_unseen_deg)
         with _told_as_typed(name, place_m):
             _go_through_daemon(name, place_m, speed_mmps, json_out, socket)
         return
@@ -224,17 +232,13 @@ def _go_simulated(
 
     from command_line.output import say
     from command_line.robot.run import run_job
-    from firmware_py.robot_file import find, load_robot
+    from firmware_py.robot_file import ROBOT_KEY, find
 
-    # Nobody would be hurt by an arm that is off unseen, and the simulation puts them in place.
-    unseen_deg = 360.0 if load_robot(find(robot)).sensors is None else 0.0
     with TemporaryDirectory() as folder:
         job = Path(folder) / f"{name}.yaml"
-        text = _text(name, place_m, speed_mmps, str(find(robot).resolve()))
+        text = _text(name, place_m, speed_mmps, str(find(robot, key=ROBOT_KEY).resolve()))
         job.write_text(text, encoding="utf-8")
-        run_job(
-            job, None, simulate, False, None, None, json_out, socket, unseen_deg, one_place=True
-        )
+        run_job(job, None, simulate, False, None, None, json_out, socket, one_place=True)
     if not json_out:
         say(f"the simulated platform was moved to {_words(place_m)} mm")
 

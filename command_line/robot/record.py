@@ -12,7 +12,7 @@ from command_line.robot.which_robot import robot_or_here
 from firmware_py.controller.jobs.active_job import software_version
 from firmware_py.controller.sensing.ranging_loop import RangingLoop
 from firmware_py.daemon.client import daemon_answers
-from firmware_py.robot_file import find, load_robot
+from firmware_py.robot_file import ROBOT_KEY, find, load_robot
 from foundation.clock import ns, sleep_s
 from foundation.errors import ConfigError, RecordingError, ServiceError
 from recording.format.configuration import RunConfiguration
@@ -30,7 +30,7 @@ def record_sensors(out: Path, seconds: float, robot: str | None, realtime: bool)
         raise ServiceError(
             "the daemon owns the sensors and records every run; stop it to record sensors alone"
         )
-    robot_file = find(robot_or_here(robot))
+    robot_file = find(robot_or_here(robot), key=ROBOT_KEY)
     settings = load_robot(robot_file)
     with open_machine(settings, realtime) as machine:
         machine.sensors.start()

@@ -6,7 +6,7 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-from command_line.output import print_json, say, waiting, warn
+from command_line.output import NO_ROBOT, errors, print_json, say, tell, waiting, warn
 from command_line.robot.check import say_covered
 from command_line.robot.follow import follow, interrupted_between_sleeps
 from command_line.robot.show import show_tracking, write_report
@@ -14,7 +14,7 @@ from firmware_py.controller.contract import JobResult, Status
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.job_file import load_job
 from firmware_py.machine import is_raspberry_pi
-from firmware_py.robot_file import find
+from firmware_py.robot_file import JOB_KEY, ROBOT_KEY, find
 from foundation.errors import (
     ConfigError,
     DeltactlError,
@@ -26,6 +26,8 @@ from repair.coverage import coverage_of
 
 POLL_S = 0.1
 VIRTUAL_POLL_S = 0.5
+ANY_DEG = 360.0
+"""Nobody can look at simulated arms, and homing puts them exactly where they count as homed."""
 
 
 def run_job(
@@ -46,25 +48,21 @@ def run_job(
     `one_place`: the job is a single move, without a path along which errors could be shown.
     `seed`: of the simulated sensors' noise, instead of the robot's own.
     """
-    path = find(str(job))
+    path = find(str(job), key=JOB_KEY)
     load_job(path)
     if record is not None and record.suffix != ".mcap":
         raise ConfigError(
             f"--record {record}: a recording's name ends in .mcap;"
             " 'deltactl export' makes other files of it afterwards"
         )
-    robot_file = None if robot is None else find(robot)
+    robot_file = None if robot is None else find(robot, key=ROBOT_KEY)
     if not simulate and daemon_answers(socket):
         if robot_file is not None:
             raise ConfigError(
                 f"--robot {robot}: the daemon runs a robot file of its own; 'deltactl home --robot"
                 f" {robot}' puts this one in its place, or use --simulate"
             )
-        if accept_unseen_deg:
-            raise ConfigError(
-                "--accept-unseen: the robot of a daemon is homed before a job; say 'deltactl home"
-                f" --accept-unseen {accept_unseen_deg:g}', then run the job without"
-            )
+        refuse_unseen(accept_unseen_deg)
         if seed is not None:
             raise ConfigError("--seed: the noise of a simulated robot; add --simulate")
         result = _through_daemon(path, record, socket, json_out)
@@ -74,11 +72,18 @@ def run_job(
         _say_where(simulate, json_out)
         if not json_out:
             say_covered(coverage_of(path, robot_file))
-        result = _in_this_process(
-            path, robot_file, record, realtime, json_out, accept_unseen_deg, seed
-        )
+        result = _in_this_process(path, robot_file, record, realtime, json_out, seed)
     _show(result, report, json_out, one_place)
     refuse_unless_done(result)
+
+
+def refuse_unseen(accept_unseen_deg: float) -> None:
+    """Raise ConfigError where arms are to be accepted unseen by a command that does not home."""
+    if accept_unseen_deg:
+        raise ConfigError(
+            "--accept-unseen: the robot of a daemon is homed before it moves; say 'deltactl home"
+            f" --accept-unseen {accept_unseen_deg:g}', then this command without"
+        )
 
 
 def refuse_unless_done(result: JobResult) -> None:
@@ -101,7 +106,7 @@ def _say_where(simulate: bool, quiet: bool) -> None:
             " or use --simulate to run the simulated robot"
         )
     if not quiet:
-        warn("No daemon, and this is not a Raspberry Pi: running the simulated robot.")
+        tell(NO_ROBOT.format("running"), errors)
 
 
 def _through_daemon(path: Path, record: Path | None, socket: Path | None, quiet: bool) -> JobResult:
@@ -131,10 +136,9 @@ def _in_this_process(
     record: Path | None,
     realtime: bool,
     quiet: bool,
-    accept_unseen_deg: float,
     seed: int | None,
 ) -> JobResult:
-    robot = robot_file or find(load_job(path).robot, beside=path)
+    robot = robot_file or find(load_job(path).robot, beside=path, key=ROBOT_KEY)
     with waiting("building the simulated robot", quiet):
         from firmware_py.controller.build import build_controller
 
@@ -144,7 +148,7 @@ def _in_this_process(
     try:
         with waiting("homing", quiet):
             controller.power_on()
-            controller.home(accept_unseen_deg)
+            controller.home(ANY_DEG)
         number = controller.submit(path, record)
         every_s = POLL_S if realtime else VIRTUAL_POLL_S
         with interrupted_between_sleeps(controller.clock) as sleep:

@@ -18,11 +18,12 @@ from firmware_py.controller.contract import SensorStatus
 from firmware_py.controller.sensing.ranging_loop import RangingLoop
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.machine import Machine, is_raspberry_pi
-from firmware_py.robot_file import RobotFile, find, load_robot
+from firmware_py.robot_file import ROBOT_KEY, RobotFile, find, load_robot
 from foundation.clock import sleep_s
 from foundation.errors import ConfigError
 from models.robot import AXES
 
+NO_SENSORS = "its file describes no ranging sensors (section 'sensors'); there is nothing to read"
 EVERY_S = 0.5
 WARM_UP_S = 0.5
 
@@ -36,9 +37,11 @@ def show_sensors(
         return
     if robot is None and daemon_answers(socket):
         with Client(socket) as client:
+            if not json_out and not client.sensors():
+                raise ConfigError(f"robot '{client.status().robot}': {NO_SENSORS}")
             _show(lambda: client.sensors(), time.sleep, watch, json_out)
         return
-    settings = load_robot(find(robot_or_here(robot)))
+    settings = load_robot(find(robot_or_here(robot), key=ROBOT_KEY))
     with open_machine(settings, watch) as machine:
         loop = RangingLoop(
             machine.sensors, machine.clock, settings.ranging.rate_hz, lambda reading: None
@@ -82,9 +85,14 @@ def _table(sensors: tuple[SensorStatus, ...]) -> Table:
 
 @contextmanager
 def open_machine(robot: RobotFile, realtime: bool) -> Iterator[Machine]:
-    """The robot on a Raspberry Pi, the simulated one elsewhere; closed afterwards."""
+    """The robot on a Raspberry Pi, the simulated one elsewhere; closed afterwards.
+
+    Raises ConfigError for a robot without sensors.
+    """
     from firmware_py.controller.build import real_machine, simulated_machine
 
+    if robot.sensors is None:
+        raise ConfigError(f"robot '{robot.name}': {NO_SENSORS}")
     if is_raspberry_pi():
         machine = real_machine(robot)
     else:
@@ -98,7 +106,7 @@ def open_machine(robot: RobotFile, realtime: bool) -> Iterator[Machine]:
 
 def _calibrate(text: str, robot: str, json_out: bool) -> None:
     axis, true_distance_m = _parse(text)
-    settings = load_robot(find(robot))
+    settings = load_robot(find(robot, key=ROBOT_KEY))
     before_mm = settings.ranging.offsets_mm[AXES.index(axis)]
     with open_machine(settings, realtime=False) as machine:
         machine.sensors.start()

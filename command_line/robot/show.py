@@ -67,7 +67,9 @@ def export_recording(recording: Path, out: Path, truth: bool) -> None:
     """`deltactl export`: a flat table in the format of the file name's ending."""
     from recording.tables.flat_files import write_flat
     from recording.tables.rounds import flatten
+    from recording.tables.unseen import flatten_unseen, has_readings
 
-    table = flatten(read_run(recording), with_truth=truth)
+    run = read_run(recording)
+    table = flatten(run, truth) if has_readings(run) else flatten_unseen(run, truth)
     write_flat(table, out)
     say(f"{out}: {len(table)} rows")

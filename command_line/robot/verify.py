@@ -6,7 +6,7 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-from command_line.output import print_json, say, warn
+from command_line.output import NO_ROBOT, errors, print_json, say, tell
 from command_line.robot.follow import follow, interrupted_between_sleeps
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.contract import RobotController
@@ -14,7 +14,7 @@ from firmware_py.controller.sensing.verify import Verification, verify
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.job_file import load_job
 from firmware_py.machine import is_raspberry_pi
-from firmware_py.robot_file import RobotFile, find, load_robot
+from firmware_py.robot_file import JOB_KEY, ROBOT_KEY, RobotFile, find, load_robot
 from foundation.errors import MotionError, ServiceError
 
 POLL_S = 0.1
@@ -22,8 +22,8 @@ POLL_S = 0.1
 
 def verify_job(job: Path, simulate: bool, json_out: bool, socket: Path | None) -> None:
     """Print what was found. Raises MotionError when steps were lost."""
-    path = find(str(job)).resolve()
-    robot_file = find(load_job(path).robot, beside=path)
+    path = find(str(job), key=JOB_KEY).resolve()
+    robot_file = find(load_job(path).robot, beside=path, key=ROBOT_KEY)
     robot = load_robot(robot_file)
     if not simulate and daemon_answers(socket):
         with Client(socket) as client:
@@ -34,7 +34,7 @@ def verify_job(job: Path, simulate: bool, json_out: bool, socket: Path | None) -
         raise ServiceError("no daemon answers; start it with 'sudo systemctl start deltactl'")
     else:
         if not simulate:
-            warn("No daemon, and this is not a Raspberry Pi: running the simulated robot.")
+            tell(NO_ROBOT.format("running"), errors)
         found = _simulated(robot_file, robot, path, json_out)
     if json_out:
         print_json(asdict(found) | {"lost": list(found.lost)})

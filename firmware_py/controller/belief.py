@@ -19,6 +19,8 @@ def needs_restart(believed: RobotFile, new: RobotFile) -> str:
     for section in BUILT_IN:
         if getattr(believed, section) != getattr(new, section):
             return section
+    if (believed.sensors is None) != (new.sensors is None):
+        return "sensors"
     switches = [(one.homing.method, one.homing.switch_pins, one.homing.switch_active_high)
                 for one in (believed, new)]  # fmt: skip
     if switches[0] != switches[1]:

@@ -6,7 +6,6 @@ import gc
 from functools import partial
 from pathlib import Path
 
-from drivers.fakes.ranging_rig import build_rig
 from drivers.fakes.steps import simulated_step_output
 from drivers.inputs import home_switches, named_inputs
 from drivers.ranging.contract import NoSensors, RangingSensors
@@ -18,7 +17,8 @@ from firmware_py.machine import Machine
 from firmware_py.planning.prepared import Prepare, prepare_here
 from firmware_py.robot_file import RobotFile, check_said, load_robot
 from firmware_py.simulation.concealed import Concealed, nothing_apart
-from firmware_py.simulation.noise import range_noise, with_seed
+from firmware_py.simulation.noise import with_seed
+from firmware_py.simulation.sensors import simulated_sensors
 from firmware_py.simulation.world import SimulatedRobot
 from foundation.clock import Clock, RealClock, VirtualClock
 from foundation.errors import ConfigError
@@ -79,16 +79,11 @@ def simulated_machine(robot: RobotFile, realtime: bool, as_built: Path | None = 
         robot.steps, robot.inputs, clock, realtime=realtime, switches=robot.switches
     )
     world = SimulatedRobot(robot, steps.bench.counts_at, clock.now_ns, apart)
-    rig = build_rig(
-        robot.ranging,
-        clock,
-        world.distance_m,
-        range_noise(robot),
-    )
+    sensors, rig = simulated_sensors(robot, clock, world)
     return Machine(
         clock=clock,
         output=steps.output,
-        sensors=rig.bank,
+        sensors=sensors,
         world=world,
         bench=steps.bench,
         rig=rig,

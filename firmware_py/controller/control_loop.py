@@ -61,6 +61,7 @@ class ControlLoop:
             output.stop(f"no heartbeat: the controller hung for {silent_ns / NS_PER_S:.1f} s")
         output.beat()
         self._observer.collect()
+        self._observer.note_truth(now_ns)
         seen = output.status()
         if seen.lost and not self._emergency.lost:
             self._emergency.output_lost(seen)

@@ -51,6 +51,12 @@ class Observer:
         elif self._machine.world is not None:
             self._machine.world.keep_up(self._machine.clock.now_ns())
 
+    def note_truth(self, now_ns: int) -> None:
+        """Where the simulated robot is; beside readings it is noted at their times instead."""
+        unseen = self._machine.rig is None and self._journal.path is not None
+        if unseen and self._machine.world is not None:
+            self._journal.truth(self._machine.world.truth(now_ns))
+
     def restart(self, now_ns: int) -> None:
         """The counters were set: what was before says nothing about what comes."""
         self.collect()

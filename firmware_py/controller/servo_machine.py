@@ -8,12 +8,11 @@ from functools import partial
 from drivers.current.contract import JOINTS, Plant
 from drivers.current.fake import FakeCurrentDrives
 from drivers.fakes.bench import fake_bench
-from drivers.fakes.ranging_rig import build_rig
 from firmware_py.machine import Machine
 from firmware_py.robot_file import RobotFile
 from firmware_py.servo.as_built import AsBuiltServo
 from firmware_py.servo.output import ServoOutput
-from firmware_py.simulation.noise import range_noise
+from firmware_py.simulation.sensors import simulated_sensors
 from firmware_py.simulation.servo_world import ServoWorld, plant_of
 from foundation.clock import Clock, ns
 from foundation.errors import ConfigError
@@ -48,16 +47,11 @@ def servo_machine(robot: RobotFile, clock: Clock, make_plant: PlantMaker = plant
         estop_pressed=lambda: bench.memory.estop_pressed,
         on_block=world.passed,
     )
-    rig = build_rig(
-        robot.ranging,
-        clock,
-        world.distance_m,
-        range_noise(robot),
-    )
+    sensors, rig = simulated_sensors(robot, clock, world)
     return Machine(
         clock=clock,
         output=output,
-        sensors=rig.bank,
+        sensors=sensors,
         world=world,
         bench=bench,
         rig=rig,

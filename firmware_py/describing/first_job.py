@@ -18,6 +18,7 @@ LEVELS_DEG = (40.0, 60.0, 20.0, 75.0)
 SHARES = (0.4, 0.3, 0.2, 0.1, 0.05, 0.02)
 """Radii tried, as parts of the upper arm; the first that passes the dry run is taken."""
 SECONDS = 10.0
+CM_MM = 10.0
 
 
 def write_first_job(robot: RobotFile, robot_file: Path, job_file: Path) -> str | None:
@@ -41,10 +42,32 @@ def write_first_job(robot: RobotFile, robot_file: Path, job_file: Path) -> str |
     return None
 
 
-def arms_interchanged(robot: RobotFile) -> bool:
-    """Whether a forearm is not longer than its upper arm, as it has to be to reach all around."""
-    upper_m, forearm_m = robot.geometry.upper_arm_m, robot.geometry.forearm_m
-    return bool((per_arm(forearm_m) <= per_arm(upper_m)).any())
+def cannot_be_built(robot: RobotFile) -> str:
+    """What is wrong with the lengths of a robot for which no circle fits; empty where nothing is.
+
+    Stretched, the two parts of an arm have to span what the base is wider than the platform; and a
+    forearm is longer than its upper arm, to reach all around.
+    """
+    base_m, platform_m = robot.geometry.base_radius_m, robot.geometry.platform_radius_m
+    gaps_m = np.abs(per_arm(base_m) - per_arm(platform_m))
+    uppers_m, forearms_m = per_arm(robot.geometry.upper_arm_m), per_arm(robot.geometry.forearm_m)
+    arms_m = uppers_m + forearms_m
+    arm = int(np.argmin(arms_m - gaps_m))
+    gap_m, upper_m, forearm_m = gaps_m[arm], uppers_m[arm], forearms_m[arm]
+    if arms_m[arm] < gap_m:
+        said = (
+            f"these lengths cannot be assembled: {1e3 * upper_m:g} + {1e3 * forearm_m:g} mm of the"
+            f" arm are less than the {1e3 * gap_m:g} mm between the joints of base and platform"
+        )
+        if CM_MM * arms_m[arm] < gap_m:
+            return f"{said}."
+        return f"{said}; is the arm in cm? Then write {1e4 * upper_m:g} and {1e4 * forearm_m:g}."
+    if (forearms_m <= uppers_m).any():
+        return (
+            "no circle fits, and the forearm is not longer than the upper arm: are the two"
+            " interchanged?"
+        )
+    return ""
 
 
 def _heights_m(robot: RobotFile) -> list[float]:

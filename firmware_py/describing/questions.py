@@ -5,9 +5,17 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from firmware_py.describing.motors import (
+    LEAST_PULSES,
+    of_ratio,
+    pulses_remark,
+    ratio_remark,
+    too_few_pulses,
+)
 from foundation.errors import ConfigError
+from models.gearing import LEAST_RATIO, too_small_ratio
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +31,8 @@ class Question:
     """So many numbers, where it is none of `choices`."""
     least: float = -math.inf
     most: float = math.inf
+    too_small: Callable[[float], str] | None = None
+    """What is said of a number below `least`, where more than that can be said."""
     unless: tuple[tuple[str, str], ...] = ()
     """Keys and answers of other questions, each of which leaves nothing to ask here: the default
     is taken, or where there is none, nothing is said of it."""
@@ -36,10 +46,9 @@ class Question:
         found = _read(answer, self.count, self.key)
         if isinstance(found, str):
             return f"{answer!r}: {found}"
-        if min(found) < self.least:
-            metres = self.key.endswith("_mm") and min(found) > 0.0
-            hint = f" mm; {METRES.format(1e3 * min(found))}" if metres else ""
-            return f"{answer!r}: must not be below {self.least:g}{hint}"
+        if (smallest := min(found)) < self.least:
+            said = self.too_small(smallest) if self.too_small else ""
+            return f"{answer!r}: {said or f'must not be below {self.least:g}'}"
         return f"{answer!r}: must not be above {self.most:g}" if max(found) > self.most else ""
 
     @property
@@ -49,22 +58,33 @@ class Question:
 
 
 LEAST_MM, MOST_MM = 1.0, 9999.0
-METRES = "is it in metres? Then write {:g}"
+
+
+def _in_metres(size: float) -> str:
+    if size <= 0.0:
+        return ""
+    return f"must not be below {LEAST_MM:g} mm; is it in metres? Then write {1e3 * size:g}"
+
 
 NAME = Question("name", "Name of the machine", "my-robot")
 MICROSTEPS = Question(
     "microsteps_per_rev",
-    "Pulses for one turn of the motor, as set at the drive (1600: 200 full steps of 8)",
+    "Step pulses for one turn of the motor, as set at the drive (200 full steps of 8 microsteps:"
+    " 1600). With servo drives, or where recordings hold angles and no steps, 1600 will do",
     "1600",
-    least=1.0,
+    least=LEAST_PULSES,
+    too_small=too_few_pulses,
 )
 GEAR = Question(
-    "gear_ratio", "Turns of the motor for one turn of the arm (1 without a gear)", least=0.001
+    "gear_ratio",
+    "Turns of the motor for one turn of the arm (5 for a gear of 5:1, 1 without a gear)",
+    least=0.001,
 )
+GEAR_OF_ARM = replace(GEAR, least=LEAST_RATIO, too_small=too_small_ratio)
 ZERO = Question(
     "zero",
-    "Should the reading be 0 where the command is 0? absolute: yes (told to go to 30 degrees, it"
-    " should read 30); arbitrary: no (an encoder that begins anywhere, and reads 217 there)",
+    "Should the reading be 0 where the command is 0? absolute: yes (told to go to 30, it should"
+    " read 30); arbitrary: no (an encoder that begins anywhere, and reads 217 there)",
     "absolute", ("absolute", "arbitrary"), unless=(("recorded", "effort"),),
 )  # fmt: skip
 NO_EFFORT = (("recorded", "command"),)
@@ -76,27 +96,31 @@ QUESTIONS: dict[str, tuple[Question, ...]] = {
             "Base radius: from the middle to a motor axis, mm",
             least=LEAST_MM,
             most=MOST_MM,
+            too_small=_in_metres,
         ),
         Question(
             "platform_radius_mm",
             "Platform radius: from its middle to a joint, mm",
             least=LEAST_MM,
             most=MOST_MM,
+            too_small=_in_metres,
         ),
         Question(
             "upper_arm_mm",
             "Upper arm: from the motor axis to the elbow, mm",
             least=LEAST_MM,
             most=MOST_MM,
+            too_small=_in_metres,
         ),
         Question(
             "forearm_mm",
             "Forearm: from the elbow to the platform's joint, mm",
             least=LEAST_MM,
             most=MOST_MM,
+            too_small=_in_metres,
         ),
         MICROSTEPS,
-        GEAR,
+        GEAR_OF_ARM,
         Question(
             "sensors",
             "Ranging sensors that see the platform: three along x, y and z (xyz), or none?",
@@ -174,11 +198,6 @@ WIRING: tuple[Question, ...] = (
 )
 """What hardware needs besides, and nobody can guess; a file without it runs simulated only."""
 Answers = dict[str, str]
-FULL_STEPS = (200.0, 400.0)
-"""For one turn of motors with 1.8 or 0.9 degrees a step."""
-
-_RATIO = re.compile(r"([.\d]+) ?: ?([1-9][.\d]*)")
-"""A gear's ratio as its maker writes it, 5:1."""
 _THOUSANDS = re.compile(r"(-?\d{1,3}),(\d{3})")
 
 
@@ -226,17 +245,9 @@ def remarks(questions: tuple[Question, ...], given: Answers, answers: Answers) -
     said = []
     if names := ", ".join(f"{one.option} {one.default}" for one in taken):
         said.append(f"assumed:         {names}")
-    if MICROSTEPS in questions and numbers(answers, MICROSTEPS.key)[0] in FULL_STEPS:
-        said.append(
-            f"full steps:      {answers[MICROSTEPS.key]} pulses for one turn are full steps; if the"
-            " drive makes microsteps, give what it is set to (1600 for 8 a step)"
-        )
-    if MICROSTEPS in questions and numbers(answers, MICROSTEPS.key)[0] < min(FULL_STEPS):
-        said.append(
-            f"few steps:       {answers[MICROSTEPS.key]} pulses for one whole turn of the motor; of"
-            f" a motor of 200 full steps that makes {answers[MICROSTEPS.key]} a step, they are"
-            f" {200.0 * numbers(answers, MICROSTEPS.key)[0]:g}"
-        )
+    if MICROSTEPS in questions:
+        said += ratio_remark(answers[GEAR.key])
+        said += pulses_remark(numbers(answers, MICROSTEPS.key)[0])
     return said
 
 
@@ -250,8 +261,8 @@ def numbers(answers: Answers, key: str, count: int = 1) -> tuple[float, ...]:
 
 def _read(text: str, count: int, key: str = "") -> tuple[float, ...] | str:
     """So many numbers, or why they are not; in one number alone a comma is a decimal one."""
-    if key == "gear_ratio" and (turns := _RATIO.fullmatch(text.strip())):
-        return (float(turns[1]) / float(turns[2]),)
+    if key == GEAR.key and (turns := of_ratio(text)) is not None:
+        return (turns,)
     if count == 1 and (found := _THOUSANDS.fullmatch(text.strip())):
         whole = "".join(found.groups())
         return f"is it {whole} or {'.'.join(found.groups())}? Write it without a comma"

@@ -47,7 +47,7 @@ def _delta(answers: Answers) -> list[str]:
 NO_SENSORS = [
     "",
     "# No ranging sensors: only you can see whether an arm is off at home, so homing asks for",
-    "# --accept-unseen.",
+    "# --accept-unseen on the real robot.",
 ]
 
 

@@ -11,7 +11,7 @@ from firmware_py.job_file import Accelerated, JobFile, Together
 from firmware_py.paths import reach
 from firmware_py.paths.path import BoolArray, Space
 from firmware_py.paths.reach import Reach
-from firmware_py.planner.targets import Lap, MappingFailed
+from firmware_py.planner.targets import Lap, MappingFailed, in_repeat
 from firmware_py.robot_file import Limits, RobotFile
 from foundation.errors import ELSEWHERE, LimitExceeded, MotionError, Refusal, UnreachablePoint
 from models.inverse_kinematics import USE_GEOMETRY
@@ -63,7 +63,7 @@ class PathLimits:
         if first is not None:
             raise self._refused(lap, first, repeat)
         if failed is not None:
-            number = f"{self._job.name}: point {len(lap)} of repeat {repeat}: "
+            number = f"{self._job.name}: point {len(lap)}{in_repeat(repeat, self._job.repeats)}: "
             raise failed.error.worded(number + str(failed.error)) from failed.error
         return reached, margins
 
@@ -84,7 +84,8 @@ class PathLimits:
         row = int(np.ceil(problem.row))
         refusal = Refusal(problem.why, problem.remedy, on_the_way=row != problem.row)
         way = "on the way to " if refusal.on_the_way else ""
-        where = f"{self._job.name}: {way}{lap.says(row)} (repeat {repeat}): "
+        point = lap.says(row) + in_repeat(repeat, self._job.repeats)
+        where = f"{self._job.name}: {way}{point}: "
         return problem.error.at(where, refusal)
 
     def _arm_problems(self, lap: Lap) -> Iterator[Problem]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from drivers.steps.contract import MOTORS, Int64Array, Ticks
+from firmware_py.paths.path import BoolArray
 from models.robot import FloatArray
 
 if TYPE_CHECKING:
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, slots=True, eq=False)
 class Reached:
     """Targets and when each is due: the last step towards it is made by then; arrays of n rows.
+
+    left: (n,), whether that is when a target is left: one in space at which the arms rest comes
+    twice, when it is reached and when the rest is over.
 
     index: (n,), running number in the job from 0. number: (n,), number in the path, -1 on
     the way back to its start. repeat: (n,), from 1. t_ns: (n,), from the motion's start.
@@ -31,6 +35,7 @@ class Reached:
     position_m: FloatArray
     angles_rad: FloatArray
     counts: Int64Array
+    left: BoolArray
 
     def __len__(self) -> int:
         return len(self.t_ns)
@@ -45,6 +50,7 @@ class Reached:
             position_m=self.position_m[rows],
             angles_rad=self.angles_rad[rows],
             counts=self.counts[rows],
+            left=self.left[rows],
         )
 
 
@@ -95,6 +101,7 @@ NOTHING_REACHED = Reached(
     position_m=np.empty((0, MOTORS)),
     angles_rad=np.empty((0, MOTORS)),
     counts=np.empty((0, MOTORS), dtype=np.int64),
+    left=np.empty(0, dtype=np.bool_),
 )
 
 
@@ -103,6 +110,8 @@ class Schedule(Protocol):
 
     reached_ns: Int64Array
     """(n,), when each target is reached, from the lap's start."""
+    left_ns: Int64Array
+    """(n,), when the rest at each target is over; `reached_ns` where there is none."""
     duration_ns: int
     """Until the rest at the last target is over."""
     rest_ns: int

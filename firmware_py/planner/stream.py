@@ -10,14 +10,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from drivers.steps.contract import Counts, Ticks
+from drivers.steps.contract import Counts, Int64Array, Ticks
 from firmware_py.compensation.ringing import Ringing, knot_s, rings
-from firmware_py.paths.path import Space
+from firmware_py.paths.path import BoolArray, Space
 from firmware_py.planner.lead_stream import LeadStream
 from firmware_py.planner.motion import NO_TICKS, NOTHING_REACHED, Chunk, Reached, Schedule
 from firmware_py.planner.plan import Plan, TimedLap
 from firmware_py.planner.step_gate import StepGate
-from firmware_py.planner.targets import Lap
+from firmware_py.planner.targets import Lap, in_repeat
 from foundation.clock import NS_PER_S, ns
 from foundation.errors import MotionError
 from models.inverse_kinematics import TargetMapper
@@ -58,7 +58,7 @@ class MotionStream:
             for first in range(0, len(timed.lap) - 1, BLOCK):
                 last = min(first + BLOCK, len(timed.lap) - 1)
                 self._map_again(timed.lap, first + 1, last, repeat)
-                reached = _reached(timed, first + 1, last, repeat, lap_ns, index)
+                reached = _reached(timed, first, last, repeat, lap_ns, index)
                 yield from _chunks(timed.schedule, first, last, lap_ns, self._gate, reached)
                 index += last - first
             lap_ns += timed.schedule.duration_ns
@@ -68,7 +68,8 @@ class MotionStream:
         first = self.plan.first
         self._map_again(first.lap, 0, 0, 1)
         self._gate.rules(*self.approach.gate_ns)
-        there = _reached(first, 0, 0, 1, self.approach.duration_ns, 0)
+        one = np.zeros(1, dtype=np.int64)
+        there = _rows(first.lap, one, one + self.approach.duration_ns, 1, one, one > 0)
         moves = len(self.approach.reached_ns) - 1
         yield from _chunks(self.approach, 0, moves, 0, self._gate, there)
         if self.plan.first_dwell_s > 0.0:
@@ -83,8 +84,9 @@ class MotionStream:
         for row, (x_m, y_m, z_m) in enumerate(lap.targets[first : last + 1].tolist()):
             counts = counts_of(x_m, y_m, z_m)
             if list(counts) != checked[row]:
+                point = lap.says(first + row) + in_repeat(repeat, self.plan.job.repeats)
                 raise MotionError(
-                    f"{self.plan.job.name}: {lap.says(first + row)} (repeat {repeat}) maps to"
+                    f"{self.plan.job.name}: {point} maps to"
                     f" counts {counts} now and to {tuple(checked[row])} when it was checked;"
                     " the inverse kinematics has changed, check the job again"
                 )
@@ -122,16 +124,32 @@ def _until(ticks: Ticks, reached: Reached, until_ns: int) -> tuple[Chunk, Reache
 def _reached(
     timed: TimedLap, first: int, last: int, repeat: int, lap_ns: int, index: int
 ) -> Reached:
-    rows, lap = slice(first, last + 1), timed.lap
-    count = last + 1 - first
+    """What comes after target `first` is reached, up to target `last`; index: of the next one."""
+    rests = first + np.flatnonzero(timed.lap.rest[first:last])
+    if timed.lap.space is Space.JOINT:  # targets in joint space are compared by their counts
+        rests = rests[:0]
+    arrives = np.arange(first + 1, last + 1)
+    left_ns = timed.schedule.left_ns[rests]
+    rows = np.concatenate([rests, arrives])
+    t_ns = lap_ns + np.concatenate([left_ns, timed.schedule.reached_ns[arrives]])
+    # Left before the next is reached; a stable sort keeps the order of equal times.
+    order = np.lexsort((np.concatenate([2 * rests + 1, 2 * arrives]), t_ns))
+    rows, left = rows[order], order < len(rests)
+    return _rows(timed.lap, rows, t_ns[order], repeat, index + rows - first - 1, left)
+
+
+def _rows(
+    lap: Lap, rows: Int64Array, t_ns: Int64Array, repeat: int, index: Int64Array, left: BoolArray
+) -> Reached:
     return Reached(
-        index=np.arange(index, index + count),
+        index=index,
         number=lap.number[rows],
-        repeat=np.full(count, repeat),
-        t_ns=lap_ns + timed.schedule.reached_ns[rows],
+        repeat=np.full(len(rows), repeat),
+        t_ns=t_ns,
         position_m=lap.position_m[rows],
         angles_rad=lap.angles_rad[rows],
         counts=lap.counts[rows],
+        left=left,
     )
 
 

@@ -155,7 +155,18 @@ def _timing_in_words(plan: Plan) -> str:
         return f"together, T_PWM {timing.t_pwm_s:g} s"
     if timing.speed_mps is None:
         return f"accelerated, {timing.duration_s:g} s"
-    return f"accelerated, {timing.speed_mps * 1e3:g} mm/s"
+    slowest_mps, fastest_mps = _asked_mps(plan, timing.speed_mps)
+    slowest = "" if slowest_mps == fastest_mps else f"{slowest_mps * 1e3:g} to "
+    return f"accelerated, {slowest}{fastest_mps * 1e3:g} mm/s"
+
+
+def _asked_mps(plan: Plan, job_mps: float) -> Range:
+    """The lowest and the highest speed asked for on the path, where legs have their own."""
+    legs_mps = plan.first.lap.speed_mps
+    if legs_mps is None or len(legs_mps) < 2:
+        return job_mps, job_mps
+    asked_mps = np.minimum(job_mps, legs_mps[1:])
+    return float(asked_mps.min()), float(asked_mps.max())
 
 
 REACHED = 0.99

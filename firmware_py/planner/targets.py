@@ -70,6 +70,11 @@ class Lap:
         return f"{name} at arm angles ({first:.2f}, {second:.2f}, {third:.2f}) deg"
 
 
+def in_repeat(repeat: int, repeats: int) -> str:
+    """' (repeat 2)' behind a target; empty for a job without repeats."""
+    return f" (repeat {repeat})" if repeats > 1 else ""
+
+
 @dataclass(frozen=True, slots=True)
 class MappingFailed:
     """Why the targets after the last mapped one have no angles."""

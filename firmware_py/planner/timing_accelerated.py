@@ -106,6 +106,7 @@ class CurveSchedule:
         self.reached_ns: Int64Array = np.rint(ends_s[self._curve.first_piece] * NS_PER_S).astype(
             np.int64
         )
+        self.left_ns: Int64Array = self.reached_ns + np.rint(dwell_s * NS_PER_S).astype(np.int64)
         self.rest_ns = round(float(dwell_s.sum()) * NS_PER_S)
         self.duration_ns = round((ends_s[-1] + rest_s[-1]) * NS_PER_S)
 

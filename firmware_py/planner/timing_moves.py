@@ -100,14 +100,14 @@ class MoveSchedule:
         dwell_ns = np.rint(dwell_s * NS_PER_S).astype(np.int64)
         reached = np.concatenate([[0], np.cumsum(dwell_ns[:-1] + move_ns)])
         self.reached_ns: Int64Array = reached
-        self._start_ns = reached[:-1] + dwell_ns[:-1]
-        self.duration_ns = int(reached[-1] + dwell_ns[-1])
+        self.left_ns: Int64Array = reached + dwell_ns
+        self.duration_ns = int(self.left_ns[-1])
         self.rest_ns = int(dwell_ns.sum())
 
     def play(self, first: int, last: int, start_ns: int, gate: StepGate) -> Iterator[Ticks]:
         """See Schedule. One piece a move."""
         for move in range(first, last):
-            begin_ns = start_ns + int(self._start_ns[move])
+            begin_ns = start_ns + int(self.left_ns[move])
             due_ns, steps = [], []
             for motor in range(MOTORS):
                 part, sign = self._crossings(move, motor)

@@ -41,6 +41,7 @@ class TogetherSchedule:
         self._first_tick = before[:-1] + rests[:-1]
         self.reached_ns: Int64Array = before * self._period_ns
         self.reached_ns[1:] = (self._first_tick + self._ticks) * self._period_ns
+        self.left_ns: Int64Array = self.reached_ns + rests * self._period_ns
         self.duration_ns = int((before[-1] + rests[-1]) * self._period_ns)
         self.rest_ns = int(rests.sum()) * self._period_ns
         self.peak_rate_hz = _peak_rate(self._delta, self._ticks) * (NS_PER_S / self._period_ns)

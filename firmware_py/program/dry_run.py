@@ -13,7 +13,7 @@ from firmware_py.program.includes import read_whole
 from firmware_py.program.instructions import Program
 from firmware_py.program.naming import told_with
 from firmware_py.program.totals import summarise_program
-from firmware_py.robot_file import RobotFile, find, load_robot
+from firmware_py.robot_file import ROBOT_KEY, RobotFile, find, load_robot
 
 
 def check_job(
@@ -35,7 +35,7 @@ def program_of(
     """The program of a job file, for the robot it names or for one that is there already."""
     job = read_whole(job_path).job
     if robot is None:
-        robot = load_robot(find(job.robot, beside=job_path))
+        robot = load_robot(find(job.robot, beside=job_path, key=ROBOT_KEY))
     known = robot
     with told_with(job_path):
         return make_program(

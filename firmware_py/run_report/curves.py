@@ -9,7 +9,8 @@ import numpy as np
 from charts.figures import LineChart
 from charts.spec import Colour, Mark, Series, Span, Style
 from firmware_py.robot_file import RobotFile
-from firmware_py.run_report.tracking import RunTracking, Tracking, positions_of_counts, seconds
+from firmware_py.run_report.reference import seconds
+from firmware_py.run_report.tracking import RunTracking, Tracking, positions_of_counts
 from models.robot import AXES, FloatArray
 from recording.reading.run import Run
 

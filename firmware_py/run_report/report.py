@@ -13,6 +13,7 @@ from charts.page import HINT, columns, facts, folded, heading, page, paragraph, 
 from firmware_py.robot_file import RobotFile
 from firmware_py.run_report import curves
 from firmware_py.run_report.health import health_strip, sensor_health
+from firmware_py.run_report.reference import arrivals
 from firmware_py.run_report.servo import servo_section
 from firmware_py.run_report.tracking import (
     ENDED_EARLY,
@@ -59,7 +60,7 @@ def report_html(run: Run, robot: RobotFile) -> str:
         columns([facts(_facts(run, robot, tracking)), _errors(tracking)]),
         *_curves(asked_path(run, robot), robot, tracking),
         *servo_section(run, tracking.windows_ns),
-        *_sensors(run),
+        *([] if robot.sensors is None else _sensors(run)),
         *_events(run),
         *_files(run),
     ]
@@ -94,7 +95,7 @@ def _facts(run: Run, robot: RobotFile, tracking: RunTracking) -> Iterable[tuple[
         yield "T_PWM", ", ".join(f"{period:g} s" for period in periods_s)
     yield "recorded", f"{run.end_ns / 1e9:.2f} s"
     yield "on the path", f"{tracking.on_path_s:.2f} s"
-    yield "targets", f"{len(run.targets.t_ns)}"
+    yield "targets", f"{int(arrivals(run).sum())}"
     sent = "set-points passed" if len(run.servo.t_ns) else "step edges sent"
     yield sent, f"{int((run.edges.steps != 0).any(axis=1).sum())}"
     for name, value in configuration.settings.items():

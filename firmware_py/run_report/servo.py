@@ -10,7 +10,7 @@ from charts.figures import LineChart
 from charts.page import heading, paragraph, table
 from charts.spec import Colour, Series
 from firmware_py.run_report.curves import TIME_GROUP
-from firmware_py.run_report.tracking import seconds
+from firmware_py.run_report.reference import seconds
 from models.robot import FloatArray
 from recording.reading.run import Run
 

@@ -10,16 +10,21 @@ from typing import Any
 import numpy as np
 
 from firmware_py.robot_file import RobotFile
+from firmware_py.run_report.reference import (
+    arrivals,
+    path_windows,
+    ran_to_its_end,
+    seconds,
+    targets_at,
+)
 from foundation.strict_yaml import Document
 from models.calibrated_inverse import CalibratedInverse
 from models.robot import AXES, FloatArray
-from recording.reading.columns import Int64Array
 from recording.reading.run import Run, Targets
 from recording.tables.rounds import gather
 
 JOINT_SHAPES = frozenset({"survey", "joints"})
 ENDED_EARLY = "The path was not run to its end: errors are of the {:.1f} s that were run"
-PATH_EVENTS = ("path_start", "path_end")
 _NS = 1e-9
 
 
@@ -97,27 +102,6 @@ def robot_of(run: Run) -> RobotFile:
     return Document(name, run.configuration.robot_text).check(RobotFile)
 
 
-def path_windows(run: Run) -> tuple[tuple[int, int], ...]:
-    """Run times [ns] from every `path_start` to its `path_end` (or the end of the recording)."""
-    windows: list[tuple[int, int]] = []
-    start_ns: int | None = None
-    for event in run.events:
-        if event.kind == "path_start":
-            start_ns = event.t_ns
-        elif event.kind == "path_end" and start_ns is not None:
-            windows.append((start_ns, event.t_ns))
-            start_ns = None
-    if start_ns is not None:
-        windows.append((start_ns, max(start_ns, run.end_ns)))
-    return tuple(windows)
-
-
-def ran_to_its_end(run: Run) -> bool:
-    """Whether the last path that was begun was also done; one not begun is no partial one."""
-    last = next((one for one in reversed(run.events) if one.kind in PATH_EVENTS), None)
-    return last is None or (last.kind == "path_end" and last.text == "done")
-
-
 def asked_path(run: Run, robot: RobotFile) -> Run:
     """The run with a target wherever one is meant.
 
@@ -158,27 +142,11 @@ def track(run: Run, robot: RobotFile) -> RunTracking:
     if robot.sensors is not None and any(len(one.t_ns) for one in run.readings.values()):
         measured = _against(run, windows_ns, "measured", *measured_errors(run, robot))
     if len(run.targets.t_ns) and not in_joint_space:
-        meant_m = positions_of_counts(robot, run.targets.steps)
-        error_m = meant_m - run.targets.position_m
-        commanded = _against(run, windows_ns, "commanded", seconds(run.targets.t_ns), error_m)
+        there, targets = arrivals(run), run.targets
+        error_m = positions_of_counts(robot, targets.steps[there]) - targets.position_m[there]
+        t_s = seconds(targets.t_ns[there])
+        commanded = _against(run, windows_ns, "commanded", t_s, error_m)
     return RunTracking(windows_ns, truth, measured, commanded, ran_to_its_end(run))
-
-
-def seconds(t_ns: Int64Array) -> FloatArray:
-    """Nanoseconds as seconds."""
-    return t_ns.astype(np.float64) * _NS
-
-
-def targets_at(run: Run, t_s: FloatArray) -> FloatArray:
-    """The point asked for at each time, straight between targets; NaN before and after them."""
-    if not len(run.targets.t_ns):
-        return np.full((len(t_s), 3), np.nan)
-    known_s = seconds(run.targets.t_ns)
-    parts = [
-        np.interp(t_s, known_s, column, left=np.nan, right=np.nan)
-        for column in run.targets.position_m.T
-    ]
-    return np.stack(parts, axis=1)
 
 
 def measured_errors(run: Run, robot: RobotFile) -> tuple[FloatArray, FloatArray]:

@@ -1,23 +1,28 @@
-"""A robot with sensors and without any effects, one sample at a time in plain floats."""
+"""A robot without any effects, one sample at a time in plain floats."""
 
 from __future__ import annotations
+
+import math
 
 from firmware_py.robot_file import RobotFile
 from models.linkage import Linkage
 from models.linkage.scalar_forward import forward_one
 from models.linkage.vectors import Vector
+from models.robot import ARMS
 
 
 class NominalRobot:
-    """What models/chain gives without effects: position, arm angles and ranges of step counts."""
+    """What models/chain gives without effects, of counts: position, arm angles, and ranges, which
+    are NaN without sensors."""
 
     def __init__(self, robot: RobotFile):
         self._linkage = Linkage.of(robot.geometry)
         self._step_rad = robot.drive.rad_per_step
         sensors = robot.sensors
-        assert sensors is not None
-        rows = zip(sensors.offsets_m.tolist(), sensors.axes.tolist(), strict=True)
-        self._rows = [(offset, *axis) for offset, axis in rows]
+        self._rows = [(math.nan, 0.0, 0.0, 0.0)] * ARMS
+        if sensors is not None:
+            rows = zip(sensors.offsets_m.tolist(), sensors.axes.tolist(), strict=True)
+            self._rows = [(offset, *axis) for offset, axis in rows]
         self._at: Vector | None = None
 
     def at(self, steps: Vector) -> tuple[Vector, Vector, Vector]:

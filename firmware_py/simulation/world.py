@@ -113,8 +113,7 @@ class SimulatedRobot:
         robot, self._built = self._robot, self._effects()
         real = tuple(without_swing(one) for one in self._built)
         self._chain = OnlineChain(robot.model_copy(update={"effects": ()}), real)
-        plain = robot.sensors is not None and not real
-        self._nominal = NominalRobot(robot) if plain else None
+        self._nominal = None if real else NominalRobot(robot)
 
     def _effects(self) -> Effects:
         apart = self._apart()

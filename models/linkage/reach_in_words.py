@@ -11,7 +11,6 @@ from models.linkage.inverse import inverse
 from models.linkage.status import Status
 
 LEVELS, DIRECTIONS, RADII = 1001, 36, 120
-UNITS = "job files are in m, goto is in mm"
 
 
 def in_reach(linkage: Linkage, x_m: float, y_m: float, z_m: float) -> str:
@@ -22,10 +21,10 @@ def in_reach(linkage: Linkage, x_m: float, y_m: float, z_m: float) -> str:
     good_m = levels_m[inverse(linkage, places).status == Status.OK]
     if not len(good_m):
         circle = _widest_circle(linkage, min(longest_m, math.hypot(x_m, y_m)), z_m)
-        return f"at this x and y no z is in reach{circle}; {UNITS}"
+        return f"at this x and y no z is in reach{circle}"
     span = f"z from {1e3 * good_m[0]:.0f} to {1e3 * good_m[-1]:.0f} mm is in reach"
     meant = f" (did you mean z = {-z_m:.6g}?)" if good_m[0] <= -z_m <= good_m[-1] < z_m else ""
-    return f"at this x and y {span}, negative below the base{meant}; {UNITS}"
+    return f"at this x and y, {span}, negative below the base{meant}"
 
 
 def _widest_circle(linkage: Linkage, radius_m: float, z_m: float) -> str:

@@ -70,8 +70,16 @@ def _refuse(linkage: Linkage, x_m: float, y_m: float, z_m: float) -> NoReturn:
     # A pose within rounding of the limit can be OK in one form and not in the other.
     reason = STATUS_TEXT[Status.SINGULAR if status == Status.OK else status]
     in_mm = _words(1e3 * x_m, 1e3 * y_m, 1e3 * z_m)
-    why = f"{reason} (that is {in_mm} mm; {in_reach(linkage, x_m, y_m, z_m)})"
-    raise UnreachablePoint.at(f"target {_words(x_m, y_m, z_m)} m is ", Refusal(why, remedy=""))
+    instead = in_reach(linkage, x_m, y_m, z_m)
+    error = UnreachablePoint(
+        f"target {_words(x_m, y_m, z_m)} m is {reason} (that is {in_mm} mm; {instead}; {UNITS})"
+    )
+    # Who names the place as it was typed need say neither the place again nor in which units.
+    error.at_point = Refusal(f"{reason} ({instead})", remedy="")
+    raise error
+
+
+UNITS = "job files are in m, goto is in mm"
 
 
 def _words(*values: float) -> str:

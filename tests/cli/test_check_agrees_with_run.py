@@ -7,6 +7,7 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
+from firmware_py.run_report.reference import arrivals
 from recording.reading.reader import read_run
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
@@ -24,7 +25,7 @@ def test_targets_and_largest_errors(deltactl: Deltactl, tmp_path: Path) -> None:
     (tmp_path / "rings.yaml").write_text(JOB)
     said = json.loads(deltactl("check", "rings.yaml", "--json").stdout)
     run = deltactl("run", "rings.yaml", "--simulate", "--record", "rings.mcap", "--json")
-    targets = len(read_run(tmp_path / "rings.mcap").targets.t_ns)
+    targets = int(arrivals(read_run(tmp_path / "rings.mcap")).sum())
     assert targets == said["targets_in_all"] == 3 * said["targets"] - 2
     assert f"{targets} in 3 repeats" in deltactl("check", "rings.yaml").stdout
     truth = json.loads(run.stdout)["tracking"]["simulated truth"]

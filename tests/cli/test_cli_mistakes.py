@@ -102,6 +102,26 @@ def test_goto_names_the_place_as_it_was_typed(deltactl, place: tuple[str, ...], 
     (line,) = deltactl(*words, status=2).stderr.splitlines()
     assert says in line
     assert "repeat" not in line
+    assert "that is" not in line
+    assert "in m," not in line
+
+
+def test_a_job_is_proposed_where_a_job_is_asked_for(deltactl, tmp_path: Path) -> None:
+    """And a robot file where that is; the other has the name that is nearer."""
+    (tmp_path / "stage.yaml").write_text("kind: delta\nname: stage\n")
+    (tmp_path / "stages.yaml").write_text(CIRCLE)
+    said = deltactl("check", "stag.yaml", status=2).stderr
+    assert "did you mean 'stages.yaml'?" in said
+    words = ("check", "stages.yaml", "--robot", "stagee.yaml")
+    assert "did you mean 'stage.yaml'?" in deltactl(*words, status=2).stderr
+
+
+def test_a_job_without_repeats_is_not_told_of_them(deltactl, tmp_path: Path) -> None:
+    for radius_m, says in (("0.9", "point 0: target"), ("0.34", "deg")):
+        (tmp_path / "far.yaml").write_text(CIRCLE.replace("radius_m: 0.1", f"radius_m: {radius_m}"))
+        said = deltactl("check", "far.yaml", status=2).stderr
+        assert says in said
+        assert "repeat" not in said
 
 
 def test_a_unit_that_people_write_is_recognised(deltactl, tmp_path: Path) -> None:

@@ -77,6 +77,7 @@ def test_goto_jog_and_teach(deltactl: Deltactl, tmp_path: Path) -> None:
             ("run", "pick-and-place.yaml", "--accept-unseen", "40"),
             "deltactl home --accept-unseen 40",
         ),
+        (("goto", "0", "0", "-300", "--accept-unseen", "40"), "deltactl home --accept-unseen 40"),
     ],
 )
 def test_what_is_refused_does_not_move(

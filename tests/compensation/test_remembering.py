@@ -50,7 +50,7 @@ def run(robot: RobotFile, plan: Plan) -> tuple[FloatArray, FloatArray, FloatArra
     for chunk in MotionStream(plan, start):
         due.append(chunk.ticks.due_ns)
         steps.append(chunk.ticks.steps)
-        mine = chunk.reached.number >= 0
+        mine = (chunk.reached.number >= 0) & ~chunk.reached.left
         reached_ns.append(chunk.reached.t_ns[mine])
         targets.append(chunk.reached.position_m[mine])
     due_s = np.concatenate(due) / NS_PER_S

@@ -44,8 +44,9 @@ def streamed(plan: Plan) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray
     counts = np.vstack([start, start + np.cumsum(steps, axis=0, dtype=np.int64)])
     t_s = np.arange(0.0, due_s[-1] + 0.5, GRID_S)
     told = counts[np.searchsorted(due_s, t_s, side="right")]
-    target_s = np.concatenate([chunk.reached.t_ns for chunk in chunks]) / NS_PER_S
-    targets_m = np.concatenate([chunk.reached.position_m for chunk in chunks])
+    there = ~np.concatenate([chunk.reached.left for chunk in chunks])
+    target_s = np.concatenate([chunk.reached.t_ns for chunk in chunks])[there] / NS_PER_S
+    targets_m = np.concatenate([chunk.reached.position_m for chunk in chunks])[there]
     return t_s, told, target_s, targets_m
 
 

@@ -185,7 +185,7 @@ def test_a_path_out_of_reach_is_refused_before_anything_moves(
     homed: Controller, write_job, radius_m: float, error
 ) -> None:
     before = homed.status().counts
-    with pytest.raises(error, match=r"point \d+ "):
+    with pytest.raises(error, match=r"point \d+"):
         homed.submit(write_job("wide", radius_m=radius_m))
     sleep_s(homed.clock, 0.5)
     assert homed.status().counts == before

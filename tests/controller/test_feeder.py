@@ -116,7 +116,7 @@ def test_every_target_of_the_path_is_noted_and_none_of_the_way_there() -> None:
     reached = Reached(
         index=rows + 1, number=rows, repeat=np.ones(3, np.int64), t_ns=PERIOD_NS * (rows + 1),
         position_m=np.arange(9.0).reshape(3, 3), angles_rad=np.zeros((3, 3)),
-        counts=np.arange(9).reshape(3, 3),
+        counts=np.arange(9).reshape(3, 3), left=np.zeros(3, np.bool_),
     )  # fmt: skip
     noted: list[tuple[object, ...]] = []
 

@@ -55,7 +55,7 @@ def test_interchanged_arms_are_refused_and_leave_no_file(
 ) -> None:
     arms = {"upper_arm_mm": DELTA["forearm_mm"], "forearm_mm": DELTA["upper_arm_mm"]}
     refused = deltactl("init", "mine.yaml", *options(DELTA | arms), status=2)
-    assert "interchanged" in refused.stderr
+    assert "interchanged? Nothing was written" in refused.stderr
     assert not list(tmp_path.iterdir())
 
 
@@ -66,8 +66,9 @@ def test_what_was_taken_unasked_and_full_steps_are_said() -> None:
     assert remarks(QUESTIONS["delta"], DELTA, DELTA) == []
     full = DELTA | {"microsteps_per_rev": "200"}
     assert "200 pulses for one turn are full steps" in remarks(QUESTIONS["delta"], full, full)[0]
-    few = DELTA | {"microsteps_per_rev": "16"}
-    assert remarks(QUESTIONS["delta"], few, few)[0].endswith("they are 3200")
+    for pulses, instead in (("128", "25600"), ("100", "20000"), ("256", "51200")):
+        few = DELTA | {"microsteps_per_rev": pulses}
+        assert remarks(QUESTIONS["delta"], few, few)[0].endswith(f"write {instead}")
     assert remarks(QUESTIONS["range_sensor"], {"name": "tof"}, {"name": "tof"}) == []
 
 
@@ -163,7 +164,7 @@ def test_a_refused_answer_leaves_no_file(deltactl: Deltactl, tmp_path: Path) -> 
     wrong = DELTA | {"upper_arm_mm": "150000", "gear_ratio": "-1"}
     refused = deltactl("init", "mine.yaml", *options(wrong), status=2)
     assert "--upper-arm-mm '150000': must not be above 9999" in refused.stderr
-    assert "--gear-ratio '-1': must not be below 0.001" in refused.stderr
+    assert "--gear-ratio '-1': must not be below 1" in refused.stderr
     wrong = DELTA | {"microsteps_per_rev": "1600.5"}
     refused = deltactl("init", "mine.yaml", *options(wrong), status=2)
     assert "drive.microsteps_per_rev" in refused.stderr
@@ -249,10 +250,38 @@ def test_a_decimal_comma_is_one_and_a_doubtful_answer_is_asked_for_again() -> No
         ("upper_arm_mm", "-150", "'-150': must not be below 1"),
         ("upper_arm_mm", "0.15", "'0.15': must not be below 1 mm; is it in metres? Then write 150"),
         ("gear_ratio", "5:0", "'5:0': must be a number"),
+        (
+            "gear_ratio",
+            "0.25",
+            "'0.25': did you mean 4? The motor turns 4 times for one turn of the arm",
+        ),
+        (
+            "microsteps_per_rev",
+            "16",
+            "'16': 16 microsteps a full step? Of a motor with 200 steps a turn that is"
+            " --microsteps-per-rev 3200",
+        ),
         ("step_pins", "17 27", "'17 27': must be 3 numbers, with spaces between"),
         ("arm_deg", "-20 to 110", "'-20 to 110': must be 2 numbers"),
     ):
         assert asked[key].wrong(answer) == wrong
+
+
+@pytest.mark.parametrize("said", ["4:1", "1:4", "1 : 4"])
+def test_a_reduction_is_read_either_way_round(
+    deltactl: Deltactl, tmp_path: Path, said: str
+) -> None:
+    shown = deltactl("init", "m.yaml", *options(DELTA | {"gear_ratio": said})).stdout
+    assert f"{said} is read as 4: the motor turns 4 times for one turn of the arm" in shown
+    assert load_robot(tmp_path / "m.yaml").drive.gear_ratio == 4.0
+
+
+def test_an_arm_geared_up_is_refused_in_its_file_too(deltactl: Deltactl, tmp_path: Path) -> None:
+    deltactl("init", "m.yaml", *options(DELTA))
+    file = tmp_path / "m.yaml"
+    file.write_text(file.read_text().replace("gear_ratio: 5", "gear_ratio: 0.25"))
+    refused = deltactl("check", "m-circle.yaml", status=2).stderr
+    assert "drive.gear_ratio: 0.25: did you mean 4?" in refused
 
 
 def test_all_options_that_cannot_be_taken_are_told_with_those_that_are_missing() -> None:
@@ -297,9 +326,29 @@ def test_a_delta_without_sensors_says_none_and_its_first_job_runs(
         "--upper-arm-mm", "150", "--forearm-mm", "320", "--gear-ratio", "5", "--sensors", "none",
     )  # fmt: skip
     assert load_robot(tmp_path / "bare.yaml").sensors is None
-    assert "then: deltactl run bare-circle.yaml --accept-unseen 80" in done.stdout
-    assert "look whether the arms are at their stops" in done.stdout
-    deltactl("run", "bare-circle.yaml", "--accept-unseen", "80", "--simulate")
+    assert "then: deltactl run bare-circle.yaml\n" in done.stdout
+    assert "then type: deltactl home --accept-unseen 80" in done.stdout
+    deltactl("run", "bare-circle.yaml", "--simulate")
+
+
+def test_no_diagnosis_is_promised_where_nothing_is_observed(deltactl: Deltactl) -> None:
+    """The command cannot work on this robot's own recordings; what would make it is said."""
+    bare = deltactl("init", "bare.yaml", *options(DELTA | {"sensors": "none"})).stdout
+    assert "deltactl diagnose" not in bare
+    assert "columns theta_1..3" in bare
+    seen = deltactl("init", "seen.yaml", *options(DELTA)).stdout
+    assert "then: deltactl diagnose RECORDING --robot seen.yaml" in seen
+
+
+def test_arms_in_cm_are_told_what_to_write_and_leave_no_file(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    lengths = {"base_radius_mm": "95", "platform_radius_mm": "35", "upper_arm_mm": "11"}
+    wrong = DELTA | lengths | {"forearm_mm": "26"}
+    (line,) = deltactl("init", "cm.yaml", *options(wrong), status=2).stderr.splitlines()
+    assert "11 + 26 mm of the arm are less than the 60 mm between" in line
+    assert "in cm? Then write 110 and 260. Nothing was written" in line
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(

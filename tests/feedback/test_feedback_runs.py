@@ -11,7 +11,7 @@ import yaml
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.contract import JobResult
 from firmware_py.robot_file import CONFIG_FOLDER
-from firmware_py.run_report.tracking import path_windows, targets_at
+from firmware_py.run_report.reference import path_windows, targets_at
 from foundation.clock import sleep_s
 from models.robot import FloatArray
 from recording.reading.reader import read_run

@@ -126,6 +126,22 @@ def test_from_gcode_to_a_run(deltactl: Deltactl, tmp_path: Path) -> None:
     assert "--force" in refused.stderr
 
 
+def test_a_job_that_may_not_run_is_not_left_behind(deltactl: Deltactl, tmp_path: Path) -> None:
+    (tmp_path / "far.csv").write_text("x,y,z\n0,0,-450\n900,0,-450\n")
+    words = ("convert", "far.csv", "far.yaml", "--robot", "zhao-2023.yaml")
+    refused = deltactl(*words, status=2)
+    assert refused.stderr.rstrip().endswith("no job was written")
+    assert not refused.stdout
+    assert not (tmp_path / "far.yaml").exists()
+    (tmp_path / "far.yaml").write_text("mine")
+    deltactl(*words, "--force", status=2)
+    assert (tmp_path / "far.yaml").read_text() == "mine"
+    (tmp_path / "far.csv").write_text("x,y,z\n0,0,-450\n9,0,-450\n")
+    said = deltactl(*words, "--force").stdout
+    assert "job: far.yaml, one leg" in said
+    assert "next: deltactl run far.yaml" in said
+
+
 def test_goto_on_the_simulated_robot(deltactl: Deltactl) -> None:
     arguments = ["20", "-10", "-450", "--robot", "zhao-2023.yaml", "--simulate", "--json"]
     done = json.loads(deltactl("goto", *arguments).stdout)

@@ -58,7 +58,7 @@ def test_says_which_target_and_why(zhao: Linkage) -> None:
         inverse_one(zhao, 0.9, 0.0, -0.25)
     for wrong_m in (-200.0, -0.9, 0.9):
         with pytest.raises(
-            UnreachablePoint, match=r"at this x and y z from -\d+ to -?\d+ mm .* in mm\)$"
+            UnreachablePoint, match=r"at this x and y, z from -\d+ to -?\d+ mm .* in mm\)$"
         ):
             inverse_one(zhao, 0.0, 0.0, wrong_m)
     with pytest.raises(UnreachablePoint, match="at this x and y no z is in reach"):

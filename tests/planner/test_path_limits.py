@@ -51,7 +51,7 @@ def test_the_first_point_out_of_the_workspace_is_named(zhao, job_of, angle, spac
     assert fine[0].all()
     text = f"({at[0]:.4f}, {at[1]:.4f}, {at[2]:.4f}) m"
     assert text in message
-    assert "repeat 1" in message
+    assert "repeat" not in message
 
 
 def test_out_of_reach(zhao, job_of, limited):
@@ -63,7 +63,7 @@ def test_out_of_reach(zhao, job_of, limited):
 
 def test_an_arm_limit_names_arm_angle_and_point(zhao, job_of, limited):
     message = refusal(job_of(path=line_to(0.25)), limited(arm_deg=(0.0, 80.0)))
-    assert "point 24 at (0.2400, 0.0000, -0.4500) m (repeat 1)" in message
+    assert "point 24 at (0.2400, 0.0000, -0.4500) m" in message
     assert "arm 2 would be at 81.48 deg" in message
     assert "outside its limits of 0 to 80 deg (limits.arm_deg" in message
 
@@ -71,7 +71,7 @@ def test_an_arm_limit_names_arm_angle_and_point(zhao, job_of, limited):
 def test_the_box_is_kept(zhao, job_of, limited):
     robot = limited(box_m=((-0.1, 0.1), (-0.1, 0.1), (-0.5, -0.3)))
     message = refusal(job_of(path=line_to(0.2)), robot)
-    assert "point 11 at (0.1100, 0.0000, -0.4500) m (repeat 1): x leaves limits.box_m" in message
+    assert "point 11 at (0.1100, 0.0000, -0.4500) m: x leaves limits.box_m" in message
     plan(job_of(path=line_to(0.1)), robot)
 
 
@@ -127,7 +127,7 @@ def test_a_way_may_touch_the_box_and_not_pass_it(zhao, job_of, limited, axis, si
 def test_joint_angles_beyond_a_limit(zhao, job_of):
     path = {"shape": "joints", "angles_deg": [[40, 40, 40], [40, 111, 40]]}
     message = refusal(job_of(path=path), zhao)
-    assert "point 1 at arm angles (40.00, 111.00, 40.00) deg (repeat 1): arm 2" in message
+    assert "point 1 at arm angles (40.00, 111.00, 40.00) deg: arm 2" in message
 
 
 def test_a_limit_falls_on_the_nearest_whole_step(zhao, job_of):
@@ -176,7 +176,7 @@ def test_a_network_that_disagrees_with_the_geometry_is_refused(zhao, job_of, off
 @pytest.mark.parametrize("answer", [float("nan"), float("inf"), 1e9])
 def test_a_network_that_answers_nonsense_is_refused(zhao, job_of, answer):
     message = refusal(job_of(), zhao, Answers(zhao, answer, after=3))
-    assert "point 3 of repeat 1" in message
+    assert "point 3: " in message
     assert "the network file must be broken" in message
 
 

@@ -25,7 +25,7 @@ POINT = "  - path: {shape: points, points_m: [[0.0, 0.0, -0.3]]}\n"
         (POINT + "  - wait_for: {input: part, within_s: 1}\n",
          "steps.1.wait_for: 'part' is not in 'inputs.named'"),
         (POINT + f"  - repeat: 2\n    steps: [{{{POINT.strip()[2:].replace('-0.3', '-0.9')}}}]\n",
-         "steps.1.steps.0: steps: point 0 of repeat 1: target (0, 0, -0.9) m is out of reach"),
+         "steps.1.steps.0: steps: point 0: target (0, 0, -0.9) m is out of reach"),
         ("  - path: {shape: way, legs: [{to_m: [0, 0, -0.3]}]}\n",
          "steps.0.path.start_m: is missing"),
         (POINT + "  - path: {shape: way, legs: [{to_m: [0.03, 0, -0.3], centre_m: [0.1, 0]}]}\n",

@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from firmware_py.run_report.tracking import path_windows, robot_of, targets_at, track
+from firmware_py.run_report.reference import path_windows, targets_at
+from firmware_py.run_report.tracking import robot_of, track
 from foundation.errors import ConfigError
 from recording.reading.run import Run
 
@@ -111,8 +112,8 @@ def test_what_is_not_recorded_is_not_compared(recorded_run: MakeRun) -> None:
 
 def test_targets_between_and_outside(recorded_run: MakeRun) -> None:
     run = recorded_run()
-    middle = targets_at(run, np.array([-0.01, 0.01, 5.0]))
-    np.testing.assert_allclose(middle[1], run.targets.position_m[:2].mean(axis=0))
+    middle = targets_at(run, np.array([-0.01, 0.41, 5.0]))
+    np.testing.assert_allclose(middle[1], run.targets.position_m[20:22].mean(axis=0))
     assert np.isnan(middle[[0, 2]]).all()
 
 

@@ -91,5 +91,4 @@ def _off_unseen_deg(robot: RobotFile, good: BoolArray, accepted_deg: float) -> i
     raise NotReady(
         f"homing refused: {lack}, so that an arm could be off by {off_deg} degrees unseen;"
         f" {look} at the arms yourself and say 'deltactl home --accept-unseen {off_deg}'"
-        f" ('deltactl run' has the same option, for the simulated robot)"
     )

@@ -78,12 +78,12 @@ class RangingLoop:
         ]
 
     def status(self, blind: Callable[[str], str] = lambda axis: "") -> tuple[SensorStatus, ...]:
-        """What each sensor says now; one that is 'ok' for its driver may be blind all the same."""
+        """What each sensor there is says now; one that is 'ok' for its driver may yet be blind."""
         health = self._sensors.health()
         for axis in AXES:
             if health.get(axis) == "ok" and (said := blind(axis)):
                 health[axis] = said
-        return tuple(self._status_of(axis, health.get(axis, "off")) for axis in AXES)
+        return tuple(self._status_of(axis, health[axis]) for axis in AXES if axis in health)
 
     def _status_of(self, axis: str, health: str) -> SensorStatus:
         reading = self.latest.get(axis)

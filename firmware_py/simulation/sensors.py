@@ -1,0 +1,20 @@
+"""The ranging sensors of a simulated robot: those that its file describes, and no others."""
+
+from __future__ import annotations
+
+from drivers.fakes.ranging_rig import RangingRig, build_rig
+from drivers.ranging.contract import NoSensors, RangingSensors
+from firmware_py.robot_file import RobotFile
+from firmware_py.simulation.noise import range_noise
+from firmware_py.simulation.world import SimulatedRobot
+from foundation.clock import Clock
+
+
+def simulated_sensors(
+    robot: RobotFile, clock: Clock, world: SimulatedRobot
+) -> tuple[RangingSensors, RangingRig | None]:
+    """The driver of the sensors that see `world`, and the fakes below it where there are any."""
+    if robot.sensors is None:
+        return NoSensors(), None
+    rig = build_rig(robot.ranging, clock, world.distance_m, range_noise(robot))
+    return rig.bank, rig
