@@ -110,7 +110,7 @@ MENDED: tuple[Named, ...] = (
     Named(
         "held-out blocks that took part in the choice of causes, unsaid",
         "diagnosis/report/sentences/fit_words.py",
-        " (the choice of causes did)",
+        " (causes were chosen with all of it)",
         "",
     ),
     Named(

@@ -95,7 +95,9 @@ def test_before_and_after_stand_against_the_noise_and_on_held_out_data(make: Any
     text = "\n".join(plain_lines(make("explained")))
     assert "before 4.10 mm, after 2.21 mm; the noise alone is 2.10 mm" in text
     # (4.2^2 - 2.24^2) / (4.2^2 - 2.1^2) = 0.954
-    assert "to which no size was fitted: before 4.20 mm, after 2.24 mm (95 % of what" in text
+    assert (
+        "(causes were chosen with all of it): before 4.20 mm, after 2.24 mm (95 % of what" in text
+    )
 
 
 def test_one_off_events_are_not_expected_in_another_run(make: Any, parts: Any) -> None:

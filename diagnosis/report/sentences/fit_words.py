@@ -15,7 +15,7 @@ ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)
 MOSTLY_BY_PLACE = 0.7
 """Less scatter at a place than this share: over half of the noise's power is between places."""
 MORE_PLACES = "More places make the answer surer, longer stays do not."
-LEFT_OUT = "parts of the recording to which no size was fitted"
+LEFT_OUT = "parts of the recording to which no size was fitted (causes were chosen with all of it)"
 
 
 def fit_title(diagnosis: Diagnosis) -> str:
