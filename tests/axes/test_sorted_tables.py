@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.pipelines.lone_machine import diagnose_axis
+from diagnosis.report.page.html import report_html
 from models.robot import RangeSensor
 from recording.tables.flat import from_columns
+from tests.rigs.charts import charts_of
 
 SENSOR = RangeSensor(kind="range_sensor", name="sonar")
 
@@ -44,3 +46,15 @@ def test_an_error_that_breaks_off_beyond_a_distance_is_no_noise() -> None:
     assert answer.findings[-1].depends_on == ["distance"]
     assert answer.verdict != "explained"
     assert answer.fit.rms_after_m < 3e-3
+
+
+def test_the_report_of_a_table_without_times_is_drawn_over_the_distance() -> None:
+    """A clock was invented, and the chart that matters was not there."""
+    distance_m = np.linspace(0.05, 0.3, 40)
+    noise_m = 1e-3 * np.random.default_rng(2).standard_normal(40)
+    columns = {"t": np.arange(40.0), "distance": distance_m, "range": distance_m + 0.01 + noise_m}
+    answer = diagnose_axis(SENSOR, [from_columns(columns, "table")])
+    drawn = charts_of(lambda: report_html(answer, SENSOR))
+    (chart,) = drawn.values()
+    assert "distance [mm]" in str(chart)
+    assert "time [s]" not in str(chart)

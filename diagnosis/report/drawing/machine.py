@@ -36,7 +36,9 @@ def _legend(findings: Sequence[Finding], robot: RobotModel) -> str:
         return '<p class="note">Nothing is marked, because nothing was found.</p>'
     rows = []
     for number, finding in enumerate(findings, 1):
-        what = html.escape(words.effect(finding.effect, finding.component))
+        alone = isinstance(robot, RangeSensor) and finding.effect == "unknown"
+        part = "sensor" if alone else finding.component
+        what = html.escape(words.effect(finding.effect, part))
         rows.append(f'<li>{badge(number)}<a href="#finding-{number}">{what}</a></li>')
     found = {f.component for f in findings}
     note = ""

@@ -10,14 +10,13 @@ from dataclasses import replace
 import numpy as np
 
 from charts.figures import LineChart
-from charts.page import HINT, columns, heading, paragraph
-from charts.spec import Colour, Series, Span, Style
-from charts.thin import keep
-from diagnosis.answer.records import Diagnosis, Finding, FloatArray, Picture
-from diagnosis.report.drawing.scene import hue
+from charts.page import columns, heading, paragraph
+from charts.spec import Colour, Series
+from diagnosis.answer.records import Diagnosis, FloatArray, Picture
 from diagnosis.report.page.axis_units import covariate_unit
 from diagnosis.report.page.bars import Pair, pair_bars
 from diagnosis.report.page.maps import place_maps
+from diagnosis.report.page.over_time import in_order
 from diagnosis.report.page.regimes import regimes
 from diagnosis.report.page.residuals import (
     Curve,
@@ -25,17 +24,11 @@ from diagnosis.report.page.residuals import (
     binned,
     explained_by,
     mismatches,
-    rms,
-    smoothed,
 )
 from diagnosis.report.sentences import words
 from diagnosis.report.sentences.sizes import scale_of
-from diagnosis.report.sentences.summary import stretches
 from models.robot import RobotModel
 
-POINTS = 60_000
-"""Single readings shown over all charts together; keeps the file small."""
-MOST_PER_CHART = 12_000
 SHOWN_FIRST = 4
 """Charts by place, and by other quantities, that stand open; the rest is behind a click."""
 MOST_DRIVER_CHARTS = 12
@@ -43,14 +36,6 @@ SHOWN_REGIMES = 9
 FEWEST_MEANS = 4
 """A curve through fewer (of a direction: there and back) is a straight line that tells nothing; the
 regimes have those figures."""
-FAINT = 0.5
-"""A smoothed mismatch below this share of the noise would vanish among single readings."""
-FINDING_COLOURS = (Colour.BAD, Colour.SECOND, Colour.COMMANDED, Colour.FIRST, Colour.THIRD)
-"""As report.css has them for findings 1 to 5."""
-TIME_GROUP = "time"
-LATE_S = 1e6
-"""Times that begin later are those of a clock, not of the recording."""
-
 _PLACE = re.compile(
     r"theta_[123]|(range|pos|position)_[xyz]|range_x, range_y|position|angle|distance|range|command"
 )
@@ -63,79 +48,10 @@ def mismatch_sections(diagnosis: Diagnosis, robot: RobotModel) -> list[str]:
     if picture is None or not channels:
         return [heading("The mismatch"), paragraph("There are no readings to draw.", "note")]
     return [
-        *_by_time(picture, channels, diagnosis.findings),
+        *in_order(picture, channels, diagnosis.findings, robot),
         *_by_place(picture, channels, robot),
         *_by_regime(diagnosis, picture, channels),
     ]
-
-
-def _by_time(
-    picture: Picture, channels: Sequence[Mismatch], findings: Sequence[Finding]
-) -> list[str]:
-    parts = [
-        heading("The mismatch over time"),
-        paragraph("Measured minus predicted. A perfect model leaves a flat line at zero."),
-        paragraph(HINT, "note howto"),
-    ]
-    each = min(MOST_PER_CHART, POINTS // (2 * len(channels)))
-    charts = (
-        _time_chart(picture, one, _spans(picture, findings, one.source), each) for one in channels
-    )
-    return parts + [chart.html() for chart in charts]
-
-
-def _time_chart(
-    picture: Picture, one: Mismatch, spans: Sequence[Span], most: int
-) -> LineChart:  # fmt: skip
-    rows = np.flatnonzero(np.isfinite(one.before))
-    rows = rows[keep(picture.t_s[rows], one.before[rows], most)]
-    curve = smoothed(picture.t_s, one)
-    everywhere = np.ones(len(curve.x), dtype=np.bool_)
-    faint = max(rms(curve.before, everywhere), rms(curve.after, everywhere)) < FAINT * one.noise
-    series = [
-        Series("single readings, before", picture.t_s[rows], one.before[rows], Colour.QUIET,
-               Style.POINTS, hidden=faint),
-        Series("before, smoothed", curve.x, curve.before, Colour.SECOND),
-        Series("after, smoothed", curve.x, curve.after, Colour.FIRST),
-    ]  # fmt: skip
-    if one.unchanged:
-        series = [replace(series[0], name="single readings"), replace(series[1], name="smoothed")]
-    began_s, time = _clock(picture)
-    series = [replace(drawn, x=np.asarray(drawn.x) - began_s) for drawn in series]
-    note = f"{_lie_far_out(one.far_out)} not drawn." if one.far_out else ""
-    return LineChart(
-        f"{one.name.capitalize()}",
-        time,
-        f"measured - predicted [{one.unit}]",
-        series,
-        spans=[replace(one, start=one.start - began_s, end=one.end - began_s) for one in spans],
-        group=TIME_GROUP,
-        note=note,
-        height_px=230,
-    )
-
-
-def _clock(picture: Picture) -> tuple[float, str]:
-    """What is taken off all times, and how the axis is called: the time of day has many digits."""
-    known = picture.t_s[np.isfinite(picture.t_s)]
-    first = math.floor(known.min()) if len(known) else 0
-    if first < LATE_S:
-        return 0.0, "time [s]"
-    return float(first), f"time - {first} [s]"
-
-
-def _spans(picture: Picture, findings: Sequence[Finding], source: str) -> list[Span]:
-    """When findings show in a channel, where that is not all the time."""
-    start_s, end_s = float(picture.t_s[0]), float(picture.t_s[-1])
-    return [
-        Span(
-            begin + picture.shift_of(finding.where), end + picture.shift_of(finding.where),
-            f"finding {number}", FINDING_COLOURS[hue(number) - 1],
-        )
-        for number, finding in enumerate(findings, 1)
-        if not finding.where.axes or source in finding.where.axes
-        for begin, end in stretches(finding.where, start_s, end_s)[:20]
-    ]  # fmt: skip
 
 
 def _by_place(picture: Picture, channels: Sequence[Mismatch], robot: RobotModel) -> list[str]:
@@ -207,11 +123,6 @@ def _driver_chart(name: str, unit: str, one: Mismatch, curve: Curve, lone: bool)
         series,
         height_px=220,
     )
-
-
-def _lie_far_out(number: int) -> str:
-    verbs = ("lies", "is") if number == 1 else ("lie", "are")
-    return f"{words.count(number, 'reading')} that {verbs[0]} far out {verbs[1]}"
 
 
 def _counted(channels: Sequence[Mismatch], picture: Picture) -> str:

@@ -75,6 +75,7 @@ PARTS: dict[str, str] = {
     "frame": "the frame",
     "platform": "the platform",
     "sensors": "the sensors",
+    "sensor": "the sensor",
     "axis": "the axis",
     "time": "the time stamps",
 }
