@@ -122,7 +122,7 @@ def _says(finding: Finding, kinds: Mapping[str, EffectKind], answer: Diagnosis) 
     unit = answer.fit.unit
     if finding.effect == "unknown":
         sizes = finding.parameters.get("size_rms")
-        size = f" of {said(sizes.components[0][0], unit)} (root mean square)" if sizes else ""
+        size = f" of {said(sizes.components[0][0], unit)} root mean square" if sizes else ""
         if beside_friction(finding, answer.findings):
             return (
                 "how far the two directions of the axis are apart changes along its travel: a"
