@@ -43,7 +43,7 @@ def goto(
     json_out: JsonOption = False,
     socket: SocketOption = None,
 ) -> None:
-    """Move the platform to a position. Checked before anything moves, like any job.
+    """Move the platform straight to a position. Checked before anything moves, along the whole way.
 
     Positions are those of the middle of the platform, at the height of its joints.
 
@@ -64,7 +64,7 @@ def jog(
     json_out: JsonOption = False,
     socket: SocketOption = None,
 ) -> None:
-    """Move the platform by a little from where it is.
+    """Move the platform by a little from where it is, in a straight line.
 
     ```
     deltactl jog --z -5
@@ -205,7 +205,7 @@ def _text(name: str, place_m: Place, speed_mmps: float, robot: str) -> str:
     x_m, y_m, z_m = place_m
     return (
         f"name: {name}\nrobot: {robot}\n"
-        f"path: {{shape: points, points_m: [[{x_m:.9g}, {y_m:.9g}, {z_m:.9g}]]}}\n"
+        f"path: {{shape: straight, to_m: [{x_m:.9g}, {y_m:.9g}, {z_m:.9g}]}}\n"
         f"timing: {{mode: accelerated, speed_mps: {speed_mmps / 1e3:.9g}}}\n"
         "inverse_kinematics: {kind: geometry}\n"
     )
@@ -224,7 +224,10 @@ def _go_simulated(
 
     from command_line.output import say
     from command_line.robot.run import run_job
+    from firmware_py.planner.check import plan_of
     from firmware_py.robot_file import find, load_robot
+    from models.calibrated_inverse import CalibratedInverse
+    from models.linkage.counted_pose import counted_pose
 
     # Nobody would be hurt by an arm that is off unseen, and the simulation puts them in place.
     unseen_deg = 360.0 if load_robot(find(robot)).sensors is None else 0.0
@@ -235,8 +238,11 @@ def _go_simulated(
         run_job(
             job, None, simulate, False, None, None, json_out, socket, unseen_deg, one_place=True
         )
+        plan = plan_of(job)
     if not json_out:
-        say(f"the simulated platform was moved to {_words(place_m)} mm")
+        position_of = CalibratedInverse(plan.robot).position_of_one_m
+        _, reached_m = counted_pose(plan.last_counts, plan.robot.drive.rad_per_step, position_of)
+        say(f"the simulated platform is at {_words(reached_m or place_m)} mm")
 
 
 def _go_through_daemon(
@@ -245,7 +251,7 @@ def _go_through_daemon(
     import time
     from dataclasses import asdict
 
-    from command_line.output import print_json, say
+    from command_line.output import print_json, say, warn
     from command_line.robot.follow import follow
     from command_line.robot.run import POLL_S, refuse_unless_done
     from firmware_py.daemon.client import Client
@@ -258,6 +264,8 @@ def _go_through_daemon(
     if json_out:
         print_json(asdict(result) | {"position_m": position_m})
     elif result.outcome == "done" and position_m is not None:
+        if result.warning:
+            warn(result.warning)
         say(f"the platform is at {_words(position_m)} mm")
     refuse_unless_done(result)
 
