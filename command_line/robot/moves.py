@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from command_line.robot.jobs import JsonOption, SocketOption
+from firmware_py.importing.drawn import CORNER_MM
 
 Place = tuple[float, float, float]
 WHAT = {"stopped": "stop", "fault": "fault"}
@@ -110,7 +111,7 @@ def convert(
     speed: SpeedOption = 50.0,
     corner: Annotated[
         float, typer.Option(min=0.0, max=100.0, help="May cut corners by so many mm; 0 stops.")
-    ] = 0.0,
+    ] = CORNER_MM,
     spline: Annotated[
         bool, typer.Option("--spline", help="A smooth curve through the points of a table.")
     ] = False,
@@ -130,7 +131,7 @@ def convert(
     from command_line.output import say, warn
     from command_line.robot.check import check_job
     from firmware_py.describing.questions import numbers
-    from firmware_py.importing.drawn import job_text
+    from firmware_py.importing.drawn import job_text, rounded
     from firmware_py.importing.gcode import read_gcode
     from firmware_py.importing.points_table import read_points
     from firmware_py.robot_file import find
@@ -150,6 +151,8 @@ def convert(
     for note in drawn.notes:
         warn(note)
     say(f"job: {job}, {len(drawn.legs)} legs")
+    if said := rounded(drawn, corner):
+        say(said)
     check_job(job, None, False)
 
 
