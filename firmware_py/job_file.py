@@ -19,7 +19,7 @@ from firmware_py.job_steps import (
     Step,
 )
 from firmware_py.job_timing import Accelerated, Timing, Together
-from firmware_py.path_file import PathSpec, Way
+from firmware_py.path_file import PathSpec, StraightTo, Way
 from foundation.errors import ConfigError
 from foundation.strict_yaml import Document, StrictModel
 from models.robot import KINDS
@@ -65,6 +65,8 @@ def _clashes(sections: Mapping[str, Any]) -> Iterator[Clash]:
         yield ("timing",), "duration_s is for one path; a job of steps needs speed_mps"
     if {"path", "steps"} <= sections.keys() and (path is None) == (sections["steps"] is None):
         yield (), "give either 'path' or 'steps'"
+    if isinstance(path, StraightTo) and getattr(timing, "speed_mps", None) is None:
+        yield ("timing",), "a straight path needs timing mode accelerated with speed_mps"
     if not isinstance(path, Way):
         return
     if path.start_m is None:

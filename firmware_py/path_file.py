@@ -105,6 +105,17 @@ class Points(StrictModel):
         return self
 
 
+class StraightTo(StrictModel):
+    """A straight line from wherever the platform is to `to_m`, at the job's speed at most.
+
+    What `goto`, `jog` and the page do. From home, where the arms may stand beyond the robot's
+    limits, no straight line leads: the arms take another way then, no faster either.
+    """
+
+    shape: Literal["straight"]
+    to_m: Point
+
+
 class WayLeg(StrictModel):
     """One leg: to `to_m`, straight; with `centre_m` on an arc about a vertical axis there; or
     with `spline` on a smooth curve through the ends of all such legs that follow each other."""
@@ -227,5 +238,6 @@ class Survey(StrictModel):
 
 
 PathSpec = Annotated[
-    Circle | Heart | Spiral | Points | Way | Joints | Survey, Field(discriminator="shape")
+    Circle | Heart | Spiral | Points | StraightTo | Way | Joints | Survey,
+    Field(discriminator="shape"),
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from firmware_py.job_file import JobFile
-from firmware_py.path_file import Circle, Heart, Joints, Points, Spiral, Way, legs_of
+from firmware_py.path_file import Circle, Heart, Joints, Points, Spiral, StraightTo, Way, legs_of
 from firmware_py.paths.circle import circle
 from firmware_py.paths.heart import heart
 from firmware_py.paths.joints import joints
@@ -16,6 +16,9 @@ from firmware_py.paths.survey import survey
 from firmware_py.paths.way import way
 from firmware_py.robot_file import RobotFile
 from models.linkage import Linkage
+
+USUAL_SPACING_M = 0.0005
+"""Of a path of one target, which needs none."""
 
 
 def path_of(job: JobFile, robot: RobotFile) -> Path:
@@ -32,6 +35,8 @@ def path_of(job: JobFile, robot: RobotFile) -> Path:
         )
     if isinstance(spec, Points):
         return points(spec.points_m, spec.dwell_s, spec.spacing_m)
+    if isinstance(spec, StraightTo):
+        return points([spec.to_m], 0.0, USUAL_SPACING_M)
     if isinstance(spec, Way):
         return way(np.array(spec.start_m), legs_of(spec), spec.corner_m, spec.spacing_m)
     if isinstance(spec, Joints):

@@ -16,8 +16,8 @@ from diagnosis.answer.records import Diagnosis
 from diagnosis.answer.tables import Tables
 from diagnosis.api import diagnose
 from firmware_py.job_file import JobFile, NetworkIk, load_job
+from firmware_py.kinematics_of_job import kinematics_of
 from firmware_py.planner.check import make_plan
-from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.planner.plan import Plan
 from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
 from models.calibrated_inverse import corrections_of

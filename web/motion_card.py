@@ -217,9 +217,9 @@ class MotionCard:
 
 
 def to_point(robot_file: str, position_m: Vector, name: str = "go-to") -> str:
-    """A job that brings the platform to a point [m] in the robot's frame."""
+    """A job that brings the platform straight to a point [m] in the robot's frame."""
     point = [round(value, 7) for value in position_m]
-    return _job(name, robot_file, {"shape": "points", "points_m": [point]})
+    return _job(name, robot_file, {"shape": "straight", "to_m": point})
 
 
 def to_angles(robot_file: str, angles_deg: Vector, name: str = "jog") -> str:

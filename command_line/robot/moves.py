@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from command_line.robot.jobs import AcceptOption, JsonOption, SocketOption
+from firmware_py.importing.drawn import CORNER_MM
 
 Place = tuple[float, float, float]
 WHAT = {"stopped": "stop", "fault": "fault"}
@@ -44,7 +45,7 @@ def goto(
     json_out: JsonOption = False,
     socket: SocketOption = None,
 ) -> None:
-    """Move the platform to a position. Checked before anything moves, like any job.
+    """Move the platform straight to a position. Checked before anything moves, along the whole way.
 
     Positions are those of the middle of the platform, at the height of its joints.
 
@@ -66,7 +67,7 @@ def jog(
     json_out: JsonOption = False,
     socket: SocketOption = None,
 ) -> None:
-    """Move the platform by a little from where it is.
+    """Move the platform by a little from where it is, in a straight line.
 
     ```
     deltactl jog --z -5
@@ -112,7 +113,7 @@ def convert(
     speed: SpeedOption = 50.0,
     corner: Annotated[
         float, typer.Option(min=0.0, max=100.0, help="May cut corners by so many mm; 0 stops.")
-    ] = 0.0,
+    ] = CORNER_MM,
     spline: Annotated[
         bool, typer.Option("--spline", help="A smooth curve through the points of a table.")
     ] = False,
@@ -133,7 +134,7 @@ def convert(
     from command_line.overwriting import written_if_right
     from command_line.robot.check import check_job
     from firmware_py.describing.questions import numbers
-    from firmware_py.importing.drawn import job_text
+    from firmware_py.importing.drawn import job_text, rounded
     from firmware_py.importing.gcode import read_gcode
     from firmware_py.importing.points_table import read_points
     from firmware_py.robot_file import ROBOT_KEY, find
@@ -155,6 +156,8 @@ def convert(
     with written_if_right(job, text, "no job was written"):
         check_job(job, None, False)
     say(f"job: {job}, {count(len(drawn.legs), 'leg')}")
+    if said := rounded(drawn, corner):
+        say(said)
     say(f"next: deltactl run {job}")
 
 
@@ -213,7 +216,7 @@ def _text(name: str, place_m: Place, speed_mmps: float, robot: str) -> str:
     x_m, y_m, z_m = place_m
     return (
         f"name: {name}\nrobot: {robot}\n"
-        f"path: {{shape: points, points_m: [[{x_m:.9g}, {y_m:.9g}, {z_m:.9g}]]}}\n"
+        f"path: {{shape: straight, to_m: [{x_m:.9g}, {y_m:.9g}, {z_m:.9g}]}}\n"
         f"timing: {{mode: accelerated, speed_mps: {speed_mmps / 1e3:.9g}}}\n"
         "inverse_kinematics: {kind: geometry}\n"
     )
@@ -232,15 +235,21 @@ def _go_simulated(
 
     from command_line.output import say
     from command_line.robot.run import run_job
+    from firmware_py.planner.check import plan_of
     from firmware_py.robot_file import ROBOT_KEY, find
+    from models.calibrated_inverse import CalibratedInverse
+    from models.linkage.counted_pose import counted_pose
 
     with TemporaryDirectory() as folder:
         job = Path(folder) / f"{name}.yaml"
         text = _text(name, place_m, speed_mmps, str(find(robot, key=ROBOT_KEY).resolve()))
         job.write_text(text, encoding="utf-8")
         run_job(job, None, simulate, False, None, None, json_out, socket, one_place=True)
+        plan = plan_of(job)
     if not json_out:
-        say(f"the simulated platform was moved to {_words(place_m)} mm")
+        position_of = CalibratedInverse(plan.robot).position_of_one_m
+        _, reached_m = counted_pose(plan.last_counts, plan.robot.drive.rad_per_step, position_of)
+        say(f"the simulated platform is at {_words(reached_m or place_m)} mm")
 
 
 def _go_through_daemon(
@@ -249,7 +258,7 @@ def _go_through_daemon(
     import time
     from dataclasses import asdict
 
-    from command_line.output import print_json, say
+    from command_line.output import print_json, say, warn
     from command_line.robot.follow import follow
     from command_line.robot.run import POLL_S, refuse_unless_done
     from firmware_py.daemon.client import Client
@@ -262,6 +271,8 @@ def _go_through_daemon(
     if json_out:
         print_json(asdict(result) | {"position_m": position_m})
     elif result.outcome == "done" and position_m is not None:
+        if result.warning:
+            warn(result.warning)
         say(f"the platform is at {_words(position_m)} mm")
     refuse_unless_done(result)
 

@@ -146,6 +146,8 @@ class Controller:
         started = None if file.path == self._started_with else self._started_with
         prepared = self._prepare(job, InForce(self.robot, file.path, file.text, started))
         made = queued(number, job, record, prepared, file.text, self._recordings)
+        if self.jobs.running is None and not self.jobs.queue:
+            made.check_way_in(self.machine.output.status().counts)
         with self.condition.lock:
             self.condition.require(Request.RUN)
             self.condition.same(turn, "run")

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 
 from firmware_py.controller.contract import RobotController
-from firmware_py.daemon import protocol, wire_errors
+from firmware_py.daemon import protocol
 from firmware_py.daemon.actions import Actions, Note
 from firmware_py.daemon.address import Peer
 from firmware_py.daemon.command_worker import CommandWorker
@@ -19,6 +19,7 @@ from firmware_py.daemon.connection import Connection
 from firmware_py.daemon.job_store import JobStore
 from firmware_py.daemon.limits import Limits
 from firmware_py.daemon.listener import Listener
+from foundation import wire_errors
 from foundation.errors import ServiceError
 
 LOOK_S = 0.2

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import yaml
-
 Point = tuple[float, float, float]
+CORNER_MM = 0.5
+"""How far corners are cut where nobody says: a few microsteps of most robots, and enough to pass
+the points of a drawn curve without a stop."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +22,8 @@ class Drawn:
 
 def job_text(drawn: Drawn, name: str, robot: str, speed_mps: float, corner_m: float) -> str:
     """A job file of it."""
+    import yaml  # the command line asks this file for a number only, before it shows its help
+
     legs = [_short(leg) for leg in drawn.legs]
     head = {
         "name": name,
@@ -34,6 +37,14 @@ def job_text(drawn: Drawn, name: str, robot: str, speed_mps: float, corner_m: fl
         f"# Made by deltactl convert.\n{body}path:\n  shape: way\n"
         f"  start_m: {_point(drawn.start_m)}\n  corner_m: {corner_m:g}\n  legs:\n{lines}"
     )
+
+
+def rounded(drawn: Drawn, corner_mm: float) -> str:
+    """What becomes of the corners, in words; empty where there are none, or none is cut."""
+    bends = any("spline" not in leg for leg in drawn.legs[1:])
+    if not bends or corner_mm <= 0.0:
+        return ""
+    return f"corners are rounded by up to {corner_mm:g} mm; --corner 0 stops at each point"
 
 
 def _short(leg: dict[str, Any]) -> str:

@@ -15,8 +15,15 @@ import numpy as np
 
 from firmware_py.paths.corner import STRAIGHT_RAD, cut, turn_rad
 from firmware_py.paths.courses import Arc, Course, Straight, spline
+from firmware_py.paths.merging import LONGEST_RUN, longest
 from firmware_py.paths.path import Path, Space, intervals, line
 from models.robot import FloatArray
+
+MERGED = 0.05
+"""Share of the corner distance for making short legs one: of 0.5 mm it takes up points that are
+rounded to 0.01 mm, and stays below a microstep of most robots."""
+NOTHING = 1e-3
+"""Share of the spacing: less is what rounding leaves of a leg that two corners have used up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +45,8 @@ class Leg:
 
 def way(start_m: FloatArray, legs: Sequence[Leg], corner_m: float, spacing_m: float) -> Path:
     """All legs one after another, sampled at most `spacing_m` apart."""
+    legs = merged(start_m, legs, MERGED * corner_m)
+    corner_m *= 1.0 - MERGED
     courses = list(courses_of(start_m, legs))
     parts: list[FloatArray] = [np.asarray(start_m, dtype=np.float64)[None, :]]
     speeds: list[FloatArray] = [np.full(1, np.inf)]
@@ -76,6 +85,36 @@ def way(start_m: FloatArray, legs: Sequence[Leg], corner_m: float, spacing_m: fl
     )
 
 
+def merged(start_m: FloatArray, legs: Sequence[Leg], within_m: float) -> list[Leg]:
+    """The legs, with runs of short straight ones made one where that is near to all of them.
+
+    Points in between are then no further from it than `within_m`; a dwell, another speed, and a
+    turn back end a run. So a curve given by many points is not bent at each by their rounding,
+    and a corner may reach over more than the last of the points before it.
+    """
+    kept: list[Leg] = []
+    begin, number = start_m, 0
+    while number < len(legs):
+        plain = _plain_run(legs, number) if within_m > 0.0 else 1
+        points = np.array([begin, *(leg.to_m for leg in legs[number : number + plain])])
+        number += longest(points, within_m)
+        kept.append(legs[number - 1])
+        begin = kept[-1].to_m
+    return kept
+
+
+def _plain_run(legs: Sequence[Leg], first: int) -> int:
+    """How many legs from `first` are straight, equally fast, and passed without a rest."""
+    if legs[first].smooth or legs[first].centre_m is not None:
+        return 1
+    for count, leg in enumerate(legs[first : first + LONGEST_RUN]):
+        if leg.smooth or leg.centre_m is not None or leg.speed_mps != legs[first].speed_mps:
+            return count
+        if leg.dwell_s:
+            return count + 1
+    return min(LONGEST_RUN, len(legs) - first)
+
+
 def target_count(start_m: FloatArray, legs: Sequence[Leg], spacing_m: float) -> int:
     """About how many targets there are; corners that are cut make it a few fewer."""
     return 1 + sum(intervals(course.length_m, spacing_m) for course in courses_of(start_m, legs))
@@ -101,6 +140,6 @@ def courses_of(start_m: FloatArray, legs: Sequence[Leg]) -> Iterator[Course]:
 
 def _sampled(course: Course, from_m: float, to_m: float, spacing_m: float) -> FloatArray:
     """Points of a stretch of a leg, both ends included; only one where nothing is left of it."""
-    if to_m <= from_m and from_m > 0.0:
+    if to_m - from_m <= NOTHING * spacing_m and from_m > 0.0:
         return course.at(np.array([from_m]))
     return course.at(np.linspace(from_m, to_m, intervals(to_m - from_m, spacing_m) + 1))

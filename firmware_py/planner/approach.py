@@ -11,6 +11,7 @@ passes the first kind only, with the parallel margin never below 0.43.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -25,6 +26,8 @@ from foundation.errors import UnreachablePoint
 from models.linkage import Linkage
 from models.robot import ARMS, FloatArray
 
+SLOWER = 0.95
+"""Share of a platform's speed that is used: how fast arms move it is known every two degrees."""
 GENTLE = 0.05
 """A platform that rings is brought to its path with this share of the acceleration."""
 
@@ -34,11 +37,13 @@ def approach(
     start_rad: FloatArray,
     goal_rad: FloatArray,
     preload_rad: FloatArray | None = None,
+    speed_mps: float = math.inf,
 ) -> MoveSchedule | TogetherSchedule:
     """Moves from one pose to another at `limits.approach_speed_radps`; angles (3,), commanded.
 
-    preload_rad: the last of the way comes from so far beside the goal, (3,) [rad]. Where the
-    backend cannot step motors one shortly after the other, all step together.
+    preload_rad: the last of the way comes from so far beside the goal, (3,) [rad]. speed_mps: the
+    platform is no faster. Where the backend cannot step motors one shortly after the other, all
+    step together, and it may be.
 
     Raises UnreachablePoint when no way is found.
     """
@@ -60,7 +65,11 @@ def approach(
         rad_per_step=step_rad,
         tick_s=robot.tick_s,
     )
-    return MoveSchedule(way_rad, np.zeros(len(way_rad)), motors)
+    fastest = None
+    if math.isfinite(speed_mps):
+        steepest_m = reach.moves(Linkage.of(robot.geometry), way_rad).steepest_m
+        fastest = SLOWER * speed_mps / np.maximum(steepest_m, 1e-12)
+    return MoveSchedule(way_rad, np.zeros(len(way_rad)), motors, fastest)
 
 
 def find_way(robot: RobotFile, start_rad: FloatArray, goal_rad: FloatArray) -> FloatArray:

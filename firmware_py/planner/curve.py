@@ -2,7 +2,9 @@
 
 Between two targets each arm follows the cubic that passes both with the tangent of its
 neighbours (Catmull and Rom 1974): it meets every target exactly and turns without a kink.
-At rests the tangent is one-sided, so straight lines stay straight up to their corners.
+At rests the tangent is one-sided, so straight lines stay straight up to their corners. The
+parameter grows by the distance between targets (Yuksel, Schaefer and Keyser 2011, chordal): with
+one step for each, the motion would nearly stop where near targets follow far ones.
 """
 
 from __future__ import annotations
@@ -18,6 +20,9 @@ from models.robot import FloatArray
 FEWEST_PIECES = 64
 """Pieces from one rest to the next: the speed is free only between pieces."""
 
+NEAREST = 1e-6
+"""Of the usual distance of targets; those at one place still take a moment."""
+
 LONGEST_STEPS = 8.0
 """Steps an arm makes in one piece, so that limits are kept closely on coarse paths too."""
 
@@ -26,12 +31,14 @@ LONGEST_STEPS = 8.0
 class Curve:
     """Cubics between n targets, and the m pieces they are cut into.
 
-    The parameter u grows by 1 from target to target. start_rad, slope, bend, twist: (n - 1, 3),
-    angle = start + w (slope + w (bend + w twist)) with w from 0 to 1. piece_of: (m,), the
-    interval each piece belongs to. piece_start, width: (m,), w at its start and its width in w.
-    first_piece: (n,), number of the piece that starts at a target (m for the last).
+    The parameter u grows by `span`, (n - 1,), from target to target. start_rad, slope, bend,
+    twist: (n - 1, 3), angle = start + w (slope + w (bend + w twist)) with w from 0 to 1 there.
+    piece_of: (m,), the interval each piece belongs to. piece_start, width: (m,), w at its start
+    and its width in w. first_piece: (n,), number of the piece that starts at a target (m for the
+    last).
     """
 
+    span: FloatArray
     start_rad: FloatArray
     slope: FloatArray
     bend: FloatArray
@@ -48,6 +55,11 @@ class Curve:
         angles: FloatArray = self.start_rad[interval] + w * tail
         return angles
 
+    @property
+    def width_u(self) -> FloatArray:
+        """Width of each piece in u, (m,)."""
+        return self.width * self.span[self.piece_of]
+
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Upper bounds of |dq/du| and |d2q/du2| on each piece, both (m, 3)."""
         of, w, h = self.piece_of, self.piece_start[:, None], self.width[:, None]
@@ -57,18 +69,25 @@ class Curve:
             np.abs(slope + (w + h) * (bend + (w + h) * twist / 2.0)),
         )
         second = np.maximum(np.abs(bend + w * twist), np.abs(bend + (w + h) * twist))
+        span = self.span[of][:, None]
         # A parabola rises above its chord by at most its second derivative times h^2 / 8.
-        return first + np.abs(twist) * h * h / 8.0, second
+        return (first + np.abs(twist) * h * h / 8.0) / span, second / span**2
 
 
-def curve_through(angles_rad: FloatArray, rest: BoolArray, rad_per_step: float) -> Curve:
-    """The curve through angles [rad] of shape (n, 3) with a standstill where `rest` (n,) says."""
-    hop = np.diff(angles_rad, axis=0)
-    leaves, arrives = _tangents(hop, rest)
+def curve_through(
+    angles_rad: FloatArray, rest: BoolArray, rad_per_step: float, hop_m: FloatArray
+) -> Curve:
+    """The curve through angles [rad] of shape (n, 3) with a standstill where `rest` (n,) says.
+
+    hop_m: (n - 1,), how far apart the targets are in space.
+    """
+    hop, span = np.diff(angles_rad, axis=0), _spans(hop_m)
+    leaves, arrives = _tangents(hop, span[:, None], rest)
     pieces = _pieces(hop, rest, rad_per_step)
     first_piece = np.concatenate([[0], np.cumsum(pieces)])
     piece_of = np.repeat(np.arange(len(hop)), pieces)
     return Curve(
+        span=span,
         start_rad=angles_rad[:-1],
         slope=leaves,
         bend=3.0 * hop - 2.0 * leaves - arrives,
@@ -80,18 +99,30 @@ def curve_through(angles_rad: FloatArray, rest: BoolArray, rad_per_step: float) 
     )
 
 
-def _tangents(hop: FloatArray, rest: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """dq/du at the start and at the end of each interval, (n - 1, 3)."""
-    middle = (hop[:-1] + hop[1:]) / 2.0
-    leaves, arrives = hop.copy(), hop.copy()
+def _spans(hop_m: FloatArray) -> FloatArray:
+    """How much the parameter grows from target to target, (n - 1,): 1 for the usual distance."""
+    apart = hop_m[hop_m > 0.0]
+    if not len(apart):
+        return np.ones_like(hop_m)
+    spans: FloatArray = np.maximum(hop_m / float(np.median(apart)), NEAREST)
+    return spans
+
+
+def _tangents(hop: FloatArray, span: FloatArray, rest: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """dq/dw at the start and at the end of each interval, (n - 1, 3); span: (n - 1, 1)."""
+    climb = hop / span
+    both = span[:-1] + span[1:]
+    middle = (span[1:] * climb[:-1] + span[:-1] * climb[1:]) / both
+    leaves, arrives = climb.copy(), climb.copy()
     leaves[1:], arrives[:-1] = middle, middle
     starts, ends = rest[:-1, None], rest[1:, None]
     # One-sided: the parabola through three targets, or the line through two.
-    after = np.concatenate([hop[1:], hop[-1:]])
-    before = np.concatenate([hop[:1], hop[:-1]])
-    leaves = np.where(starts, np.where(ends, hop, 1.5 * hop - 0.5 * after), leaves)
-    arrives = np.where(ends, np.where(starts, hop, 1.5 * hop - 0.5 * before), arrives)
-    return leaves, arrives
+    bend = np.diff(climb, axis=0) / both
+    after = climb - span * np.concatenate([bend, np.zeros((1, hop.shape[1]))])
+    before = climb + span * np.concatenate([np.zeros((1, hop.shape[1])), bend])
+    leaves = np.where(starts, np.where(ends, climb, after), leaves)
+    arrives = np.where(ends, np.where(starts, climb, before), arrives)
+    return leaves * span, arrives * span
 
 
 def _pieces(hop: FloatArray, rest: BoolArray, rad_per_step: float) -> Int64Array:

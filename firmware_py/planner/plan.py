@@ -16,6 +16,7 @@ from firmware_py.paths.reach import Reach
 from firmware_py.planner.approach import approach
 from firmware_py.planner.limits import joint_limits
 from firmware_py.planner.motion import Schedule
+from firmware_py.planner.straight import StraightWay, WayIn
 from firmware_py.planner.targets import Lap
 from firmware_py.planner.timing_accelerated import CurveSchedule, timed_in
 from firmware_py.planner.timing_moves import MotorLimits, MoveSchedule
@@ -56,6 +57,8 @@ class Plan:
     """Rest at the first target, before the first lap."""
     preload_rad: FloatArray | None = None
     """How far before the start of the path the way to it begins, (3,): play is taken up then."""
+    straight_mps: float | None = None
+    """Speed of the way to the first target, where that is to be straight in space."""
 
     def laps(self) -> Iterator[tuple[int, TimedLap]]:
         """The laps with their repeat, from 1."""
@@ -64,13 +67,18 @@ class Plan:
             assert self.again is not None
             yield repeat, self.again
 
-    def approach(self, from_counts: Counts) -> MoveSchedule | TogetherSchedule:
-        """The moves from where the arms are to the first target. Raises UnreachablePoint."""
+    def way_in(self, from_counts: Counts) -> WayIn:
+        """The moves from where the arms are to the first target.
+
+        Raises UnreachablePoint, or LimitExceeded on a way that is to be straight.
+        """
         start_rad = np.array(from_counts) * self.robot.drive.rad_per_step
-        goal_rad = self.first.lap.angles_rad[0]
-        if self.preload_rad is None:
-            return approach(self.robot, start_rad, goal_rad)
-        return approach(self.robot, start_rad, goal_rad, self.preload_rad)
+        if self.straight_mps is None:
+            goal_rad = self.first.lap.angles_rad[0]
+            return WayIn(approach(self.robot, start_rad, goal_rad, self.preload_rad))
+        motors = motor_limits(self.job, self.robot)
+        straight = StraightWay(self.job, self.robot, self.kinematics, motors, self.straight_mps)
+        return straight.way(start_rad, self.first.lap, self.preload_rad)
 
     @property
     def first_counts(self) -> Counts:
@@ -102,6 +110,8 @@ class Plan:
         laps = [self.first] if self.again is None else [self.first, self.again]
         peak_hz = max(float(timed.schedule.peak_rate_hz.max()) for timed in laps)
         speed_radps = max(peak_hz * limits.rad_per_step, self.robot.limits.approach_speed_radps)
+        if self.straight_mps is not None:
+            speed_radps = max(speed_radps, limits.planned_speed_radps)
         return max(TOGETHER_RAMP_S, speed_radps / spare)
 
 

@@ -44,7 +44,7 @@ def squared_rates(
     piece = np.minimum(np.minimum(by_speed, by_turning), np.minimum(top_rate**2, FASTEST))
     cap = np.concatenate([piece[:1], np.minimum(piece[:-1], piece[1:]), piece[-1:]])
     cap[stands] = 0.0
-    grip = first / (2.0 * curve.width[:, None])
+    grip = first / (2.0 * curve.width_u[:, None])
     total = second + grip
     with np.errstate(divide="ignore", invalid="ignore"):
         free = np.where(total > 0.0, acceleration_radps2 / total, np.inf)

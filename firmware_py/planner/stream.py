@@ -35,7 +35,9 @@ class MotionStream:
     def __init__(self, plan: Plan, from_counts: Counts):
         """Find the way to the path's start. Raises UnreachablePoint."""
         self.plan = plan
-        self.approach = plan.approach(from_counts)
+        way_in = plan.way_in(from_counts)
+        self.approach, self.otherwise = way_in.schedule, way_in.says
+        """The way to the path, and what of it is otherwise than was asked for."""
         as_given = plan.first.lap.space is Space.JOINT
         ringing = None if as_given else _ringing(plan, from_counts)
         self._lead = LeadStream(plan.robot, plan.jump_hz, ringing, as_given)

@@ -10,8 +10,10 @@ import numpy as np
 
 from drivers.steps.contract import Counts
 from firmware_py.job_file import Accelerated, NetworkIk, Together
+from firmware_py.path_file import Way
 from firmware_py.planner.plan import Plan, TimedLap, motor_limits
 from firmware_py.planner.stream import MotionStream
+from firmware_py.planner.targets import Lap
 from firmware_py.planner.timing_accelerated import CurveSchedule
 from firmware_py.planner.timing_moves import MotorLimits
 from foundation.clock import NS_PER_S
@@ -173,30 +175,51 @@ REACHED = 0.99
 """Share of the speed asked for from which it counts as reached: targets are rounded."""
 
 
+HELD_BACK = 0.7
+"""Share of the speed asked for below which a whole way is said to be slow: ramps at its ends and
+a bend here and there cost less."""
+
+
 @dataclass(frozen=True, slots=True)
 class Slower:
-    """The platform never moves as fast as was asked."""
+    """The platform never moves as fast as was asked, or is slow on most of a way."""
 
     asked_mps: float
     top_mps: float
     by: str
     """The limit that holds where it moves fastest, as in the robot file, with its value."""
+    mean_share: float = 1.0
+    """The time that a way would take at the speeds asked for, by what it takes."""
+    stops: int = 0
+    """Corners of a way at which it stops, though nobody asked it to wait there."""
+
+    @property
+    def matters(self) -> bool:
+        """Whether it is worth a line."""
+        return self.top_mps < REACHED * self.asked_mps or self.mean_share < HELD_BACK
 
     def says(self) -> str:
         """One line."""
+        corners = f"; it stops at {self.stops} corners, which corner_m rounds" if self.stops else ""
+        if self.top_mps < REACHED * self.asked_mps:
+            return (
+                f"the speed asked for, {self.asked_mps:.4g} m/s, is never reached on this path: it"
+                f" gets to {self.top_mps:.3g} m/s at most, because of {self.by}{corners}"
+            )
         return (
-            f"the speed asked for, {self.asked_mps:.4g} m/s, is never reached on this path: it gets"
-            f" to {self.top_mps:.3g} m/s at most, because of {self.by}"
+            f"on average this way is driven at {self.mean_share:.0%} of the speed asked for: its"
+            f" corners keep it slow, because of {self.by}{corners}"
         )
 
 
 def slower(plans: Iterable[Plan]) -> Slower | None:
-    """Of paths one after another the one that comes nearest to its speed; None where it is reached,
-    or no speed is asked for.
+    """Of paths one after another the one that comes nearest to its speed; where that is reached, a
+    way that is slow on the whole. None where there is none, or no speed is asked for.
     """
     found = [one for plan in plans if (one := _fastest(plan)) is not None]
     best = max(found, key=lambda one: one.top_mps / one.asked_mps, default=None)
-    return None if best is None or best.top_mps >= REACHED * best.asked_mps else best
+    slowest = min(found, key=lambda one: one.mean_share, default=None)
+    return next((one for one in (best, slowest) if one is not None and one.matters), None)
 
 
 def _fastest(plan: Plan) -> Slower | None:
@@ -209,7 +232,19 @@ def _fastest(plan: Plan) -> Slower | None:
     by = f"joint_acceleration_radps2 {limits.acceleration_radps2:g}"
     if schedule.top_joint_radps >= REACHED * limits.planned_speed_radps:
         by = _speed_limit(limits)
-    return Slower(schedule.asked_mps, schedule.top_speed_mps, by)
+    if not isinstance(plan.job.path, Way):
+        return Slower(schedule.asked_mps, schedule.top_speed_mps, by)
+    lap = plan.first.lap
+    share = _ideal_s(lap, timing.speed_mps) / max(_moving_s(plan.first), 1e-9)
+    stops = int((lap.rest & (lap.dwell_s == 0.0))[1:-1].sum())
+    return Slower(schedule.asked_mps, schedule.top_speed_mps, by, share, stops)
+
+
+def _ideal_s(lap: Lap, job_mps: float) -> float:
+    """How long a lap takes at the speeds asked for, without ramps."""
+    hops_m = np.linalg.norm(np.diff(lap.position_m, axis=0), axis=1)
+    legs_mps = np.inf if lap.speed_mps is None else lap.speed_mps[1:]
+    return float((hops_m / np.minimum(job_mps, legs_mps)).sum())
 
 
 def _speed_limit(limits: MotorLimits) -> str:

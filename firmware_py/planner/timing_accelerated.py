@@ -46,27 +46,27 @@ class CurveSchedule:
     ):
         self._step_rad = limits.rad_per_step
         self._last_rad = angles_rad[-1:]
-        self._curve = curve_through(angles_rad, rest, limits.rad_per_step)
+        hop_m = np.linalg.norm(np.diff(position_m, axis=0), axis=1)
+        self._curve = curve_through(angles_rad, rest, limits.rad_per_step, hop_m)
         stands = np.zeros(len(self._curve.width) + 1, dtype=np.bool_)
         stands[self._curve.first_piece[rest]] = True
-        self._rates = np.sqrt(self._squared_rates(position_m, stands, speed_mps, limits))
+        self._rates = np.sqrt(self._squared_rates(hop_m, stands, speed_mps, limits))
         self._time(dwell_s)
         first, _ = self._curve.bounds()
         rate = np.maximum(self._rates[:-1], self._rates[1:])[:, None]
         self.peak_rate_hz: FloatArray = (first * rate).max(axis=0) / self._step_rad
         self.gate_ns = limits.gate_ns(float(self.peak_rate_hz.max()))
-        self._note_fastest(position_m, first, rate[:, 0], speed_mps)
+        self._note_fastest(hop_m, first, rate[:, 0], speed_mps)
 
     def _note_fastest(
         self,
-        position_m: FloatArray,
+        hop_m: FloatArray,
         first: FloatArray,
         rate: FloatArray,
         speed_mps: float | FloatArray,
     ) -> None:
         """The platform's highest speed, that of the arms there, and the highest asked for."""
-        hop_m = np.linalg.norm(np.diff(position_m, axis=0), axis=1)
-        along_mps = hop_m[self._curve.piece_of] * rate
+        along_mps = (hop_m / self._curve.span)[self._curve.piece_of] * rate
         at = int(np.argmax(along_mps))
         self.top_speed_mps = float(along_mps[at])
         self.top_joint_radps = float(first[at].max() * rate[at])
@@ -79,14 +79,13 @@ class CurveSchedule:
 
     def _squared_rates(
         self,
-        position_m: FloatArray,
+        hop_m: FloatArray,
         stands: BoolArray,
         speed_mps: float | FloatArray,
         limits: MotorLimits,
     ) -> FloatArray:
-        hop_m = np.linalg.norm(np.diff(position_m, axis=0), axis=1)
         with np.errstate(divide="ignore", over="ignore"):
-            top_rate = (speed_mps / hop_m)[self._curve.piece_of]
+            top_rate = (speed_mps / hop_m * self._curve.span)[self._curve.piece_of]
         return squared_rates(
             self._curve,
             stands,
@@ -96,7 +95,7 @@ class CurveSchedule:
         )
 
     def _time(self, dwell_s: FloatArray) -> None:
-        piece_s = 2.0 * self._curve.width / (self._rates[:-1] + self._rates[1:])
+        piece_s = 2.0 * self._curve.width_u / (self._rates[:-1] + self._rates[1:])
         rest_s = np.zeros(len(piece_s) + 1)
         rest_s[self._curve.first_piece] = dwell_s
         done_s = np.cumsum(piece_s + rest_s[:-1])
@@ -150,7 +149,8 @@ class CurveSchedule:
         done = rate + now
         # At the very start of a stretch both rates and the part are 0.
         with np.errstate(invalid="ignore"):
-            since = np.where(part > 0.0, 2.0 * self._curve.width[piece] * part / done, 0.0)
+            width_u = self._curve.width[piece] * self._curve.span[self._curve.piece_of[piece]]
+            since = np.where(part > 0.0, 2.0 * width_u * part / done, 0.0)
         time_s: FloatArray = self._begins_s[piece] + since
         return time_s
 

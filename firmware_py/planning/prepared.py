@@ -8,7 +8,7 @@ from pathlib import Path
 
 from firmware_py.file_access import FileAccess, without_quoting
 from firmware_py.job_file import JobFile, NetworkIk
-from firmware_py.planner.kinematics import kinematics_of, network_file
+from firmware_py.kinematics_of_job import kinematics_of, network_file
 from firmware_py.planner.plan import Plan
 from firmware_py.program.building import make_program
 from firmware_py.program.includes import read_whole

@@ -15,8 +15,8 @@ from typing import Any
 from firmware_py.file_access import FileAccess
 from firmware_py.planning.packed import unpack
 from firmware_py.planning.prepared import InForce, Prepared
-from foundation import errors
-from foundation.errors import ConfigError, DeltactlError, ServiceError
+from foundation.errors import ConfigError, ServiceError
+from foundation.wire_errors import as_exception
 
 ROOT = Path(__file__).resolve().parents[2]
 MOST_BYTES = 4 * 2**20
@@ -90,9 +90,7 @@ class PlanningProcess:
                 )
             )
         if "kind" in answer:
-            kind = getattr(errors, str(answer["kind"]), ServiceError)
-            known = isinstance(kind, type) and issubclass(kind, DeltactlError)
-            raise (kind if known else ServiceError)(str(answer["message"]))
+            raise as_exception(answer)
         return unpack(worker.block(int(answer["bytes"])), robot, job_file, NOTHING_SHOWN)
 
     def _too_long(self, job_file: Path) -> ConfigError:

@@ -27,6 +27,7 @@ def main(arguments: list[str]) -> int:
     from firmware_py.robot_file import RobotFile
     from foundation.errors import ConfigError, DeltactlError
     from foundation.strict_yaml import Document
+    from foundation.wire_errors import as_message
 
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
     line = sys.stdin.readline()
@@ -43,7 +44,7 @@ def main(arguments: list[str]) -> int:
         prepared = prepare_here(Path(asked["job"]), robot, access)
         content = pack(prepared)
     except DeltactlError as error:
-        return _say({"kind": type(error).__name__, "message": str(error)})
+        return _say(as_message(error) | {"message": str(error)})
     except MemoryError:
         text = f"{asked['job']}: needs more than {MEMORY_BYTES // 2**30} GB; split it"
         return _say({"kind": ConfigError.__name__, "message": text})

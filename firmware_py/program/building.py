@@ -62,7 +62,7 @@ def _check_ways(whole: Block, counts: Counts) -> None:
     def tell(leaf: Leaf, counts: Counts, times: int) -> None:
         if isinstance(leaf, Move) and (id(leaf.plan), counts) not in known:
             known.add((id(leaf.plan), counts))
-            leaf.plan.approach(counts)
+            leaf.plan.way_in(counts)
 
     visit(whole, counts, tell)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from drivers.steps.contract import Counts
+from firmware_py.kinematics_of_job import kinematics_of
 from firmware_py.planner.check import home_counts
-from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.planner.summary import CheckSummary
 from firmware_py.program.building import make_program
 from firmware_py.program.includes import read_whole

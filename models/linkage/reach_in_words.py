@@ -23,7 +23,8 @@ def in_reach(linkage: Linkage, x_m: float, y_m: float, z_m: float) -> str:
         circle = _widest_circle(linkage, min(longest_m, math.hypot(x_m, y_m)), z_m)
         return f"at this x and y no z is in reach{circle}"
     span = f"z from {1e3 * good_m[0]:.0f} to {1e3 * good_m[-1]:.0f} mm is in reach"
-    meant = f" (did you mean z = {-z_m:.6g}?)" if good_m[0] <= -z_m <= good_m[-1] < z_m else ""
+    below = good_m[0] <= -z_m <= good_m[-1] < z_m
+    meant = f" (did you mean z = {-1e3 * z_m:.6g} mm?)" if below else ""
     return f"at this x and y, {span}, negative below the base{meant}"
 
 

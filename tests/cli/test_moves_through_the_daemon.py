@@ -7,6 +7,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
@@ -16,8 +17,10 @@ from firmware_py.controller.controller import Controller
 from firmware_py.daemon.listener import Listener
 from firmware_py.daemon.server import Server
 from firmware_py.importing.points_table import read_points
+from firmware_py.planning.process import PlanningProcess
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot
 from foundation.errors import DeltactlError
+from recording.reading.reader import read_run
 
 Deltactl = Callable[..., Result]
 STEP_M = 1.5e-4
@@ -64,6 +67,32 @@ def test_goto_jog_and_teach(deltactl: Deltactl, tmp_path: Path) -> None:
     drawn = read_points(Path(table), (0.0, 0.0, 0.0))
     assert drawn.start_m == pytest.approx((0.0, 0.01, -0.3), abs=STEP_M)
     assert drawn.legs[0]["to_m"] == pytest.approx((0.003, 0.01, -0.302), abs=2 * STEP_M)
+
+
+@pytest.mark.parametrize("speed", [20.0, 80.0])
+def test_a_move_by_hand_is_straight_and_no_faster_than_asked(
+    deltactl: Deltactl, speed: float
+) -> None:
+    deltactl("goto", "-20", "10", "-300", "--speed", "200")
+    moved = json.loads(deltactl("jog", "--x", "40", "--speed", f"{speed:g}", "--json").output)
+    truth = read_run(Path(moved["recording"])).truth
+    place_m = truth.position_m
+    assert np.abs(place_m[:, 1:] - place_m[-1, 1:]).max() < 2 * STEP_M
+    hops_m = np.linalg.norm(place_m[5:] - place_m[:-5], axis=1)
+    took_s = (truth.t_ns[5:] - truth.t_ns[:-5]) * 1e-9
+    assert (hops_m <= 1.02 * speed * 1e-3 * took_s + 2 * STEP_M).all()
+    assert hops_m.max() > 0.9 * speed * 1e-3 * np.median(took_s)
+
+
+def test_a_move_that_is_refused_is_told_as_it_was_typed(
+    served: tuple[Controller, Path], deltactl: Deltactl, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    planning = PlanningProcess()
+    monkeypatch.setattr(served[0], "_prepare", planning.prepare)
+    refused = str(deltactl("goto", "20", "0", "340").exception)
+    planning.close()
+    assert refused.startswith("goto: 20 0 340 mm: out of reach")
+    assert "did you mean z = -340 mm?" in refused
 
 
 @pytest.mark.parametrize(

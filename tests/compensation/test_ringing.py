@@ -8,8 +8,8 @@ import pytest
 from drivers.steps.contract import Ticks
 from firmware_py.compensation.ringing import Ringing, knot_s
 from firmware_py.job_file import load_job
+from firmware_py.kinematics_of_job import kinematics_of
 from firmware_py.planner.check import home_counts, make_plan
-from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.planner.plan import Plan
 from firmware_py.planner.stream import MotionStream
 from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.daemon.wire_errors import KINDS, as_exception, as_message
 from foundation.errors import (
     DeltactlError,
     LimitExceeded,
@@ -18,6 +17,7 @@ from foundation.errors import (
     ServiceError,
     UnreachablePoint,
 )
+from foundation.wire_errors import KINDS, as_exception, as_message
 
 WORDS = st.text(st.characters(codec="ascii", categories=("L", "N")), min_size=1)
 

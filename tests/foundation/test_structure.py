@@ -64,7 +64,7 @@ FULLER = {
     "drivers/fakes": 19,
     "drivers/ranging": 17,
     "drivers/steps": 16,
-    "firmware_py/daemon": 17,
+    "firmware_py/daemon": 16,
     "firmware_py/planner": 19,
     "models/effects": 45,
     "models/training": 28,

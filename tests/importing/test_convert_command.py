@@ -142,6 +142,22 @@ def test_a_job_that_may_not_run_is_not_left_behind(deltactl: Deltactl, tmp_path:
     assert "next: deltactl run far.yaml" in said
 
 
+def test_corners_are_rounded_where_nobody_says_otherwise(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    (tmp_path / "path.csv").write_text("x,y,z,dwell\n0,0,0,\n30,0,0,\n30,30,0,1\n0,30,0,\n")
+    options = ["--robot", "zhao-2023.yaml", "--origin", "0 0 -450", "--force"]
+    said = deltactl("convert", "path.csv", "path.yaml", *options).stdout
+    assert "corners are rounded by up to 0.5 mm; --corner 0 stops at each point" in said
+    job = load_job(tmp_path / "path.yaml")
+    assert job.path.corner_m == 0.0005
+    assert job.path.legs[1].dwell_s == 1.0
+    said = deltactl("convert", "path.csv", "path.yaml", *options, "--corner", "0").stdout
+    assert "rounded" not in said
+    said = deltactl("convert", "path.csv", "path.yaml", *options, "--spline").stdout
+    assert "rounded" not in said
+
+
 def test_goto_on_the_simulated_robot(deltactl: Deltactl) -> None:
     arguments = ["20", "-10", "-450", "--robot", "zhao-2023.yaml", "--simulate", "--json"]
     done = json.loads(deltactl("goto", *arguments).stdout)

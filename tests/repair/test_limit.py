@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from firmware_py.job_file import load_job
+from firmware_py.kinematics_of_job import kinematics_of
 from firmware_py.planner.check import make_plan
-from firmware_py.planner.kinematics import kinematics_of
 from firmware_py.program.dry_run import program_of
 from firmware_py.program.includes import read_whole
 from firmware_py.robot_file import CONFIG_FOLDER, load_robot

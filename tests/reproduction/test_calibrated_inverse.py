@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firmware_py.job_file import JobFile, load_job
-from firmware_py.planner.kinematics import kinematics_of
+from firmware_py.kinematics_of_job import kinematics_of
 from firmware_py.robot_file import find, load_robot
 from foundation.errors import ConfigError, RecordingError, UnreachablePoint
 from models.calibrated_inverse import CalibratedInverse

@@ -166,6 +166,7 @@ class ActiveJob:
             counts = self.feedback.planned(counts)
         self.phase = Phase.APPROACH
         stream = MotionStream(plan, counts)
+        self.warning = stream.otherwise or self.warning
         motion = TimeScaledMotion(iter(stream), plan.ramp_s)
         timing = plan.job.timing
         t_pwm_s = timing.t_pwm_s if isinstance(timing, Together) else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from drivers.steps.contract import Counts
 from firmware_py.job_file import JobFile
 from firmware_py.planning.prepared import Prepared
 from firmware_py.program.instructions import Program
@@ -29,6 +30,15 @@ class QueuedJob:
     def job(self) -> JobFile:
         """What was asked for."""
         return self.program.job
+
+    def check_way_in(self, counts: Counts) -> None:
+        """Refuse at once a straight line, from where the arms are, that breaks a limit.
+
+        That of a job that waits is checked when it begins. Raises UnreachablePoint, LimitExceeded.
+        """
+        plan = self.program.first
+        if plan is not None and plan.straight_mps is not None:
+            plan.way_in(counts)
 
 
 def queued(
