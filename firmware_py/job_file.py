@@ -31,19 +31,25 @@ class JobFile(StrictModel):
     """One job: a `path`, or `steps`. Named files are sought beside the job, then in the project."""
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
+    """What recordings and reports call it."""
     robot: Annotated[str, Field(min_length=1, max_length=1000)]
+    """The file of the robot that it is for."""
     path: PathSpec | None = None
+    """One path, and nothing else; or give `steps`."""
     steps: Annotated[tuple[Step, ...], Field(min_length=1, description="do something")] | None = (
         None
     )
     """In place of a path: paths, outputs, waits, repeats and other jobs, one after another."""
     timing: Timing
+    """All motors together, or each as fast as its limits allow."""
     inverse_kinematics: KinematicsSpec
+    """How targets become angles of the arms."""
     repeats: Repeats = 1
     """Each repeat begins and ends at rest; an open path is returned to its start between them."""
     record: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
     """Name of the recording in the folder of recordings; absent: `<name>-<date>.mcap`."""
     on_step_loss: Literal["stop", "warn"] = "stop"
+    """What happens when the sensors show that steps were lost."""
     feedback: FeedbackSettings | None = None
     """Correct by the sensors what goes wrong while the job runs, as lost steps; absent: no. Then
     steps that the sensors see to be lost are corrected, and `on_step_loss` stops nothing."""

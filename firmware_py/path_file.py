@@ -36,6 +36,7 @@ class _Curve(StrictModel):
     """What all curves in space share. Each target is one call of the inverse kinematics."""
 
     centre_m: Point
+    """Its middle: x, y, z."""
     spacing_m: Spacing = 0.0005
     """Distance between targets along the path (made a little shorter to fit the length)."""
 
@@ -216,6 +217,7 @@ class Survey(StrictModel):
     shape: Literal["survey"]
     count: Annotated[int, Field(ge=1, le=MAX_TARGETS, description="one job is planned in memory")]
     angle_deg: tuple[ArmAngle, ArmAngle] = (-20.0, 110.0)
+    """Between which angles the arms are."""
     dwell_s: Dwell = 0.0
     seed: Annotated[int, Field(ge=0, le=2**63, description="any whole number of 64 bit")] = 1
 

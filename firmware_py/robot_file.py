@@ -101,9 +101,13 @@ class Homing(StrictModel):
     """How the robot learns where its arms are: put against their stops, or by a switch an arm."""
 
     method: Literal["placed", "switch"] = "placed"
+    """`placed`: somebody puts the arms against their stops; `switch`: each arm seeks its switch."""
     angle_deg: tuple[Angle, Angle, Angle] = (30.0, 30.0, 30.0)
+    """Angles of the arms at their stops or switches."""
     switch_pins: tuple[Pin, Pin, Pin] | None = None
+    """Of arms 1, 2, 3; needed with `method: switch`."""
     switch_active_high: bool = False
+    """Level of a pin while its switch is pressed."""
     speed_radps: Annotated[
         float, Field(gt=0.0, le=1.0, description="a switch is met at walking pace")
     ] = 0.1
@@ -147,6 +151,7 @@ class RobotFile(DeltaRobot):
     """A delta robot with its wiring and limits."""
 
     drive: DriveSection
+    """Steppers, or servo drives that are commanded a current."""
     steps: StepSettings = StepSettings()
     inputs: InputSettings = InputSettings()
     outputs: Annotated[
