@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
+from foundation.rules import RuledModel, rule
 from foundation.strict_yaml import StrictModel
 
 Pin = Annotated[int, Field(ge=0, le=27, description="BCM numbers of the 40-pin header")]
@@ -117,7 +118,7 @@ class InputSettings(StrictModel):
     """What jobs may wait for, by name: `part_there: {pin: 12}`."""
 
 
-class RangingSettings(StrictModel):
+class RangingSettings(RuledModel):
     """The three VL53L1X: bus, addresses, XSHUT pins, mode and what a good reading is."""
 
     bus: Annotated[int, Field(ge=0, le=22, description="/dev/i2c-0 to 22; a Pi has no more")] = 1
@@ -146,14 +147,19 @@ class RangingSettings(StrictModel):
     io_2v8: bool = True
     """Boards pull I2C up to 2.8 V or more; false only for a bare module on 1.8 V."""
 
-    @model_validator(mode="after")
-    def _consistent(self) -> RangingSettings:
+    @rule("mode", "timing_budget_ms")
+    def _there_in_that_mode(self) -> None:
         if self.mode == "long" and self.timing_budget_ms == 15:
             raise ValueError("a timing budget of 15 ms exists in short mode only")
+
+    @rule("addresses")
+    def _told_apart(self) -> None:
         if len(set(self.addresses)) < 3 or 0x29 in self.addresses:
             raise ValueError(
                 "addresses must differ and none may be 0x29, where a rebooted sensor appears"
             )
+
+    @rule("timing_budget_ms", "rate_hz")
+    def _fits_into_a_period(self) -> None:
         if self.timing_budget_ms * self.rate_hz > 1000.0:
             raise ValueError("timing_budget_ms does not fit into one period of rate_hz")
-        return self

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from firmware_py.clashes import Clash, valid_sections
+from firmware_py.clashes import Clash
 from firmware_py.feedback.settings import FeedbackSettings
 from firmware_py.job_steps import (
     CalibratedIk,
@@ -21,6 +21,7 @@ from firmware_py.job_steps import (
 from firmware_py.job_timing import Accelerated, Timing, Together
 from firmware_py.path_file import PathSpec, Way
 from foundation.errors import ConfigError
+from foundation.rules import valid_keys_of
 from foundation.strict_yaml import Document, StrictModel
 from models.robot import KINDS
 
@@ -96,7 +97,7 @@ def job_in(document: Document) -> JobFile:
         return document.check(JobFile)
     except ConfigError as error:
         data = document.data
-        sections = valid_sections(JobFile, data)
+        sections = valid_keys_of(JobFile, data)
         if "path" in data and "steps" in data:
             sections |= {"path": data["path"], "steps": data["steps"]}
         clashes = list(_clashes(sections))

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag
 
 from foundation.errors import ConfigError
+from foundation.rules import RuledModel, rule
 from foundation.strict_yaml import Document, StrictModel
 from models.servo_drive import ServoDrive
 from models.sliding import named_inside
@@ -106,7 +107,7 @@ DriveSection = Annotated[
 ]
 
 
-class SensorAxis(StrictModel):
+class SensorAxis(RuledModel):
     """A ranging sensor reports `offset_m + axis . p` with p the platform position."""
 
     offset_m: Annotated[float, Field(gt=-10.0, lt=10.0, description="a ranging sensor sees 4 m")]
@@ -114,11 +115,10 @@ class SensorAxis(StrictModel):
     axis: tuple[Component, Component, Component]
     """The direction in which the platform moves when the reading grows."""
 
-    @model_validator(mode="after")
-    def _unit_length(self) -> SensorAxis:
+    @rule("axis")
+    def _unit_length(self) -> None:
         if abs(float(np.linalg.norm(self.axis)) - 1.0) > 1e-3:
             raise ValueError("axis must be a direction of length 1")
-        return self
 
 
 class Sensors(StrictModel):
@@ -216,7 +216,7 @@ class AxisGravity(StrictModel):
     """Of a slide on a slope: what holds it, anywhere on it."""
 
 
-class ServoAxis(StrictModel):
+class ServoAxis(RuledModel):
     """Effort in, position out (or command in, position out)."""
 
     kind: Literal["servo_axis"]
@@ -240,11 +240,10 @@ class ServoAxis(StrictModel):
     effects: tuple[EffectEntry, ...] = ()
     """What is known of it already."""
 
-    @model_validator(mode="after")
-    def _slides(self) -> ServoAxis:
+    @rule("motion", "gravity")
+    def _slides(self) -> None:
         if self.motion == "rotary" and self.gravity is not None and self.gravity.force_n != 0.0:
             raise ValueError("gravity.force_n is of a slide; of an axis that turns say torque_nm")
-        return self
 
 
 class RangeSensor(StrictModel):
@@ -270,9 +269,15 @@ KINDS: dict[str, type[DeltaRobot] | type[StepperAxis] | type[ServoAxis] | type[R
 def load_robot_model(path: Path) -> RobotModel:
     """Read the model sections of a robot file; machine sections are left to firmware_py.
 
-    Raises MissingFile or ConfigError, one line with file, line and the nearest valid key.
+    Whether there are such effects is left to `models.robot_with_effects`. Raises MissingFile or
+    ConfigError, a line for each mistake with file, line and the nearest valid key.
     """
     document = Document.read(path)
+    return document.check(kind_in(document), model_sections(document))
+
+
+def kind_in(document: Document) -> type[DeltaRobot | StepperAxis | ServoAxis | RangeSensor]:
+    """What kind of machine a file describes. Raises ConfigError where it describes none."""
     kind = document.data.get("kind")
     if kind is None and "robot" in document.data:
         named = document.data["robot"]
@@ -281,8 +286,13 @@ def load_robot_model(path: Path) -> RobotModel:
         )
     if kind not in KINDS:
         raise document.fail(("kind",), f"must be one of {', '.join(KINDS)} (got {kind!r})")
-    data = {key: value for key, value in document.data.items() if key not in MACHINE_SECTIONS}
-    return document.check(KINDS[kind], _inside(data))
+    return KINDS[kind]
+
+
+def model_sections(document: Document) -> dict[str, Any]:
+    """What a file says of the machine itself, with the names of effects that are used inside."""
+    data = document.data
+    return _inside({key: value for key, value in data.items() if key not in MACHINE_SECTIONS})
 
 
 def _inside(data: dict[str, Any]) -> dict[str, Any]:

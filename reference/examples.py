@@ -17,10 +17,10 @@ from pydantic import BaseModel, ValidationError
 from diagnosis.columns.mapping import Mapping
 from firmware_py.job_file import JobFile
 from firmware_py.robot_file import RobotFile
+from foundation.schema_keys import models_in
 from foundation.yaml_tree import Tree
 from models.robot import KINDS
 from reference.examples_table import EXAMPLES
-from reference.fields import models_in
 
 ROOT = Path(__file__).parents[1]
 WHOLE: dict[str, type[BaseModel]] = {**KINDS, "delta": RobotFile, "job": JobFile}

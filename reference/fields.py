@@ -16,6 +16,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
+from foundation.schema_keys import models_in
 from reference.units import BOUNDED_ELSEWHERE, unit_of
 
 NAMES = {int: "whole number", float: "number", str: "text", bool: "true or false"}
@@ -92,14 +93,6 @@ def _of_its_section(name: str, field: FieldInfo, model: type[BaseModel]) -> str:
 
 def _first_paragraph(model: type[BaseModel]) -> str:
     return " ".join((inspect.getdoc(model) or "").split("\n\n")[0].split())
-
-
-def models_in(annotation: Any) -> list[type[BaseModel]]:
-    """The models that a value may be."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    found = [inner for part in get_args(annotation) for inner in models_in(part)]
-    return list(dict.fromkeys(found))
 
 
 def _choice(model: type[BaseModel]) -> str:

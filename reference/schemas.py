@@ -10,11 +10,12 @@ from pydantic import BaseModel
 from diagnosis.columns.mapping import IN_SI, Mapping
 from firmware_py.daemon.protocol import ARGUMENTS, Argument
 from firmware_py.job_file import JobFile
+from foundation.schema_keys import models_in
 from foundation.yaml_tree import WORDS
 from recording.tables.flat import UNITS
 from reference import effect_schemas
 from reference.examples import WHOLE, example_of
-from reference.fields import key, models_in
+from reference.fields import key
 from reference.socket_words import ARGUMENT_WORDS, REQUEST_WORDS
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"

@@ -177,13 +177,13 @@ def _write(file: Path, kind: str, answers: Answers, wired: bool, force: bool) ->
     """Write the file, check it, and say what comes next."""
     from firmware_py.describing.robot_text import robot_text
     from firmware_py.robot_file import load_robot
-    from models.robot import load_robot_model
+    from models.robot_with_effects import load_with_effects
 
     before = file.read_text(encoding="utf-8") if file.exists() else None
     file.write_text(robot_text(kind, answers, wired), encoding="utf-8")
     job: list[str] = []
     try:
-        load_robot(file) if kind == "delta" else load_robot_model(file)
+        load_robot(file) if kind == "delta" else load_with_effects(file)
         if kind == "delta":
             job = _first_job(file, force)
     except ConfigError:

@@ -10,6 +10,7 @@ import pytest
 from pydantic import BaseModel, TypeAdapter
 
 from firmware_py.daemon.protocol import ARGUMENTS, parse
+from foundation.schema_keys import models_in
 from models.chain.active import activate
 from models.effects import TABLES, VOCABULARY
 from models.effects.kind import EffectKind
@@ -18,7 +19,6 @@ from models.robot import RangeSensor, ServoAxis, StepperAxis
 from reference import effect_schemas
 from reference.examples import READ, example_of, shipped_examples
 from reference.examples_table import EXAMPLES
-from reference.fields import models_in
 from reference.socket_words import ARGUMENT_WORDS
 
 
