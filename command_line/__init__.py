@@ -4,3 +4,7 @@ In: words typed. Out: what people or programs read. `main` gathers the groups of
 says how they talk; `robot` moves and watches the machine, `recordings` diagnoses and corrects,
 `networks` trains and evaluates, `services` is what stays running.
 """
+
+from deltactl_start import own_packages_first
+
+own_packages_first()  # also where `python -m command_line.main` is how it was started

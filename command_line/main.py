@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 import sys
-from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
@@ -89,10 +87,7 @@ INTERRUPTED = 130
 
 
 def main() -> None:
-    """Run the command line; used by the `deltactl` script."""
-    if other := shadowed():
-        print(f"deltactl: {other}", file=sys.stderr)
-        sys.exit(2)
+    """Run the command line; `deltactl_start` calls it for the `deltactl` script."""
     from foundation.errors import ConfigError, DeltactlError
     from foundation.one_thread import one_thread_in_this_program
 
@@ -138,22 +133,6 @@ def _robot_file_hint(said: str, error: typer.TyperException) -> str:
     return (
         f"; a robot file is named with --robot {extra[1]}" if extra and "--robot" in options else ""
     )
-
-
-FOLDERS = ("foundation", "drivers", "models", "recording", "charts", "firmware_py", "diagnosis")
-
-
-def shadowed() -> str | None:
-    """Which foreign folder Python would import in place of one of ours, and what to do."""
-    ours = Path(__file__).resolve().parents[1]
-    for name in FOLDERS:
-        found = importlib.util.find_spec(name)
-        if found is not None and found.origin and Path(found.origin).resolve().parents[1] != ours:
-            return (
-                f"{Path(found.origin).parent} stands before the program's own folder '{name}'; "
-                "take its parent out of PYTHONPATH, or rename it"
-            )
-    return None
 
 
 def one_line(error: object) -> str:

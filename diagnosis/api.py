@@ -26,7 +26,8 @@ from foundation.errors import MissingColumns, RecordingError
 from foundation.one_thread import one_thread
 from foundation.rarely_collected import rarely_collected
 from foundation.strict_yaml import Document
-from models.robot import DeltaRobot, RobotModel, load_robot_model
+from models.robot import DeltaRobot, RobotModel
+from models.robot_with_effects import load_with_effects
 from recording.tables.flat import FlatRecording
 from recording.tables.flat_files import read_flat
 
@@ -49,7 +50,7 @@ def diagnose(
     thorough: go on beyond the limit of work (`estimation.budget`).
     Raises ConfigError, MissingFile or RecordingError, one line each.
     """
-    belief = load_robot_model(robot)
+    belief = load_with_effects(robot)
     progress("reading")
     most = most_rows(belief)
 

@@ -6,11 +6,8 @@ mistakes must not keep a contradiction for the next round.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any
-
-from pydantic import BaseModel, TypeAdapter, ValidationError
+from typing import TYPE_CHECKING, Any
 
 from foundation.yaml_tree import Location
 from models.gearing import LEAST_RATIO, too_small_ratio
@@ -22,23 +19,6 @@ if TYPE_CHECKING:
 
 Clash = tuple[Location, str]
 Sections = Mapping[str, Any]
-
-
-def valid_sections(model: type[BaseModel], data: Mapping[str, Any]) -> dict[str, Any]:
-    """Those sections of `data` that are right, and the defaults of those that are not given."""
-    found: dict[str, Any] = {}
-    for name, field in model.model_fields.items():
-        if name not in data:
-            if not field.is_required():
-                found[name] = field.get_default(call_default_factory=True)
-            continue
-        declared: Any = Annotated[field.annotation, field]
-        section: TypeAdapter[Any] = TypeAdapter(declared)
-        try:
-            found[name] = section.validate_json(json.dumps(data[name]), strict=True)
-        except ValidationError:
-            continue  # said already
-    return found
 
 
 def clashes(sections: Sections) -> Iterator[Clash]:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from firmware_py.clashes import Clash, valid_sections
+from firmware_py.clashes import Clash
 from firmware_py.feedback.settings import FeedbackSettings
 from firmware_py.job_steps import (
     CalibratedIk,
@@ -21,6 +21,7 @@ from firmware_py.job_steps import (
 from firmware_py.job_timing import Accelerated, Timing, Together
 from firmware_py.path_file import PathSpec, StraightTo, Way
 from foundation.errors import ConfigError
+from foundation.rules import valid_keys_of
 from foundation.strict_yaml import Document, StrictModel
 from models.robot import KINDS
 
@@ -31,19 +32,25 @@ class JobFile(StrictModel):
     """One job: a `path`, or `steps`. Named files are sought beside the job, then in the project."""
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
+    """What recordings and reports call it."""
     robot: Annotated[str, Field(min_length=1, max_length=1000)]
+    """The file of the robot that it is for."""
     path: PathSpec | None = None
+    """One path, and nothing else; or give `steps`."""
     steps: Annotated[tuple[Step, ...], Field(min_length=1, description="do something")] | None = (
         None
     )
     """In place of a path: paths, outputs, waits, repeats and other jobs, one after another."""
     timing: Timing
+    """All motors together, or each as fast as its limits allow."""
     inverse_kinematics: KinematicsSpec
+    """How targets become angles of the arms."""
     repeats: Repeats = 1
     """Each repeat begins and ends at rest; an open path is returned to its start between them."""
     record: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
     """Name of the recording in the folder of recordings; absent: `<name>-<date>.mcap`."""
     on_step_loss: Literal["stop", "warn"] = "stop"
+    """What happens when the sensors show that steps were lost."""
     feedback: FeedbackSettings | None = None
     """Correct by the sensors what goes wrong while the job runs, as lost steps; absent: no. Then
     steps that the sensors see to be lost are corrected, and `on_step_loss` stops nothing."""
@@ -92,7 +99,7 @@ def job_in(document: Document) -> JobFile:
         return document.check(JobFile)
     except ConfigError as error:
         data = document.data
-        sections = valid_sections(JobFile, data)
+        sections = valid_keys_of(JobFile, data)
         if "path" in data and "steps" in data:
             sections |= {"path": data["path"], "steps": data["steps"]}
         clashes = list(_clashes(sections))

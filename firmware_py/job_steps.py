@@ -43,6 +43,7 @@ class Awaited(StrictModel):
     input: Name
     """One of `inputs.named` of the robot file."""
     is_on: bool = True
+    """Or until it is off."""
     within_s: Annotated[float, Field(gt=0.0, le=86_400.0, description="seconds, at most a day")]
     """When it has not come by then, the job is cancelled."""
 
@@ -88,10 +89,15 @@ class InnerJob(StrictModel):
     """What an `include` becomes in a recording, so that a recording holds its whole path."""
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
+    """That of the other file; so with all that follow."""
     path: PathSpec | None = None
+    """One path, or `steps`."""
     steps: tuple[Step, ...] | None = None
+    """In place of a path."""
     timing: Timing
+    """As in a job file."""
     inverse_kinematics: KinematicsSpec
+    """As in a job file."""
     repeats: Repeats = 1
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag
 
+from foundation.rules import RuledModel, rule
 from foundation.strict_yaml import StrictModel
 
 SLOWEST_MPS, FASTEST_MPS = 1e-6, 10.0
@@ -20,7 +21,7 @@ class Together(StrictModel):
     ]
 
 
-class Accelerated(StrictModel):
+class Accelerated(RuledModel):
     """Every motor keeps its own speed and acceleration limit; the path slows down where it must."""
 
     mode: Literal["accelerated"]
@@ -44,11 +45,10 @@ class Accelerated(StrictModel):
         Annotated[float, Field(ge=1e-4, le=1e5, description="rad/s2; beyond is a blow")] | None
     ) = None
 
-    @model_validator(mode="after")
-    def _either(self) -> Accelerated:
+    @rule("speed_mps", "duration_s")
+    def _either(self) -> None:
         if (self.speed_mps is None) == (self.duration_s is None):
             raise ValueError("give either 'speed_mps' or 'duration_s'")
-        return self
 
 
 def mode(timing: Any) -> Any:

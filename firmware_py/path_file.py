@@ -6,10 +6,11 @@ import math
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from firmware_py.paths import circle, heart, points, spiral, way
 from firmware_py.paths.path import MAX_TARGETS
+from foundation.rules import RuledModel, rule
 from foundation.strict_yaml import StrictModel
 
 Coordinate = Annotated[float, Field(ge=-10.0, le=10.0, description="a robot arm is under 10 m")]
@@ -32,10 +33,11 @@ def _not_too_many(targets: float) -> None:
         )
 
 
-class _Curve(StrictModel):
+class _Curve(RuledModel):
     """What all curves in space share. Each target is one call of the inverse kinematics."""
 
     centre_m: Point
+    """Its middle: x, y, z."""
     spacing_m: Spacing = 0.0005
     """Distance between targets along the path (made a little shorter to fit the length)."""
 
@@ -47,12 +49,11 @@ class Circle(_Curve):
     radius_m: Size
     turns: Annotated[float, Field(ge=-1000.0, le=1000.0, description=MANY_TURNS)] = 1.0
 
-    @model_validator(mode="after")
-    def _has_length(self) -> Circle:
+    @rule("turns", "radius_m", "spacing_m")
+    def _has_length(self) -> None:
         if abs(self.turns) < 1e-3:
             raise ValueError("turns must not be 0: the circle would have no length")
         _not_too_many(circle.length_m(self.radius_m, self.turns) / self.spacing_m)
-        return self
 
 
 class Heart(_Curve):
@@ -65,10 +66,9 @@ class Heart(_Curve):
     width_m: Size
     turns: Annotated[int, Field(ge=1, le=1000, description=MANY_TURNS)] = 1
 
-    @model_validator(mode="after")
-    def _bounded(self) -> Heart:
+    @rule("width_m", "turns", "spacing_m")
+    def _bounded(self) -> None:
         _not_too_many(heart.length_m(self.width_m, self.turns) / self.spacing_m)
-        return self
 
 
 class Spiral(_Curve):
@@ -79,16 +79,20 @@ class Spiral(_Curve):
     outer_radius_m: Size
     turns: Annotated[float, Field(ge=1e-3, le=1000.0, description=MANY_TURNS)] = 3.0
 
-    @model_validator(mode="after")
-    def _grows(self) -> Spiral:
+    @rule("inner_radius_m", "outer_radius_m")
+    def _grows(self) -> None:
         if self.outer_radius_m <= self.inner_radius_m:
             raise ValueError("outer_radius_m must be larger than inner_radius_m")
+
+    @rule("inner_radius_m", "outer_radius_m", "turns", "spacing_m")
+    def _bounded(self) -> None:
+        if self.outer_radius_m <= self.inner_radius_m:
+            return
         length_m = spiral.length_m(self.inner_radius_m, self.outer_radius_m, self.turns)
         _not_too_many(length_m / self.spacing_m)
-        return self
 
 
-class Points(StrictModel):
+class Points(RuledModel):
     """Straight lines between points, with a rest at each."""
 
     shape: Literal["points"]
@@ -99,10 +103,9 @@ class Points(StrictModel):
     dwell_s: Dwell = 0.0
     spacing_m: Spacing = 0.0005
 
-    @model_validator(mode="after")
-    def _bounded(self) -> Points:
+    @rule("points_m", "spacing_m")
+    def _bounded(self) -> None:
         _not_too_many(points.target_count(self.points_m, self.spacing_m))
-        return self
 
 
 class StraightTo(StrictModel):
@@ -135,7 +138,7 @@ class WayLeg(StrictModel):
     """Legs with it that follow each other make one spline, which passes each of their ends."""
 
 
-class Way(StrictModel):
+class Way(RuledModel):
     """Straight legs, arcs and splines, passed without a stop where corners may be cut."""
 
     shape: Literal["way"]
@@ -151,17 +154,16 @@ class Way(StrictModel):
     """How far from a corner between two legs the way may stay; 0 stops at each."""
     spacing_m: Spacing = 0.0005
 
-    @model_validator(mode="after")
-    def _bounded(self) -> Way:
+    @rule("start_m", "legs", "spacing_m")
+    def _bounded(self) -> None:
         if self.start_m is None:
-            return self
+            return
         begin = self.start_m
         for number, leg in enumerate(self.legs):
             _check_leg(number, begin, leg)
             begin = leg.to_m
         legs = legs_of(self)
         _not_too_many(way.target_count(np.array(self.start_m), legs, self.spacing_m))
-        return self
 
 
 ROUND_M = 1e-3
@@ -218,7 +220,7 @@ class Joints(StrictModel):
     dwell_s: Dwell = 0.0
 
 
-class Survey(StrictModel):
+class Survey(RuledModel):
     """Random arm angles, as Zhao 2023 section 3 collects its training data.
 
     Triples that cannot be used are skipped and drawn again, see firmware_py/paths/survey.py.
@@ -227,14 +229,14 @@ class Survey(StrictModel):
     shape: Literal["survey"]
     count: Annotated[int, Field(ge=1, le=MAX_TARGETS, description="one job is planned in memory")]
     angle_deg: tuple[ArmAngle, ArmAngle] = (-20.0, 110.0)
+    """Between which angles the arms are."""
     dwell_s: Dwell = 0.0
     seed: Annotated[int, Field(ge=0, le=2**63, description="any whole number of 64 bit")] = 1
 
-    @model_validator(mode="after")
-    def _ordered(self) -> Survey:
+    @rule("angle_deg")
+    def _ordered(self) -> None:
         if self.angle_deg[0] >= self.angle_deg[1]:
             raise ValueError("angle_deg must be [lowest, highest]")
-        return self
 
 
 PathSpec = Annotated[

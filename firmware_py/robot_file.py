@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field
 
 from drivers.settings import (
     InputSettings,
@@ -19,13 +19,14 @@ from drivers.settings import (
 )
 from drivers.steps.lines import MOST_SWITCHES
 from drivers.steps.switches import Switches
-from firmware_py.clashes import clashes, valid_sections
+from firmware_py.clashes import clashes
 from firmware_py.pins_named import named_twice, pins_named
 from firmware_py.servo.as_built import AsBuiltServo
 from foundation.errors import ConfigError, MissingFile
+from foundation.rules import RuledModel, rule, valid_keys_of
 from foundation.strict_yaml import Document, StrictModel
 from foundation.yaml_tree import Location
-from models.chain.active import of_entries
+from models.chain.stated import OF_DELTA, wrong_effects, wrong_entries, wrong_values
 from models.robot import KINDS, DeltaRobot, DriveSection, EffectEntry
 from models.servo_drive import ServoDrive
 from recording.writing.keeping import KeptRecordings
@@ -52,7 +53,7 @@ I2C_PINS = (2, 3)
 """SDA and SCL of bus 1 on the 40-pin header."""
 
 
-class Limits(StrictModel):
+class Limits(RuledModel):
     """What no motion may exceed; checked along the whole path before anything moves."""
 
     arm_deg: tuple[Angle, Angle] = (-20.0, 110.0)
@@ -87,23 +88,29 @@ class Limits(StrictModel):
     """How far a network's arm angles may lie from the geometry's before it counts as broken:
     well above play, home offsets and length errors, well below a collision."""
 
-    @model_validator(mode="after")
-    def _ordered(self) -> Limits:
+    @rule("arm_deg")
+    def _arms_in_order(self) -> None:
         if self.arm_deg[0] >= self.arm_deg[1]:
             raise ValueError("arm_deg must be [lowest, highest]")
+
+    @rule("box_m")
+    def _box_in_order(self) -> None:
         for low, high in self.box_m or ():
             if low >= high:
                 raise ValueError("box_m must be three pairs of [lowest, highest]")
-        return self
 
 
-class Homing(StrictModel):
+class Homing(RuledModel):
     """How the robot learns where its arms are: put against their stops, or by a switch an arm."""
 
     method: Literal["placed", "switch"] = "placed"
+    """`placed`: somebody puts the arms against their stops; `switch`: each arm seeks its switch."""
     angle_deg: tuple[Angle, Angle, Angle] = (30.0, 30.0, 30.0)
+    """Angles of the arms at their stops or switches."""
     switch_pins: tuple[Pin, Pin, Pin] | None = None
+    """Of arms 1, 2, 3; needed with `method: switch`."""
     switch_active_high: bool = False
+    """Level of a pin while its switch is pressed."""
     speed_radps: Annotated[
         float, Field(gt=0.0, le=1.0, description="a switch is met at walking pace")
     ] = 0.1
@@ -112,11 +119,10 @@ class Homing(StrictModel):
     warning_m: Disagreement = 0.01
     """Arms that were placed are worth a second look from this disagreement on."""
 
-    @model_validator(mode="after")
-    def _has_switches(self) -> Homing:
+    @rule("method", "switch_pins")
+    def _has_switches(self) -> None:
         if self.method == "switch" and self.switch_pins is None:
             raise ValueError("method 'switch' needs switch_pins")
-        return self
 
 
 class SensorNoise(StrictModel):
@@ -147,6 +153,7 @@ class RobotFile(DeltaRobot):
     """A delta robot with its wiring and limits."""
 
     drive: DriveSection
+    """Steppers, or servo drives that are commanded a current."""
     steps: StepSettings = StepSettings()
     inputs: InputSettings = InputSettings()
     outputs: Annotated[
@@ -233,8 +240,8 @@ def robot_in(document: Document) -> RobotFile:
         raise ConfigError(*error.args, *others) from None
     mistakes = [
         *robot.clashes(),
-        *_wrong_effects(("effects",), robot.effects),
-        *_wrong_effects(("as_built", "effects"), robot.as_built.effects or ()),
+        *wrong_effects(robot),
+        *wrong_entries(("as_built", "effects"), robot.as_built.effects or (), OF_DELTA),
     ]
     if mistakes:
         raise document.fail_all(mistakes)
@@ -244,15 +251,10 @@ def robot_in(document: Document) -> RobotFile:
 def _also_wrong(data: dict[str, Any]) -> Iterator[tuple[Location, str]]:
     """What can be told of a file with other mistakes, so that all are mended in one round."""
     yield from named_twice(pins_named(data), _i2c_pins(data))
-    yield from clashes(valid_sections(RobotFile, data))
-    effects = data.get("effects")
-    for index, one in enumerate(effects if isinstance(effects, list) else ()):
-        try:
-            entry = EffectEntry.model_validate(one)
-        except ValidationError:
-            continue  # said already
-        for place, says in _wrong_effects(("effects",), (entry,)):
-            yield (place[0], index), says
+    yield from clashes(valid_keys_of(RobotFile, data))
+    yield from wrong_values(("effects",), data.get("effects"), OF_DELTA)
+    if isinstance(built := data.get("as_built"), dict):
+        yield from wrong_values(("as_built", "effects"), built.get("effects"), OF_DELTA)
 
 
 def _i2c_pins(data: dict[str, Any]) -> dict[int, str]:
@@ -271,17 +273,6 @@ def check_said(robot: RobotFile) -> None:
             f"{', '.join(open_keys)}; write them down"
             " ('deltactl init FILE --wiring' asks for them)"
         )
-
-
-def _wrong_effects(
-    place: tuple[str, ...], entries: tuple[EffectEntry, ...]
-) -> Iterator[tuple[Location, str]]:
-    """Effects, components and parameters that the vocabulary does not have."""
-    for index, entry in enumerate(entries):
-        try:
-            of_entries([entry])
-        except ConfigError as error:
-            yield (*place, index), str(error)
 
 
 CONFIG_FOLDER = Path(__file__).resolve().parent.parent / "config"

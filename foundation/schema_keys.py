@@ -74,7 +74,7 @@ def _sections(model: type[BaseModel]) -> Iterator[tuple[tuple[str, ...], type[Ba
         seen.add(owner)
         yield place, owner
         for name, field in owner.model_fields.items():
-            waiting.extend(((*place, name), inner) for inner in _models_in(field.annotation))
+            waiting.extend(((*place, name), inner) for inner in models_in(field.annotation))
 
 
 def _tag_of(owner: type[BaseModel]) -> str:
@@ -89,7 +89,7 @@ def _tag_of(owner: type[BaseModel]) -> str:
 def _step_into(candidate: Any, part: str | int) -> list[Any]:
     fields = getattr(candidate, "model_fields", {})
     if part in fields:
-        return _models_in(fields[part].annotation)
+        return models_in(fields[part].annotation)
     return [candidate] if _carries_tag(candidate, part) or isinstance(part, int) else []
 
 
@@ -103,7 +103,9 @@ def _carries_tag(candidate: Any, part: str | int) -> bool:
     return False
 
 
-def _models_in(annotation: Any) -> list[Any]:
+def models_in(annotation: Any) -> list[type[BaseModel]]:
+    """The models that a value may be, each once."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
-    return [found for inner in getattr(annotation, "__args__", ()) for found in _models_in(inner)]
+    parts = getattr(annotation, "__args__", ())
+    return list(dict.fromkeys(found for inner in parts for found in models_in(inner)))

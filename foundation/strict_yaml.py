@@ -8,24 +8,21 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ValidationError
 
 from foundation.errors import ConfigError
 from foundation.explain import explain_all
 from foundation.plain_file import TooLong, read_plain
+from foundation.rules import StrictModel, broken_rules
 from foundation.yaml_tree import Location, Tree, YamlError
+
+__all__ = ["Document", "StrictModel", "load"]
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
 MOST_MISTAKES = 20
 MAX_BYTES = 20_000_000
 """Several times the largest job (100,000 joint poses); a wrong file must not fill the memory."""
-
-
-class StrictModel(BaseModel):
-    """Base of every configuration section: frozen, typed strictly, unknown keys refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 class Document:
@@ -77,11 +74,13 @@ class Document:
 
     def check(self, model: type[ModelT], data: object | None = None) -> ModelT:
         """Turn the document (or `data`, a part of it) into `model`. Raises ConfigError."""
-        payload = json.dumps(self.data if data is None else data)
+        values = self.data if data is None else data
         try:
-            return model.model_validate_json(payload)
+            return model.model_validate_json(json.dumps(values))
         except ValidationError as error:
             found = explain_all(model, error, self.lines)
+            if isinstance(values, dict):
+                found = list(dict.fromkeys([*found, *broken_rules(model, values)]))
             found.sort(key=lambda mistake: self.line_of(mistake[0]))
             raise self.fail_all(found) from None
 

@@ -30,7 +30,7 @@ _HEX = re.compile(r"0x[0-9a-fA-F]+")
 _FLOAT = re.compile(
     rf"[-+]?(?:(?:{_DIGITS}\.(?:{_DIGITS})?|\.{_DIGITS})(?:{_POWER})?|{_DIGITS}{_POWER})"
 )
-_WORDS: dict[str, bool | float | None] = {
+WORDS: dict[str, bool | float | None] = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
     **dict.fromkeys(("true", "True", "TRUE", "yes", "Yes", "on", "On"), True),
     **dict.fromkeys(("false", "False", "FALSE", "no", "No", "off", "Off"), False),
@@ -38,6 +38,7 @@ _WORDS: dict[str, bool | float | None] = {
     **dict.fromkeys(("-.inf",), float("-inf")),
     **dict.fromkeys((".nan", ".NaN"), float("nan")),
 }
+"""Plain words that are no texts, as in YAML 1.1."""
 
 
 class YamlError(Exception):
@@ -138,8 +139,8 @@ def _scalar(event: Any) -> str | int | float | bool | None:
 
 
 def _plain(text: str, line: int) -> str | int | float | bool | None:
-    if text in _WORDS:
-        return _WORDS[text]
+    if text in WORDS:
+        return WORDS[text]
     if _HEX.fullmatch(text) or _INT.fullmatch(text):
         if len(text) > 30:
             raise YamlError(line, f"a number of {len(text)} digits; nothing here is that large")

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag
 
 from foundation.errors import ConfigError
+from foundation.rules import RuledModel, rule
 from foundation.strict_yaml import Document, StrictModel
 from models.servo_drive import ServoDrive
 from models.sliding import named_inside
@@ -23,6 +24,7 @@ ARMS = 3
 Length = Annotated[float, Field(gt=0.0, lt=10.0, description="a robot arm is under 10 m")]
 PerArmLength = Length | tuple[Length, Length, Length]
 Angle = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, within one turn")]
+Component = Annotated[float, Field(ge=-1.001, le=1.001, description="of a direction of length 1")]
 Mass = Annotated[float, Field(ge=0.0, lt=1000.0, description="kilograms of a moving part")]
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -42,10 +44,15 @@ class Geometry(StrictModel):
     """Lengths and directions of the linkage; a length may be one number or one an arm."""
 
     base_radius_m: PerArmLength
+    """From the middle of the base to the axes of the motors."""
     platform_radius_m: PerArmLength
+    """From the middle of the platform to the joints of the forearms."""
     upper_arm_m: PerArmLength
+    """From the axis of the motor to the elbow."""
     forearm_m: PerArmLength
+    """From the elbow to the platform."""
     azimuth_deg: tuple[Angle, Angle, Angle] = (0.0, 120.0, 240.0)
+    """Directions of the arms, counterclockwise from x, seen from above."""
     home_offset_deg: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
     """True angle minus commanded angle at count 0 (known and corrected for)."""
 
@@ -75,6 +82,7 @@ class Drive(StrictModel):
     microsteps_per_rev: Annotated[
         int, Field(ge=1, le=1_000_000, description="drives offer 200 to 51200")
     ]
+    """As the drive is set: pulses for one turn of the motor."""
     gear_ratio: Annotated[float, Field(gt=0.0, le=1e6, description="motor turns per arm turn")]
 
     @property
@@ -99,17 +107,18 @@ DriveSection = Annotated[
 ]
 
 
-class SensorAxis(StrictModel):
+class SensorAxis(RuledModel):
     """A ranging sensor reports `offset_m + axis . p` with p the platform position."""
 
     offset_m: Annotated[float, Field(gt=-10.0, lt=10.0, description="a ranging sensor sees 4 m")]
-    axis: tuple[float, float, float]
+    """What it would read with the platform at the origin."""
+    axis: tuple[Component, Component, Component]
+    """The direction in which the platform moves when the reading grows."""
 
-    @model_validator(mode="after")
-    def _unit_length(self) -> SensorAxis:
+    @rule("axis")
+    def _unit_length(self) -> None:
         if abs(float(np.linalg.norm(self.axis)) - 1.0) > 1e-3:
             raise ValueError("axis must be a direction of length 1")
-        return self
 
 
 class Sensors(StrictModel):
@@ -134,6 +143,7 @@ class FoundBy(StrictModel):
     """Where the sizes of an effect come from."""
 
     recordings: tuple[str, ...]
+    """Their files."""
     on: Annotated[str, Field(pattern=r"^\d{4}-\d{2}-\d{2}$", description="a day, as 2026-01-31")]
     """The day on which they were worked out."""
     ci95: dict[str, tuple[float, float] | tuple[tuple[float, float], ...]] = Field(
@@ -148,8 +158,11 @@ class EffectEntry(StrictModel):
     """One effect of the vocabulary with its parameters in SI units."""
 
     effect: str
+    """Its name in docs/reference/effects.md."""
     component: str
+    """The part that has it."""
     parameters: dict[str, float | tuple[float, ...]] = Field(default_factory=dict)
+    """Its sizes, by name."""
     found: FoundBy | None = None
     """None where somebody wrote the entry by hand."""
 
@@ -159,11 +172,14 @@ class DeltaRobot(StrictModel):
 
     kind: Literal["delta"]
     name: Annotated[str, Field(min_length=1, max_length=100)]
+    """What reports and recordings call it."""
     geometry: Geometry
     masses: Masses | None = None
     drive: DriveSection | None = None
+    """Steppers, or servo drives that are commanded a current."""
     sensors: Sensors | None = None
     effects: tuple[EffectEntry, ...] = ()
+    """What is known to be otherwise than in the sections above, and is corrected for."""
     calibrated_from: Annotated[str, Field(pattern="^([0-9a-f]{16})?$")] = ""
     """Of a calibrated robot: fingerprint of the geometry it was designed with. Networks that
     learned that robot's samples are of this one: it is the same machine, better described."""
@@ -176,42 +192,58 @@ class StepperAxis(StrictModel):
 
     kind: Literal["stepper_axis"]
     name: str
+    """What reports call it."""
     drive: Drive | None = None
     """Not needed where recordings give angles."""
     zero: Literal["arbitrary", "absolute"] = "absolute"
+    """`arbitrary`: a constant between command and reading means nothing."""
     effects: tuple[EffectEntry, ...] = ()
+    """What is known of it already."""
 
 
 class AxisGravity(StrictModel):
     """What holds the weight on an axis = force_n + torque_nm * sin(position - zero_rad)."""
 
-    torque_nm: Annotated[float, Field(description="a weight on an axis that turns, held level")] = (
-        0.0
-    )
-    zero_rad: Annotated[float, Field(description="where that weight hangs straight down")] = 0.0
-    force_n: Annotated[float, Field(description="a slide on a slope, held anywhere on it")] = 0.0
+    torque_nm: Annotated[
+        float, Field(ge=-1e6, le=1e6, description="no motor holds a hundred tonnes on a metre")
+    ] = 0.0
+    """Of an axis that turns: what holds the weight level."""
+    zero_rad: float = 0.0
+    """Where that weight hangs straight down; the same any number of turns further."""
+    force_n: Annotated[
+        float, Field(ge=-1e6, le=1e6, description="no slide holds a hundred tonnes")
+    ] = 0.0
+    """Of a slide on a slope: what holds it, anywhere on it."""
 
 
-class ServoAxis(StrictModel):
+class ServoAxis(RuledModel):
     """Effort in, position out (or command in, position out)."""
 
     kind: Literal["servo_axis"]
     name: str
+    """What reports call it."""
     motion: Literal["linear", "rotary"]
-    inertia: Annotated[float, Field(gt=0.0, description="kg m2 or kg")] | None = None
+    """Whether it slides or turns; m, N and kg, or rad, N m and kg m2."""
+    inertia: Annotated[float, Field(gt=0.0, description="something moves")] | None = None
+    """Of all that moves; needed only where there is an effort column."""
     effort_gain: Annotated[
         float, Field(gt=0.0, description="turn the sign of the effort column instead")
     ] = 1.0
+    """Torque or force for one unit of the effort column."""
     gravity: AxisGravity | None = None
-    drive_stiffness: Annotated[float, Field(gt=0.0, description="N m/rad or N/m")] | None = None
+    drive_stiffness: (
+        Annotated[float, Field(gt=0.0, description="with 0 nothing would hold it")] | None
+    ) = None
+    """By which the position drive yields to a load; absent where it is not known."""
     zero: Literal["arbitrary", "absolute"] = "absolute"
+    """`arbitrary`: a constant between command and reading means nothing."""
     effects: tuple[EffectEntry, ...] = ()
+    """What is known of it already."""
 
-    @model_validator(mode="after")
-    def _slides(self) -> ServoAxis:
+    @rule("motion", "gravity")
+    def _slides(self) -> None:
         if self.motion == "rotary" and self.gravity is not None and self.gravity.force_n != 0.0:
             raise ValueError("gravity.force_n is of a slide; of an axis that turns say torque_nm")
-        return self
 
 
 class RangeSensor(StrictModel):
@@ -219,7 +251,9 @@ class RangeSensor(StrictModel):
 
     kind: Literal["range_sensor"]
     name: str
+    """What reports call it."""
     effects: tuple[EffectEntry, ...] = ()
+    """What is known of it already."""
 
 
 RobotModel = DeltaRobot | StepperAxis | ServoAxis | RangeSensor
@@ -235,9 +269,15 @@ KINDS: dict[str, type[DeltaRobot] | type[StepperAxis] | type[ServoAxis] | type[R
 def load_robot_model(path: Path) -> RobotModel:
     """Read the model sections of a robot file; machine sections are left to firmware_py.
 
-    Raises MissingFile or ConfigError, one line with file, line and the nearest valid key.
+    Whether there are such effects is left to `models.robot_with_effects`. Raises MissingFile or
+    ConfigError, a line for each mistake with file, line and the nearest valid key.
     """
     document = Document.read(path)
+    return document.check(kind_in(document), model_sections(document))
+
+
+def kind_in(document: Document) -> type[DeltaRobot | StepperAxis | ServoAxis | RangeSensor]:
+    """What kind of machine a file describes. Raises ConfigError where it describes none."""
     kind = document.data.get("kind")
     if kind is None and "robot" in document.data:
         named = document.data["robot"]
@@ -246,8 +286,13 @@ def load_robot_model(path: Path) -> RobotModel:
         )
     if kind not in KINDS:
         raise document.fail(("kind",), f"must be one of {', '.join(KINDS)} (got {kind!r})")
-    data = {key: value for key, value in document.data.items() if key not in MACHINE_SECTIONS}
-    return document.check(KINDS[kind], _inside(data))
+    return KINDS[kind]
+
+
+def model_sections(document: Document) -> dict[str, Any]:
+    """What a file says of the machine itself, with the names of effects that are used inside."""
+    data = document.data
+    return _inside({key: value for key, value in data.items() if key not in MACHINE_SECTIONS})
 
 
 def _inside(data: dict[str, Any]) -> dict[str, Any]:

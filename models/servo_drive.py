@@ -5,9 +5,9 @@ from __future__ import annotations
 from math import pi, radians
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from foundation.strict_yaml import StrictModel
+from foundation.rules import RuledModel, rule
 
 Bandwidth = Annotated[
     float, Field(gt=1.0, le=2e4, description="rad/s; a 10 kHz loop sees nothing faster")
@@ -15,7 +15,7 @@ Bandwidth = Annotated[
 TICKS_PER_BLOCK_HZ = 1000
 
 
-class ServoDrive(StrictModel):
+class ServoDrive(RuledModel):
     """A motor with current command, its gear and its encoder; the same for all three joints.
 
     Torques, inertias and friction are those at the rotor. The control law is that of Uzunovic
@@ -93,19 +93,27 @@ class ServoDrive(StrictModel):
         """One turn of the control loop [s]."""
         return 1.0 / self.loop_rate_hz
 
-    @model_validator(mode="after")
-    def _consistent(self) -> ServoDrive:
+    @rule("loop_rate_hz")
+    def _whole_blocks(self) -> None:
         if self.loop_rate_hz % TICKS_PER_BLOCK_HZ:
             raise ValueError("loop_rate_hz must be a whole number of kHz")
+
+    @rule("nominal_inertia_kgm2", "rotor_inertia_kgm2")
+    def _rotor_is_part(self) -> None:
         if self.nominal_inertia_kgm2 < self.rotor_inertia_kgm2:
             raise ValueError(
                 "nominal_inertia_kgm2 must not be below rotor_inertia_kgm2, which is part of it"
             )
+
+    @rule("disturbance_bandwidth_radps", "velocity_bandwidth_radps")
+    def _observers_in_order(self) -> None:
         if self.disturbance_bandwidth_radps > self.velocity_bandwidth_radps:
             raise ValueError(
                 "disturbance_bandwidth_radps must not exceed velocity_bandwidth_radps:"
                 " the observer of one stands on the other"
             )
+
+    @rule("velocity_bandwidth_radps", "loop_rate_hz")
+    def _loop_keeps_up(self) -> None:
         if self.velocity_bandwidth_radps > pi * self.loop_rate_hz / 4.0:
             raise ValueError("velocity_bandwidth_radps is too fast for loop_rate_hz")
-        return self

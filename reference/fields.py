@@ -16,16 +16,13 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-UNITS = {
-    "m": "m", "mm": "mm", "rad": "rad", "deg": "degrees", "s": "s", "ms": "ms", "us": "us",
-    "hz": "Hz", "kg": "kg", "nm": "N m", "radps": "rad/s", "radps2": "rad/s2", "mps": "m/s",
-    "gib": "GiB", "days": "days", "a": "A", "nmpa": "N m/A", "kgm2": "kg m2",
-    "nmsprad": "N m s/rad", "1ps": "1/s", "1ps2": "1/s2", "mcps": "Mcps", "pin": "BCM number",
-    "pins": "BCM numbers",
-}  # fmt: skip
-"""Units by the end of a key's name."""
+from foundation.schema_keys import models_in
+from reference.units import BOUNDED_ELSEWHERE, unit_of
+
 NAMES = {int: "whole number", float: "number", str: "text", bool: "true or false"}
 SIGNS = {"gt": "above", "ge": "from", "lt": "below", "le": "to"}
+ANY = "any"
+"""Said of a number that nothing bounds."""
 LENGTHS = {"min_length": "at least", "max_length": "at most"}
 
 
@@ -50,6 +47,7 @@ class Section:
     """What selects it among others at the same place, as `shape: circle`."""
     says: str
     keys: tuple[Key, ...]
+    model: type[BaseModel]
 
 
 def sections(
@@ -62,7 +60,7 @@ def sections(
     seen = set() if seen is None else seen
     seen.add(model)
     keys = tuple(key(name, field, model) for name, field in model.model_fields.items())
-    yield Section(place, _choice(model), inspect.getdoc(model) or "", keys)
+    yield Section(place, _choice(model), inspect.getdoc(model) or "", keys, model)
     for name, field in model.model_fields.items():
         below = f"{place}.{name}" if place else name
         many = "[]" if _is_list(field.annotation) else ""
@@ -73,21 +71,28 @@ def sections(
 
 def key(name: str, field: FieldInfo, model: type[BaseModel]) -> Key:
     """What a field says."""
-    known = field.alias or name
-    unit = UNITS.get(known.rsplit("_", 1)[-1], "") if "_" in known else ""
+    known, kind = field.alias or name, _type(field.annotation)
     bounds, reason = _bounds(field)
-    words = [_docstrings(model).get(name, ""), reason]
+    if not bounds and "number" in kind:
+        bounds = BOUNDED_ELSEWHERE.get(known, ANY)
+    own = _docstrings(model).get(name, "")
+    if not own and not reason:
+        own = _of_its_section(name, field, model)
     default = "required" if field.is_required() else _shown(field)
-    said = "; ".join(word.strip().rstrip(".") for word in words if word)
-    return Key(known, _type(field.annotation), unit, bounds, default, said)
+    said = "; ".join(word.strip().rstrip(".") for word in (own, reason) if word)
+    return Key(known, kind, unit_of(known), bounds, default, said)
 
 
-def models_in(annotation: Any) -> list[type[BaseModel]]:
-    """The models that a value may be."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    found = [inner for part in get_args(annotation) for inner in models_in(part)]
-    return list(dict.fromkeys(found))
+def _of_its_section(name: str, field: FieldInfo, model: type[BaseModel]) -> str:
+    """What a key says by what it chooses, or by what stands below it."""
+    if _choice(model).startswith(f"{name}: "):
+        return _first_paragraph(model)
+    below = models_in(field.annotation)
+    return _first_paragraph(below[0]) if len(below) == 1 else ""
+
+
+def _first_paragraph(model: type[BaseModel]) -> str:
+    return " ".join((inspect.getdoc(model) or "").split("\n\n")[0].split())
 
 
 def _choice(model: type[BaseModel]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from pydantic import BaseModel
 
 from diagnosis.columns.mapping import Mapping
 from diagnosis.columns.names import IN_SI
-from firmware_py.daemon.protocol import ARGUMENTS, SLOW
+from firmware_py.daemon.protocol import ARGUMENTS, SLOW, Argument
 from firmware_py.job_file import JobFile
 from firmware_py.robot_file import SAID_FOR_HARDWARE, RobotFile
 from models.effects import PORT_TEXT, TABLES, VOCABULARY
@@ -20,7 +21,11 @@ from models.effects.lone_axis import command_effects, effort_effects, sensor_eff
 from models.robot import KINDS
 from recording.format.channels import CHANNELS
 from recording.tables.flat import UNITS
-from reference.fields import Section, sections
+from reference import effect_schemas
+from reference.column_words import COLUMN_WORDS, stem_of
+from reference.examples import example_of
+from reference.fields import NAMES, Key, Section, sections
+from reference.socket_words import ARGUMENT_WORDS, REQUEST_WORDS
 
 ROOT = Path(__file__).parents[1]
 MADE = "<!-- Made by `make reference` from the code; a test fails when it is stale. -->"
@@ -59,7 +64,7 @@ def _jobs() -> str:
         "Job files",
         "What is run: `deltactl check JOB.yaml`, `deltactl run JOB.yaml`. Schema: "
         "`schemas/job.json`. An unknown key is refused.",
-        *_tables(JobFile, examples("path")),
+        *_tables(JobFile),
     )
 
 
@@ -73,7 +78,7 @@ def _robots() -> str:
     ]
     for kind, model in KINDS.items():
         whole = RobotFile if kind == "delta" else model
-        parts += [f"## kind: {kind}", *_examples(kind), *_tables(whole, examples("geometry"))]
+        parts += [f"## kind: {kind}", *_examples(kind), *_tables(whole)]
     return _page("Robot files", *parts)
 
 
@@ -86,39 +91,20 @@ def _examples(kind: str) -> list[str]:
     return [f"Examples: {', '.join(names)}."] if names else []
 
 
-def examples(with_key: str) -> dict[str, str]:
-    """Values of keys in the shipped files that have this key, by place, as `path.radius_m`."""
-    found: dict[str, str] = {}
-
-    def walk(value: Any, place: str) -> None:
-        for name, inner in value.items():
-            below = f"{place}.{name}" if place else name
-            if isinstance(inner, dict):
-                walk(inner, below)
-            elif not isinstance(inner, list) or not any(isinstance(x, dict) for x in inner):
-                found.setdefault(below, str(inner).replace("'", ""))
-
-    for path in sorted((ROOT / "config").glob("*.yaml")):
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-        if with_key in data or "kind" in data:
-            walk(data, "")
-    return found
-
-
-def _tables(model: type[BaseModel], example: dict[str, str]) -> list[str]:
+def _tables(model: type[BaseModel]) -> list[str]:
     parts: list[str] = []
     for section in sections(model):
-        parts += _table(section, example)
+        parts += _table(section)
     return parts
 
 
-def _table(section: Section, example: dict[str, str]) -> list[str]:
+def _table(section: Section) -> list[str]:
     head = f"`{section.place}`" if section.place else "The file"
     choice = f", `{section.choice}`" if section.choice and section.place else ""
     rows = [
         (
             f"`{key.name}`", key.type, key.unit, key.bounds, key.default,
-            _example(section, key.name, example), key.says,
+            _example(section, key), key.says,
         )
         for key in section.keys
     ]  # fmt: skip
@@ -126,11 +112,20 @@ def _table(section: Section, example: dict[str, str]) -> list[str]:
     return [f"### {head}{choice}", section.says, table(columns, rows)]
 
 
-def _example(section: Section, name: str, example: dict[str, str]) -> str:
-    """A value of a shipped file; of the key that chooses among sections, its choice."""
-    if section.choice.startswith(f"{name}: "):
-        return section.choice.split(": ")[1]
-    return example.get(f"{section.place}.{name}" if section.place else name, "")
+LONGEST_EXAMPLE = 70
+"""A section that is longer is shown by its own keys."""
+
+
+def _example(section: Section, key: Key) -> str:
+    """A value as a file has it."""
+    shown = f"`{in_one_line(example_of(section.model, key.name))}`"
+    return shown if len(shown) <= LONGEST_EXAMPLE else "its keys are below"
+
+
+def in_one_line(value: Any) -> str:
+    """A value in YAML, without a line break."""
+    text = yaml.safe_dump(value, default_flow_style=True, width=10_000, sort_keys=False)
+    return " ".join(text.removesuffix("...\n").split())
 
 
 def table(columns: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -172,12 +167,15 @@ def _effect_table(kinds: dict[str, EffectKind]) -> str:
         (
             f"`{kind.name}`", ", ".join(kind.components), f"`{one.name}`", one.unit,
             f"{one.low:g} to {one.high:g}",
-            "required" if one.default is None else f"{one.default:g}", PORT_TEXT[kind.port],
+            "required" if one.default is None else f"{one.default:g}",
+            in_one_line(effect_schemas.example(kind, one)), PORT_TEXT[kind.port],
         )
         for kind in sorted(kinds.values(), key=lambda kind: kind.name)
         for one in kind.parameters
     ]  # fmt: skip
-    return table(("effect", "component", "parameter", "unit", "plausible", "default", "at"), rows)
+    return table(
+        ("effect", "component", "parameter", "unit", "plausible", "default", "example", "at"), rows
+    )
 
 
 def _columns() -> str:
@@ -185,13 +183,15 @@ def _columns() -> str:
     parts = [
         "## Tables",
         "One row a sample; `t` increases; cells may be empty. Columns of other names are kept.",
-        table(("column", "unit"), [(f"`{name}`", unit) for name, unit in UNITS.items()]),
+        "None has a default: which are needed depends on the machine, and a message says what is "
+        "missing and what could stand for it.",
+        table(("column", "unit", "example", ""), _column_rows()),
         "## Mappings",
         "`--columns FILE` or `--set NAME=COLUMN[unit]` bring other names and units to these. "
         "`deltactl diagnose --inspect FILE` proposes one. Schema: `schemas/mapping.json`. Where "
         "`separator` and `decimal` are not given, they are found by looking at the file. Units: "
         f"{units}.",
-        *_tables(Mapping, {}),
+        *_tables(Mapping),
         "## Channels of a recording (MCAP)",
     ]
     for channel in CHANNELS:
@@ -200,23 +200,41 @@ def _columns() -> str:
     return _page("Columns and channels", *parts)
 
 
+def _column_rows() -> list[tuple[str, ...]]:
+    return [
+        (f"`{name}`", unit, *map(str, COLUMN_WORDS[stem_of(name)])) for name, unit in UNITS.items()
+    ]
+
+
 def _socket() -> str:
-    rows = [
+    requests = [
         (
             f"`{do}`",
-            ", ".join(
-                f"`{name}` ({one.type.__name__}, {one.least:g} to {one.most:g}"
-                f"{' characters' if one.type is str else ''})"
-                for name, one in arguments.items()
-            ),
+            ", ".join(f"`{name}`" for name in arguments),
             "one after another" if do in SLOW else "at once",
+            REQUEST_WORDS[do],
         )
         for do, arguments in ARGUMENTS.items()
     ]
+    asked_for = {name: one for arguments in ARGUMENTS.values() for name, one in arguments.items()}
+    arguments = [_argument_row(name, one) for name, one in asked_for.items()]
     return _page(
         "Requests of the socket",
         "One JSON object a line, each way; [the service](../service.md) says how. Schema: "
         "`schemas/request.json`.",
-        table(("do", "with", "carried out"), rows),
+        table(("do", "with", "carried out", ""), requests),
+        "Arguments may all be left out, but `run` needs a `job` or a `job_text`, and `result` a "
+        "`job_id`.",
+        table(("argument", "type", "unit", "bounds", "default", "example", ""), arguments),
         'An example: `{"id": 1, "do": "run", "job": "/var/lib/deltactl/circle.yaml"}`',
     )
+
+
+def _argument_row(name: str, one: Argument) -> tuple[str, ...]:
+    words = ARGUMENT_WORDS[name]
+    length = " characters" if one.type is str else ""
+    return (
+        f"`{name}`", NAMES[one.type], words.unit, f"{one.least:g} to {one.most:g}{length}",
+        "none" if words.default is None else str(words.default),
+        f"`{json.dumps(words.example)}`", words.says,
+    )  # fmt: skip

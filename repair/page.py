@@ -17,7 +17,8 @@ from diagnosis.answer.records import Channel
 from diagnosis.report.drawing import machine_drawing
 from diagnosis.report.sentences.sizes import quantity
 from foundation.errors import RecordingError
-from models.robot import FloatArray, load_robot_model
+from models.robot import FloatArray
+from models.robot_with_effects import load_with_effects
 from proof.hidden.hidden import Hidden
 from repair.coverage import Coverage
 from repair.demonstration import Demonstration
@@ -47,7 +48,7 @@ def write_page(demo: Demonstration, out: Path) -> None:
 
 def page_html(demo: Demonstration) -> str:
     """The page as one HTML document."""
-    robot = load_robot_model(demo.robot_file)
+    robot = load_with_effects(demo.robot_file)
     parts = [
         _headline(demo),
         _picture(demo),

@@ -16,7 +16,8 @@ from command_line.wrapped import print_wrapped
 from firmware_py.robot_file import CONFIG_FOLDER, find
 from foundation.errors import ConfigError
 from foundation.extras import needs
-from models.robot import DeltaRobot, RobotModel, ServoAxis, load_robot_model
+from models.robot import DeltaRobot, RobotModel, ServoAxis
+from models.robot_with_effects import load_with_effects
 
 if TYPE_CHECKING:
     from diagnosis.columns.mapping import Mapping
@@ -49,7 +50,7 @@ def diagnose_recordings(
 
     robot_file = find(robot)
     refuse_missing([*recordings, *holdout])
-    described = load_robot_model(robot_file)
+    described = load_with_effects(robot_file)
     if columns and isinstance(described, ServoAxis):
         _refuse_other_motion(columns, described)
     read = _with_notes(read_with(columns, described), described, columns)

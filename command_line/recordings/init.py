@@ -179,11 +179,11 @@ def _write(file: Path, kind: str, answers: Answers, wired: bool, force: bool) ->
     """Write the file and check it; what is to be said of it, and of a delta what comes next."""
     from firmware_py.describing.robot_text import robot_text
     from firmware_py.robot_file import load_robot
-    from models.robot import load_robot_model
+    from models.robot_with_effects import load_with_effects
 
     job: list[str] = []
     with written_if_right(file, robot_text(kind, answers, wired)):
-        load_robot(file) if kind == "delta" else load_robot_model(file)
+        load_robot(file) if kind == "delta" else load_with_effects(file)
         if kind == "delta":
             job = _first_job(file, force)
     return [f"robot file: {file}", *job]

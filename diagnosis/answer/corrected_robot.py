@@ -20,7 +20,8 @@ from models.belief import merged
 from models.effects import VOCABULARY, Port
 from models.effects.kind import MOTORS
 from models.effects.lone_axis import COMPONENT, forms_of
-from models.robot import DeltaRobot, EffectEntry, FoundBy, ServoAxis, load_robot_model
+from models.robot import DeltaRobot, EffectEntry, FoundBy, ServoAxis
+from models.robot_with_effects import load_with_effects
 from models.sliding import named_for_file
 
 HEADING = "# Found by deltactl diagnose; known from now on and part of the model."
@@ -42,7 +43,7 @@ def corrected_text(
     unknown mismatches are no property of the robot: left out. all_of_them: ties and improbable
     findings as well. tables: what has no name as well, as the table it is.
     """
-    document, robot = Document.read(robot_file), load_robot_model(robot_file)
+    document, robot = Document.read(robot_file), load_with_effects(robot_file)
     lasting = [one for one in diagnosis.findings if lasts(one)]
     kept = [one for one in lasting if all_of_them or sure(one, diagnosis)]
     found = [_entry(finding, diagnosis.recordings) for finding in kept]

@@ -70,10 +70,15 @@ class Source(StrictModel):
     """One column: from where, in which unit, times what, plus what; or one value for all rows."""
 
     from_: Annotated[str | None, Field(alias="from")] = None
+    """The column's name in the table; or give `value`."""
     scale: float = 1.0
+    """What its numbers are multiplied by, beside their unit."""
     offset: float = 0.0
+    """What is added to them then, in the unit of the column that it becomes."""
     unit: str = "1"
+    """The unit of its numbers; 1: that of the column that it becomes."""
     value: float | None = None
+    """The same in all rows, in place of a column."""
 
     @model_validator(mode="after")
     def _either(self) -> Source:
@@ -88,12 +93,17 @@ class Mapping(StrictModel):
     """How a table of someone else becomes a recording."""
 
     columns: dict[str, Source] = Field(default_factory=dict)
+    """Each column that the program knows, by name, and where it comes from."""
     rate_hz: Annotated[float, Field(gt=0.0)] | None = None
+    """Rows a second, of a table without times."""
     skip_lines: Annotated[int, Field(ge=0)] = 0
+    """So many lines before the heading are not read."""
     heading: tuple[str, ...] = ()
+    """Names of the columns, of a table that has no line of them."""
     separator: Annotated[str, Field(min_length=1, max_length=1)] | None = None
     """A space stands for any run of spaces and tabs; without it, what makes the cells numbers."""
     decimal: Literal[".", ","] | None = None
+    """What stands before the decimals of a number."""
 
     @model_validator(mode="after")
     def _known(self) -> Mapping:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from foundation.strict_yaml import StrictModel
+from foundation.rules import RuledModel, rule
 
 
-class FeedbackSettings(StrictModel):
+class FeedbackSettings(RuledModel):
     """Correct errors that came since the job began: lost steps, a slipping belt, a bent arm."""
 
     least_m: Annotated[
@@ -24,8 +24,7 @@ class FeedbackSettings(StrictModel):
         float, Field(gt=0.0, le=100.0, description="extra steps a second and motor; gently")
     ] = 50.0
 
-    @model_validator(mode="after")
-    def _ordered(self) -> FeedbackSettings:
+    @rule("least_m", "most_m")
+    def _ordered(self) -> None:
         if self.least_m >= self.most_m:
             raise ValueError("least_m must be smaller than most_m, or nothing is ever corrected")
-        return self

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -31,6 +30,7 @@ from firmware_py.program.instructions import (
     WaitFor,
     visit,
 )
+from firmware_py.program.names_used import unknown
 from firmware_py.robot_file import RobotFile
 from foundation.errors import ConfigError, LimitExceeded, UnreachablePoint
 from models.inverse_kinematics import InverseKinematics
@@ -136,16 +136,8 @@ class _Builder:
     def _check_known(
         self, named: Iterable[str], known: Mapping[str, Any], section: str, place: str
     ) -> None:
-        for name in named:
-            if name in known:
-                continue
-            close = difflib.get_close_matches(name, known, n=1)
-            there = (
-                f"did you mean '{close[0]}'?" if close else f"it has {', '.join(known) or 'none'}"
-            )
-            raise ConfigError(
-                f"{place}: '{name}' is not in '{section}' of robot '{self._robot.name}'; {there}"
-            )
+        for says in unknown(named, known, section, self._robot):
+            raise ConfigError(f"{place}: {says}")
 
 
 def _plain(error: ValueError) -> str:

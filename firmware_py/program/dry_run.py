@@ -33,7 +33,7 @@ def program_of(
     job_path: Path, robot: RobotFile | None = None, from_counts: Counts | None = None
 ) -> Program:
     """The program of a job file, for the robot it names or for one that is there already."""
-    job = read_whole(job_path).job
+    job = read_whole(job_path, robot=robot).job
     if robot is None:
         robot = load_robot(find(job.robot, beside=job_path, key=ROBOT_KEY))
     known = robot

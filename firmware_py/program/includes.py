@@ -23,8 +23,9 @@ from firmware_py.job_steps import (
     RepeatStep,
 )
 from firmware_py.path_file import PathSpec
-from firmware_py.robot_file import find
-from foundation.errors import MissingFile
+from firmware_py.program.names_used import wrong_names
+from firmware_py.robot_file import RobotFile, find
+from foundation.errors import ConfigError
 from foundation.strict_yaml import Document
 
 DEEPEST = 8
@@ -41,23 +42,35 @@ class WholeJob:
     text: str
 
 
-def read_whole(path: Path, how: FileAccess | None = None) -> WholeJob:
-    """Read a job file and all that it includes. Raises MissingFile, ConfigError (file and line)."""
+def read_whole(
+    path: Path, how: FileAccess | None = None, robot: RobotFile | None = None
+) -> WholeJob:
+    """Read a job file and all that it includes. Raises MissingFile, ConfigError (file and line).
+
+    robot: whose outputs and inputs it names, where that is not the robot of its file.
+    """
     how = how or FileAccess()
-    document, job = _read(path, how)
+    document, job = _read(path, how, robot)
     if not any(isinstance(one, IncludeStep) for one in _flat(job.steps or ())):
         return WholeJob(job, document.text)
-    reader = _Reader(how, job.robot, path)
+    reader = _Reader(how, job.robot, path, robot)
     whole = dict(document.data) | {"steps": reader.steps(document, (path.resolve(),))}
     text = yaml.safe_dump(whole, sort_keys=False, allow_unicode=True)
     written_out = Document(path, text)
     return WholeJob(written_out.check(JobFile), text)
 
 
-def _read(path: Path, how: FileAccess) -> tuple[Document, JobFile]:
+def _read(path: Path, how: FileAccess, robot: RobotFile | None) -> tuple[Document, JobFile]:
     with without_quoting(path, how):
         document = Document.read(path, how.follow, how.most_bytes)
-        return document, job_in(document)
+        names = wrong_names(document, how, robot)
+        try:
+            job = job_in(document)
+        except ConfigError as error:
+            raise ConfigError(*error.args, *document.fail_all(names).args) from None
+        if names:
+            raise document.fail_all(names)
+        return document, job
 
 
 def paths_of(job: JobFile) -> Iterator[PathSpec]:
@@ -97,8 +110,8 @@ def _flat(steps: Sequence[Any], inner: bool = True) -> Iterator[Any]:
 class _Reader:
     """Writes out the includes of one job file."""
 
-    def __init__(self, how: FileAccess, robot: str, outermost: Path):
-        self._how = how
+    def __init__(self, how: FileAccess, robot: str, outermost: Path, given: RobotFile | None):
+        self._how, self._given = how, given
         self._robot, self._outermost = robot, outermost
         self._included = 0
 
@@ -128,12 +141,7 @@ class _Reader:
         self, document: Document, place: tuple[str | int, ...], name: str, above: tuple[Path, ...]
     ) -> dict[str, Any]:
         place = (*place, "include")
-        if Path(name).is_absolute() or ".." in Path(name).parts:
-            raise document.fail(place, "name a file beside this job, or one of config/")
-        try:
-            path = find(name, document.path, listing=self._how.follow)
-        except MissingFile as error:
-            raise document.fail(place, str(error)) from error
+        path = find(name, document.path, listing=self._how.follow)
         self._included += 1
         if path.resolve() in above:
             raise document.fail(place, f"{name} includes itself")
@@ -141,7 +149,7 @@ class _Reader:
             raise document.fail(
                 place, f"jobs include each other more than {DEEPEST} deep, or too often"
             )
-        inner, job = _read(path, self._how.named)
+        inner, job = _read(path, self._how.named, self._given)
         self._check_fits(inner, job)
         kept = ("name", "path", "timing", "inverse_kinematics", "repeats")
         values = {key: inner.data[key] for key in kept if key in inner.data}

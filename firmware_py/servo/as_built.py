@@ -18,6 +18,7 @@ class FaultAt(StrictModel):
     """A fault of a simulated drive that comes by itself."""
 
     kind: Literal["encoder_lost", "over_current"]
+    """The encoder gives no signal, or the drive trips."""
     joint: Annotated[int, Field(ge=1, le=3, description="a delta has three joints")]
     at_s: Annotated[float, Field(ge=0.0, le=1e6, description="seconds since the simulation began")]
 

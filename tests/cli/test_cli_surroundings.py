@@ -1,4 +1,4 @@
-"""What stands beside the program: folders of the same name, and robots of any size."""
+"""What stands beside the program: threads of libraries, and robots of any size."""
 
 from __future__ import annotations
 
@@ -12,23 +12,6 @@ import pytest
 from command_line.output import decimals, millimetres
 
 ROOT = Path(__file__).parents[2]
-
-
-@pytest.mark.parametrize("name", ["drivers", "models", "recording"])
-def test_a_folder_of_the_users_that_hides_one_of_ours_is_named(tmp_path: Path, name: str) -> None:
-    (tmp_path / name).mkdir()
-    (tmp_path / name / "__init__.py").write_text("")
-    path = os.pathsep.join([str(tmp_path), str(ROOT)])
-    asked = "from command_line.main import main; main()"
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", asked, "version"],
-        env=os.environ | {"PYTHONPATH": path}, cwd=tmp_path,
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 2
-    (line,) = done.stderr.splitlines()
-    assert str(tmp_path / name) in line
-    assert "PYTHONPATH" in line
 
 
 def test_no_thread_of_the_arithmetic_spins_beside_the_control_loop() -> None:

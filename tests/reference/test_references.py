@@ -1,19 +1,16 @@
-"""The reference pages and schemas are those of the code, and the schemas take what it takes."""
+"""The reference pages and schemas are those of the code, and leave nothing out."""
 
 from __future__ import annotations
 
-import json
-
-import jsonschema
 import pytest
-import yaml
 
+from firmware_py.daemon.protocol import ARGUMENTS
+from recording.tables.flat import UNITS
+from reference.column_words import COLUMN_WORDS, stem_of
 from reference.fields import sections
-from reference.schemas import schemas
+from reference.socket_words import ARGUMENT_WORDS, REQUEST_WORDS
 from reference.write import made
 from tests.rigs.documented import ROOT
-
-FILES = sorted((ROOT / "config").glob("*.yaml"))
 
 
 @pytest.mark.parametrize("path", made(), ids=lambda path: path.name)
@@ -21,18 +18,10 @@ def test_nothing_is_stale(path) -> None:
     assert path.read_text(encoding="utf-8") == made()[path], "type: make reference"
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
-def test_shipped_files_fit_their_schema(path) -> None:
-    data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    schema = json.loads(schemas()["robot.json" if "kind" in data else "job.json"])
-    jsonschema.validate(_with_floats(data), schema)
-
-
-def test_a_misspelt_key_does_not_fit() -> None:
-    data = yaml.safe_load((ROOT / "config" / "heart.yaml").read_text(encoding="utf-8"))
-    data["path"]["widht_m"] = data["path"].pop("width_m")
-    with pytest.raises(jsonschema.ValidationError):
-        jsonschema.validate(data, json.loads(schemas()["job.json"]))
+def test_nothing_is_left_over() -> None:
+    """A page that is no longer made would never be stale."""
+    there = {one for folder in ("docs/reference", "schemas") for one in (ROOT / folder).iterdir()}
+    assert there == set(made()), "delete what nothing makes"
 
 
 def test_every_key_of_a_job_says_something() -> None:
@@ -45,13 +34,23 @@ def test_every_key_of_a_job_says_something() -> None:
     assert found["timing.t_pwm_s"].default == "required"
 
 
-def _with_floats(value):
-    """PyYAML takes 1e-5 for a text, this program for a number."""
-    if isinstance(value, dict):
-        return {key: _with_floats(inner) for key, inner in value.items()}
-    if isinstance(value, list):
-        return [_with_floats(inner) for inner in value]
-    try:
-        return float(value) if isinstance(value, str) else value
-    except ValueError:
-        return value
+def test_every_column_and_argument_is_in_words() -> None:
+    assert {stem_of(name) for name in UNITS} == set(COLUMN_WORDS)
+    assert set(ARGUMENTS) == set(REQUEST_WORDS)
+    assert {name for one in ARGUMENTS.values() for name in one} == set(ARGUMENT_WORDS)
+
+
+def test_every_cell_of_the_tables_of_keys_is_filled() -> None:
+    """Bounds and units belong to numbers; all else stands at every key."""
+    for page in ("jobs.md", "robots.md", "columns.md"):
+        text = made()[ROOT / "docs" / "reference" / page].replace("\\|", "/")
+        rows = [line.split(" | ") for line in text.splitlines() if line.count(" | ") == 6]
+        keys = [row for row in rows if row[0].startswith("| `")]
+        assert keys
+        for name, kind, unit, bounds, default, example, says in keys:
+            assert default or kind == "text", name  # an empty text is a default too
+            assert example.strip(), name
+            assert says.strip("| "), name
+            if "number" in kind:
+                assert unit, name
+                assert bounds, name

@@ -55,7 +55,7 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
     from diagnosis.report.sentences.summary import WHY, head_lines, plain_lines
     from diagnosis.report.sentences.ways import PAGE
     from firmware_py.robot_file import CONFIG_FOLDER
-    from models.robot import load_robot_model
+    from models.robot_with_effects import load_with_effects
     from web.behind.carried import carried_by
     from web.behind.columns import reader
     from web.behind.own_recordings import name_beside
@@ -72,7 +72,7 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
     )
     # Whoever reads the report, or the corrected file, knows the name under which it was sent.
     answer = answer.model_copy(update={"recordings": [name_beside(one) for one in recordings]})
-    model = load_robot_model(robot)
+    model = load_with_effects(robot)
     write_report(answer, model, folder / "report.html")
     lines = plain_lines(answer, model, PAGE)
     if answer.findings:
