@@ -30,6 +30,7 @@ UNSAID = {
     **dict.fromkeys(("command", "position"), "rad or m"), "theta": "rad", "velocity": "rad/s or m/s"
 }  # fmt: skip
 """In what a column is read of which nothing says the unit."""
+OF_THE_RUN = "ROBOT is the robot file that it was made with"
 BY_NAME = "by its name"
 FORCED = ["--recorded", "effort", "--inertia", "INERTIA", "--effort-gain", "GAIN"]
 FORCED_SAYS = (
@@ -95,6 +96,9 @@ def _show(one: Inspection, robot: str | None, save: Path | None) -> None:
     if one.kind is None:
         return
     console.print()
+    if one.own_run:
+        _say_broken(f"this is a recording of deltactl and is read as it is; {OF_THE_RUN}")
+        robot = robot or "ROBOT"
     if robot is None:
         motion = ["--motion", one.motion or "rotary"] if one.kind == "servo_axis" else []
         zero = ["--zero", "arbitrary"] if one.zero == "arbitrary" else []

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 from diagnosis.columns.by_values import by_values, partners
-from diagnosis.columns.names import Guess, Named, read_name
+from diagnosis.columns.names import Guess, Named, of_contract, read_name
 from diagnosis.columns.options import GUESSES
 from diagnosis.columns.shapes import rising, same_range, starts_again, unevenness
 from diagnosis.observations.readings import FloatArray
 from models.robot import ARMS
+from recording.tables.flat import BESIDE, UNITS
 
 MOTIONS = frozenset({"position", "command", "steps", "range", "distance"})
 LETTERED = frozenset({"position", "command", "steps"})
 """What motors a, b and c have; letters after a current may as well be its phases."""
+OURS = frozenset(name for name in UNITS if name.rpartition("_")[0] in ("status", "disturbance")) | {
+    "t_pwm"
+}
+"""Columns of the contract in whose names words stand that mean something else elsewhere."""
+CURRENTS = frozenset(f"current_{motor}" for motor in range(1, ARMS + 1))
+"""The same where all are there; one alone is the effort of an axis."""
 _LETTER = re.compile(r"(.+[_ .-])([a-cA-C])")
 
 
@@ -25,6 +32,8 @@ def guess_columns(
     """A guess for each column that one could be made for, by its name in the file."""
     spelled = _letters(list(table))
     said = {name: read_name(spelled[name], units.get(name, "")) for name in table}
+    ours = _ours(table, said) if named else {}
+    said |= ours
     if not named:
         said = {name: Named(None, said[name].unit, None) for name in table}
     thin = _thinned(table)
@@ -39,7 +48,23 @@ def guess_columns(
     by_numbers = by_values if nothing or not named else partners
     usable = {name: values for name, values in thin.items() if said[name].used}
     found |= {guess.source: guess for guess in by_numbers(usable, said, found)}
-    return _unique(_numbered(found))
+    found = _numbered(found)
+    for name in ours.keys() & found.keys():
+        found[name] = replace(found[name], index=ours[name].index)
+    return _unique(found)
+
+
+def _ours(table: Collection[str], said: Mapping[str, Named]) -> dict[str, Named]:
+    """What columns are that an exported run has: whatever their names say elsewhere."""
+    ours: dict[str, Named] = {}
+    known = OURS | CURRENTS if set(table) >= CURRENTS else OURS
+    for name in table:
+        if name in known:
+            role, index = of_contract(name)
+            ours[name] = replace(said[name], role=role, index=index)
+        elif name in BESIDE and "t" in table:
+            ours[name] = Named(None, None, None, used=False)
+    return ours
 
 
 def _asked_effort(what: Named) -> bool:

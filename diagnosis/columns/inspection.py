@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping as AnyMapping
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from diagnosis.columns.by_values import EARLIER
 from diagnosis.columns.guess import guess_columns, of_other_joints
 from diagnosis.columns.machine_kind import kind_of
 from diagnosis.columns.mapping import Mapping, Source, as_option, named_column, unit_of
-from diagnosis.columns.names import IN_SI, Guess, may_be_outside, pulls, without_unit
+from diagnosis.columns.names import IN_SI, Guess, may_be_outside, of_contract, pulls, without_unit
 from diagnosis.columns.options import GUESSES
 from diagnosis.columns.shapes import rising
 from diagnosis.columns.timing import row_number, rows_and_times
@@ -30,11 +30,11 @@ from foundation.counting import count
 from foundation.errors import RecordingError
 from models.robot import ARMS
 from recording.tables.flat import UNITS
+from recording.tables.flat_files import is_own_run, read_flat
 from recording.tables.foreign_log import is_log, read_log, topic_of
 from recording.tables.foreign_table import read_parquet_table, read_table
 from recording.tables.table_format import IN_OPTIONS, TableFormat, guess_format, marks_said
 
-_LAST = re.compile(r"(\w+)_([123xyz])")
 _NUMBERED = re.compile(r"(.*?[^\d._])[._]?\d+([._][^\d]+)?")
 GRAD = re.compile(r"(?i)(?<![a-z])grad(?![a-z])")
 """Degrees in German, and gon in surveying."""
@@ -60,6 +60,9 @@ class Inspection:
     warnings: list[str] = field(default_factory=list)
     counter: str | None = None
     """A column that counts the rows, where no times are needed."""
+
+    own_run: bool = False
+    """Whether the program itself recorded it."""
 
     @property
     def needs_inertia(self) -> bool:
@@ -122,6 +125,8 @@ def inspect(path: Path, said: Mapping | None = None) -> Inspection:
     Raises RecordingError when it holds no columns of numbers, or not those that are said.
     """
     known = {} if said is None else said.columns
+    if is_own_run(path) and not known:
+        return _of_own_run(path)
     if is_log(path) or path.suffix == ".parquet":
         return _of_columns(path, known, _said_of_the_table(said))
     form = guess_format(path, *((said.separator, said.decimal) if said else ()))
@@ -134,6 +139,14 @@ def inspect(path: Path, said: Mapping | None = None) -> Inspection:
     units = dict(zip(form.names, form.units, strict=True))
     base = _said_of_the_table(said).model_copy(update={"skip_lines": skip, "heading": heading})
     return inspect_table(path, table, base, units, form.named, _facts(form), known, form.before)
+
+
+def _of_own_run(path: Path) -> Inspection:
+    """A run that the program recorded, as the diagnosis reads it."""
+    flat = read_flat(path)
+    table = {"t": flat.t_s, **flat.columns, **flat.extra}
+    facts = [("written", "a recording of deltactl")]
+    return replace(inspect_table(path, table, Mapping(), {}, True, facts), own_run=True)
 
 
 def _said_of_the_table(said: Mapping | None) -> Mapping:
@@ -278,8 +291,7 @@ def _as_said(
         if source.from_ is None:
             continue
         column = named_column(path, table, name, source)
-        numbered = _LAST.fullmatch(name)
-        role, index = (numbered[1], numbered[2]) if numbered else (name, None)
+        role, index = of_contract(name)
         said_unit = unit_of(path, column, name, source)
         unit = None if said_unit == "1" else said_unit
         sure[column] = Guess(column, role, index, unit, "as you say", source.scale)

@@ -107,6 +107,7 @@ _BRACKETED = re.compile(r"\s*[\[(]\s*(?!\d+\s*[\])])([^\])]+?)\s*[\])]\s*$")
 """What stands in brackets at the end and is no number, as that of a joint: position[0]."""
 _MILLI = re.compile(r"(?<![A-Za-z])(mA|mN|mNm)$")
 """Units in which a capital begins no word."""
+_LAST = re.compile(r"(\w+)_([123xyz])")
 _NUMBERED = re.compile(r"^(.*?)(?:_?(?=[0-3])|_(?=[xyz]))([0-3xyz])$")
 _NUMBERED_INSIDE = re.compile(r"^(.*[a-z])_?([0-3])_([a-z_]+)$")
 """As q1_ref and joint_2_pos: what is numbered, the number, and which value of it."""
@@ -205,6 +206,12 @@ def read_name(name: str, unit_line: str = "") -> Named:
         role = "command"  # a counter that is read in mm
     asked = "command" in {ROLE_OF.get(word) for word in words}
     return Named(role, unit, index, asked)
+
+
+def of_contract(name: str) -> tuple[str, str | None]:
+    """The role and the number or axis of a column of the contract: status_x, t_pwm, position."""
+    numbered = _LAST.fullmatch(name)
+    return (numbered[1], numbered[2]) if numbered else (name, None)
 
 
 def _plain_letters(name: str) -> str:

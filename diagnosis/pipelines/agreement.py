@@ -28,14 +28,23 @@ NOT_COMPARED = frozenset({"phase", "time_constant"})
 
 
 def agreement(selected: Selected, singles: Sequence[RegressionPlant]) -> list[Agreement]:
-    """Of every size of the named effects, from one plant a recording; empty for one recording."""
+    """Of every size of the named effects that each recording by itself can show, from one plant a
+    recording; empty for one recording.
+    """
     keys = frozenset(
         key for key in selected.best.keys
         if key not in LASTING and selected.plant.shown(key)
     )  # fmt: skip
     if len(singles) < 2 or not keys:
         return []
-    fits = [(plant, _alone(selected, plant, keys)) for plant in singles]
+    # A recording by itself may show less than all together: none of play if it never turns back.
+    tried = [keys & {one.key for one in plant.regressors} for plant in singles]
+    keys = frozenset.intersection(*tried)
+    if not keys:
+        return []
+    fits = [
+        (plant, _alone(selected, plant, some)) for plant, some in zip(singles, tried, strict=True)
+    ]
     by_key = {r.key: r for r in selected.plant.regressors}
     found = []
     for key in sorted(keys):
@@ -49,7 +58,7 @@ def agreement(selected: Selected, singles: Sequence[RegressionPlant]) -> list[Ag
 
 
 def _alone(selected: Selected, plant: RegressionPlant, keys: frozenset[str]) -> Explanation:
-    """The chosen set on one recording."""
+    """The chosen set, or what of it one recording can show, on that recording."""
     plant.adopt(selected.plant)
     evidence = Laplace(plant, saturated_noise(plant))
     return evidence(keys, [evidence(())])

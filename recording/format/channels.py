@@ -18,6 +18,9 @@ FORMAT = 1
 
 SCHEMA_PREFIX = "deltactl."
 
+WRITTEN_BY = "deltactl "
+"""How the name of the writing program begins, in the header of a recording."""
+
 MAGIC = b"\x89MCAP0\r\n"
 """First and last bytes of an MCAP file (MCAP specification, "Magic")."""
 

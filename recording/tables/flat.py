@@ -37,6 +37,13 @@ UNITS: dict[str, str] = {
 }
 """Columns of the contract and their units. Any other column is kept beside them."""
 
+BESIDE = frozenset(
+    [f"t_{axis}" for axis in "xyz"]
+    + [f"truth_{axis}_m" for axis in "xyz"]
+    + [f"truth_theta_{motor}_rad" for motor in (1, 2, 3)]
+)
+"""Columns that an exported run has besides; the diagnosis reads none of them."""
+
 WHOLE_NUMBERS = frozenset(
     name for name in UNITS if name.startswith(("steps_", "status_")) or name == "segment"
 )

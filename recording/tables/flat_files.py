@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+
 from foundation.errors import RecordingError
+from recording.format.channels import WRITTEN_BY
 from recording.reading.reader import read_run
 from recording.tables.csv_table import read_csv, write_csv
 from recording.tables.flat import FlatRecording
@@ -49,6 +53,15 @@ def read_flat(path: Path, progress: Progress = lambda _: None) -> FlatRecording:
             f"{error}; another table is read with --set: type: deltactl diagnose --inspect {path}"
         ) from None
     return READERS[ending](path, progress)
+
+
+def is_own_run(path: Path) -> bool:
+    """Whether a path is a run that this program recorded, by the first words of the file."""
+    try:
+        with path.open("rb") as stream:
+            return str(make_reader(stream).get_header().library).startswith(WRITTEN_BY)
+    except (OSError, McapError):
+        return False
 
 
 def write_flat(recording: FlatRecording, path: Path) -> None:

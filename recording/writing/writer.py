@@ -26,6 +26,7 @@ from recording.format.channels import (
     SETTINGS,
     TARGET,
     TRUTH,
+    WRITTEN_BY,
     Channel,
 )
 from recording.format.configuration import (
@@ -215,7 +216,7 @@ def _begin(file: AppendFile, configuration: RunConfiguration) -> Container:
     """Write what stands at the head of every recording. Raises RecordingError."""
     start_ns = configuration.start_epoch_ns
     try:
-        container = Container(file, library=f"deltactl {configuration.version}, format {FORMAT}")
+        container = Container(file, library=f"{WRITTEN_BY}{configuration.version}, format {FORMAT}")
         container.add_metadata(METADATA_NAME, configuration.as_metadata())
         container.add_attachment(Attachment(ROBOT_ATTACHMENT, configuration.robot_text), start_ns)
         container.add_attachment(Attachment(JOB_ATTACHMENT, configuration.job_text), start_ns)

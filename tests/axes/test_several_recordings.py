@@ -18,7 +18,7 @@ from diagnosis.pipelines.lone_machine import diagnose_axis
 from diagnosis.plants.lone.range_sensor import RangeSensorPlant
 from diagnosis.plants.regression import Columns
 from models.robot import RangeSensor, ServoAxis
-from tests.axes.axis_rigs import ForcedRig, RangingRig
+from tests.axes.axis_rigs import FollowingRig, ForcedRig, RangingRig
 
 RANGES = RangeSensor(kind="range_sensor", name="ranges")
 FORCED = ServoAxis(kind="servo_axis", name="forced", motion="linear", inertia=2.0)
@@ -48,6 +48,21 @@ def test_recordings_that_differ_are_said_to_and_the_interval_holds_both() -> Non
 
 def test_one_recording_is_compared_with_none() -> None:
     assert diagnose_axis(RANGES, [RangingRig(offset=0.02).record(1)]).agreement == []
+
+
+def test_what_one_recording_cannot_show_is_not_compared() -> None:
+    """The second goes one way only, and can show no play; the ratio is compared all the same."""
+    rig = FollowingRig(play=0.01, scale=1.02)
+    there_and_back, other = rig.record(1), rig.record(2)
+    way = np.maximum.accumulate(other.columns["command"])
+    seen = 1.02 * way + rig.noise * np.random.default_rng(3).standard_normal(len(way))
+    one_way = replace(other, columns={"command": way, "position": seen})
+    robot = ServoAxis(kind="servo_axis", name="axis", motion="rotary")
+    answer = diagnose_axis(robot, [there_and_back, one_way])
+    assert "joint_friction" in {one.effect for one in answer.findings}
+    compared = {one.effect for one in answer.agreement}
+    assert "gear_ratio" in compared
+    assert "joint_friction" not in compared
 
 
 class WideSensor(RangeSensorPlant):

@@ -1,0 +1,52 @@
+"""The program's own recordings and tables, looked at with --inspect."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from diagnosis.columns.inspection import inspect
+from recording.tables.flat import BESIDE, UNITS, from_columns
+from recording.tables.flat_files import write_flat
+
+Deltactl = Callable[..., subprocess.CompletedProcess[str]]
+ROWS = 200
+
+
+def test_a_run_and_its_table_are_diagnosed_as_they_are(deltactl: Deltactl, tmp_path: Path) -> None:
+    deltactl("run", "circle.yaml", "--simulate", "--record", "run.mcap")
+    deltactl("export", "run.mcap", "run.csv", "--truth")
+    table = deltactl("diagnose", "--inspect", "run.csv").stdout
+    assert "diagnose run.csv --robot my-robot.yaml\n" in table
+    run = deltactl("diagnose", "--inspect", "run.mcap").stdout
+    assert "this is a recording of deltactl" in run
+    assert "deltactl diagnose run.mcap --robot ROBOT\n" in run
+    assert "deltactl init" not in run
+
+
+def test_columns_of_a_servo_run_are_what_they_are_called(tmp_path: Path) -> None:
+    t_s = 0.02 * np.arange(ROWS)
+    names = ["command", "theta", "current", "disturbance"]
+    columns = {f"{name}_{motor}": np.sin(t_s + motor) for name in names for motor in (1, 2, 3)}
+    columns |= {
+        f"{name}_{axis}": 0.5 + 0.1 * np.cos(t_s) for name in ("range", "t") for axis in "xyz"
+    }
+    columns |= {f"status_{axis}": np.zeros(ROWS) for axis in "xyz"} | {"t_pwm": 0.006 + 0.0 * t_s}
+    write_flat(from_columns({"t": t_s, **columns}, "run"), tmp_path / "run.csv")
+    found = inspect(tmp_path / "run.csv")
+    taken = {column: guess.name for column, guess in found.guesses.items()}
+    assert taken == {name: name for name in ("t", *columns) if name in UNITS}
+    assert not taken.keys() & BESIDE
+    assert found.options == []
+
+
+def test_the_current_of_a_lone_axis_is_its_effort(tmp_path: Path) -> None:
+    t_s = 0.02 * np.arange(ROWS)
+    asked = np.sin(t_s)
+    table = np.stack([t_s, asked, np.roll(asked, 3), np.cos(t_s)], axis=1)
+    heading = "t,command,position,current_1"
+    np.savetxt(tmp_path / "axis.csv", table, "%.5f", ",", header=heading, comments="")
+    assert inspect(tmp_path / "axis.csv").guesses["current_1"].name == "effort"
