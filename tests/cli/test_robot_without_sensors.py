@@ -63,7 +63,7 @@ def test_its_sensors_cannot_be_looked_at(deltactl) -> None:
 def test_goto_homes_it_with_or_without_the_option(deltactl) -> None:
     for said in ((), ("--accept-unseen", "80")):
         done = deltactl("goto", "20", "0", "-287", "--robot", "printed.yaml", "--simulate", *said)
-        assert "was moved to 20.00 0.00 -287.00 mm" in done.stdout
+        assert "the simulated platform is at 20.04 0.00 -287.01 mm" in done.stdout
 
 
 @pytest.mark.parametrize("name", ["zhao-2023.yaml", "uzunovic-2013.yaml"])
