@@ -134,6 +134,7 @@ def convert(
     from command_line.overwriting import written_if_right
     from command_line.robot.check import check_job
     from firmware_py.describing.questions import numbers
+    from firmware_py.importing.by_line import told_by_line
     from firmware_py.importing.drawn import job_text, rounded
     from firmware_py.importing.gcode import read_gcode
     from firmware_py.importing.points_table import read_points
@@ -153,7 +154,10 @@ def convert(
     text = job_text(drawn, job.stem, robot, speed / 1e3, corner / 1e3)
     for note in drawn.notes:
         warn(note)
-    with written_if_right(job, text, "no job was written"):
+    with (
+        told_by_line(source, drawn, job, text),
+        written_if_right(job, text, "no job was written"),
+    ):
         check_job(job, None, False)
     say(f"job: {job}, {count(len(drawn.legs), 'leg')}")
     if said := rounded(drawn, corner):

@@ -13,11 +13,15 @@ the points of a drawn curve without a stop."""
 
 @dataclass(frozen=True, slots=True)
 class Drawn:
-    """A path before it is a job; `legs` are those of a job file. notes: what was passed over."""
+    """A path before it is a job; `legs` are those of a job file. notes: what was passed over.
+
+    lines: of the file, from 1, one for each leg.
+    """
 
     start_m: Point
     legs: tuple[dict[str, Any], ...]
     notes: tuple[str, ...] = ()
+    lines: tuple[int, ...] = ()
 
 
 def job_text(drawn: Drawn, name: str, robot: str, speed_mps: float, corner_m: float) -> str:
