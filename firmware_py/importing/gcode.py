@@ -12,7 +12,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from firmware_py.importing.drawn import Drawn, Point
+from firmware_py.importing.drawn import FLAT, Drawn, Point
 from firmware_py.importing.gcode_arcs import centre_by_words
 from firmware_py.importing.gcode_tables import (
     ARCS,
@@ -36,7 +36,6 @@ from foundation.plain_file import TooLong, read_plain
 MAX_BYTES = 20_000_000
 MILLISECONDS = "G4 P taken as milliseconds ({}); where the program meant seconds, write S"
 EARLY = "moves before X, Y and Z are all known left out ({})"
-FLAT = "no Z: every point at the height of --origin"
 
 
 def read_gcode(path: Path, origin_m: Point) -> Drawn:
@@ -90,7 +89,7 @@ class _Reader:
         self._look_at(codes, given)
         self._settings(codes, given)
         if 4.0 in codes:
-            self._dwell(given)
+            self._dwell(number, given)
             if any(code in MOVES for code in codes):
                 raise ValueError("G4 and a move on one line; give each a line of its own")
             return
@@ -147,7 +146,7 @@ class _Reader:
                 raise ValueError("F must be above 0")
             self._feed_mps = given["F"] * self._unit_m / 60.0
 
-    def _dwell(self, words: dict[str, float]) -> None:
+    def _dwell(self, number: int, words: dict[str, float]) -> None:
         seconds = next((words[letter] for letter in "SXU" if letter in words), None)
         if seconds is None:
             if "P" not in words:
@@ -156,8 +155,11 @@ class _Reader:
             self._notes[MILLISECONDS] += 1
         if seconds < 0.0:
             raise ValueError("G4 cannot wait for less than nothing")
-        if not self._legs:
+        if self._start is None:
             raise ValueError("G4 stands before any move; there is nothing to wait at")
+        if not self._legs:
+            self._legs.append({"to_m": self._start})
+            self._lines.append(number)
         self._legs[-1]["dwell_s"] = round(self._legs[-1].get("dwell_s", 0.0) + seconds, 6)
 
     def _move(self, number: int, code: float, words: dict[str, float]) -> None:
