@@ -189,11 +189,13 @@ def legs_of(spec: Way) -> list[way.Leg]:
     """The legs as the path takes them."""
     legs, begin = [], spec.start_m
     assert begin is not None
-    for leg in spec.legs:
+    for number, leg in enumerate(spec.legs):
         speed = math.inf if leg.speed_mps is None else leg.speed_mps
         turns = None if leg.centre_m is None else _turns(begin, leg, leg.centre_m)
         centre = None if leg.centre_m is None else np.array([*leg.centre_m, 0.0])
-        legs.append(way.Leg(np.array(leg.to_m), speed, leg.dwell_s, centre, turns, leg.spline))
+        legs.append(
+            way.Leg(np.array(leg.to_m), speed, leg.dwell_s, centre, turns, leg.spline, number)
+        )
         begin = leg.to_m
     return legs
 

@@ -69,6 +69,8 @@ class Refusal:
     remedy: str = ELSEWHERE
     on_the_way: bool = False
     """Between the point before and this one."""
+    point: int | None = None
+    """Its number in the path; None on the way back to its start, and where there is no path."""
 
     def says(self) -> str:
         """What is wrong, and what to do."""

@@ -96,14 +96,11 @@ def teach(
     ```
     """
     from command_line.output import say
+    from firmware_py.importing.teaching import add_point
 
-    place = [f"{1e3 * value:z.4f}" for value in _position_m(socket)]
-    new = not points.exists()
-    with points.open("a", encoding="utf-8") as file:
-        if new:
-            file.write("x_mm,y_mm,z_mm,dwell_s\n")
-        file.write(",".join([*place, f"{dwell:g}"]) + "\n")
-    say(f"{points}: {', '.join(place)} mm")
+    place_m = _position_m(socket)
+    add_point(points, place_m, dwell)
+    say(f"{points}: {', '.join(f'{1e3 * value:z.4f}' for value in place_m)} mm")
 
 
 def convert(
@@ -134,7 +131,8 @@ def convert(
     from command_line.overwriting import written_if_right
     from command_line.robot.check import check_job
     from firmware_py.describing.questions import numbers
-    from firmware_py.importing.drawn import job_text, rounded
+    from firmware_py.importing.by_line import told_by_line
+    from firmware_py.importing.drawn import TABLES, held, job_text, rounded
     from firmware_py.importing.gcode import read_gcode
     from firmware_py.importing.points_table import read_points
     from firmware_py.robot_file import ROBOT_KEY, find
@@ -146,14 +144,17 @@ def convert(
         raise ConfigError(f"{job}: exists already; name another file, or add --force")
     x_mm, y_mm, z_mm = numbers({"origin": origin}, "origin", 3)
     zero = (x_mm / 1e3, y_mm / 1e3, z_mm / 1e3)
-    table = source.suffix.lower() in (".csv", ".txt", ".tsv")
+    table = source.suffix.lower() in TABLES
     if spline and not table:
         raise ConfigError(f"--spline is for tables of points; the curves of {source} are its own")
     drawn = read_points(source, zero, spline) if table else read_gcode(source, zero)
     text = job_text(drawn, job.stem, robot, speed / 1e3, corner / 1e3)
-    for note in drawn.notes:
+    for note in filter(None, (*drawn.notes, held(drawn, speed / 1e3))):
         warn(note)
-    with written_if_right(job, text, "no job was written"):
+    with (
+        written_if_right(job, text, "no job was written"),
+        told_by_line(source, drawn, job, text),
+    ):
         check_job(job, None, False)
     say(f"job: {job}, {count(len(drawn.legs), 'leg')}")
     if said := rounded(drawn, corner):

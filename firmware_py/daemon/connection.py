@@ -17,13 +17,13 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from firmware_py import wire_errors
 from firmware_py.daemon import protocol
 from firmware_py.daemon.actions import Actions
 from firmware_py.daemon.address import Peer
 from firmware_py.daemon.command_worker import Command, CommandWorker
 from firmware_py.daemon.limits import Allowance, Limits, Lines
 from firmware_py.daemon.protocol import SLOW, BadRequest, Message, Request, RequestId
-from foundation import wire_errors
 from foundation.errors import ServiceError
 
 READ_BYTES = 16_384

@@ -9,11 +9,11 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from firmware_py import wire_errors
 from firmware_py.daemon import protocol
 from firmware_py.daemon.address import client_sockets
 from firmware_py.daemon.protocol import MAX_LINE_BYTES, Message
 from firmware_py.robots_here import proposed
-from foundation import wire_errors
 from foundation.errors import ServiceError
 
 RETRY_S = 0.002

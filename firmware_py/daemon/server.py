@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 from types import TracebackType
 
+from firmware_py import wire_errors
 from firmware_py.controller.contract import RobotController
 from firmware_py.daemon import protocol
 from firmware_py.daemon.actions import Actions, Note
@@ -19,7 +20,6 @@ from firmware_py.daemon.connection import Connection
 from firmware_py.daemon.job_store import JobStore
 from firmware_py.daemon.limits import Limits
 from firmware_py.daemon.listener import Listener
-from foundation import wire_errors
 from foundation.errors import ServiceError
 
 LOOK_S = 0.2

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 Point = tuple[float, float, float]
+TABLES = (".csv", ".txt", ".tsv")
+"""Endings of tables of points; all else is G-code."""
+FLAT = "no z: every point at the height of --origin"
 CORNER_MM = 0.5
 """How far corners are cut where nobody says: a few microsteps of most robots, and enough to pass
 the points of a drawn curve without a stop."""
@@ -13,11 +16,15 @@ the points of a drawn curve without a stop."""
 
 @dataclass(frozen=True, slots=True)
 class Drawn:
-    """A path before it is a job; `legs` are those of a job file. notes: what was passed over."""
+    """A path before it is a job; `legs` are those of a job file. notes: what was passed over.
+
+    lines: of the file, from 1, one for each leg.
+    """
 
     start_m: Point
     legs: tuple[dict[str, Any], ...]
     notes: tuple[str, ...] = ()
+    lines: tuple[int, ...] = ()
 
 
 def job_text(drawn: Drawn, name: str, robot: str, speed_mps: float, corner_m: float) -> str:
@@ -36,6 +43,17 @@ def job_text(drawn: Drawn, name: str, robot: str, speed_mps: float, corner_m: fl
     return (
         f"# Made by deltactl convert.\n{body}path:\n  shape: way\n"
         f"  start_m: {_point(drawn.start_m)}\n  corner_m: {corner_m:g}\n  legs:\n{lines}"
+    )
+
+
+def held(drawn: Drawn, speed_mps: float) -> str:
+    """Which speeds of the file are above the job's, in words; empty where none is."""
+    fast = [leg["speed_mps"] for leg in drawn.legs if leg.get("speed_mps", 0.0) > speed_mps]
+    if not fast:
+        return ""
+    return (
+        f"speeds of the file above --speed {1e3 * speed_mps:g} mm/s are held to it: up to"
+        f" {1e3 * max(fast):.6g} mm/s, in {len(fast)} of {len(drawn.legs)} moves"
     )
 
 

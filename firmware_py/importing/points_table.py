@@ -1,4 +1,4 @@
-"""A table of points: x, y, z in mm, and where wanted speed in mm/s and a dwell in s."""
+"""A table of points: x, y, z, and where wanted a speed and a dwell, in the units of its heading."""
 
 from __future__ import annotations
 
@@ -7,15 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from firmware_py.importing.drawn import Drawn, Point
+from firmware_py.importing.drawn import FLAT, Drawn, Point
+from firmware_py.importing.point_columns import UNNAMED, Column, columns_of
 from foundation.errors import ConfigError
+from models.robot import FloatArray
 from recording.tables.foreign_table import read_table
-from recording.tables.table_format import guess_format
-
-NAMES = {
-    "x": ("x", "x_mm"), "y": ("y", "y_mm"), "z": ("z", "z_mm"),
-    "speed": ("speed", "speed_mmps", "feed"), "dwell": ("dwell", "dwell_s", "wait"),
-}  # fmt: skip
+from recording.tables.table_format import TableFormat, guess_format
+from recording.tables.text_file import read_text
 
 SAME_M = 1e-6
 
@@ -28,38 +26,78 @@ def read_points(path: Path, origin_m: Point, spline: bool = False) -> Drawn:
     Raises RecordingError, or ConfigError naming what is missing.
     """
     form = guess_format(path)
-    names = form.names if form.named else (*NAMES, *form.names[len(NAMES) :])[: len(form.names)]
-    heading = () if form.heading_line is not None else names
-    skip = form.first_row if heading else form.heading_line or 0
-    known = {name for many in NAMES.values() for name in many}
-    read = [name for name in names if name.strip().lower() in known]
-    table = read_table(path, skip, heading, form.separator, form.decimal, read)
-    plain = {name.strip().lower(): values for name, values in table.items()}
-    columns: dict[str, Any] = {
-        wanted: next((plain[name] for name in names if name in plain), None)
-        for wanted, names in NAMES.items()
-    }
-    missing = [name for name in "xyz" if columns[name] is None]
+    names = headings_of(form)
+    columns = columns_of(names, form.units)
+    kinds = {column.kind: name for name, column in columns.items()}
+    missing = [name for name in "xy" if name not in kinds]
     if missing:
-        raise ConfigError(f"{path}: has no column {', '.join(missing)}; it has {', '.join(table)}")
-    places = np.stack([columns[name] for name in "xyz"], axis=1) * 1e-3 + np.array(origin_m)
+        raise ConfigError(f"{path}: has no column {', '.join(missing)}; it has {', '.join(names)}")
+    table = _table(path, form, names, columns)
+    places = np.stack([table.get(axis, np.zeros(len(table["x"]))) for axis in "xyz"], axis=1)
+    places = places + np.array(origin_m)
     bad = np.flatnonzero(~np.isfinite(places).all(axis=1))
     if len(bad):
         raise ConfigError(f"{path}: point {int(bad[0]) + 1} has an empty coordinate")
     if len(places) < 2:
         raise ConfigError(f"{path}: holds {len(places)} point(s); a path needs two")
-    legs = [_leg(places[row], columns, row) for row in range(1, len(places))]
+    legs = [(row, _leg(places[row], table, row)) for row in range(1, len(places))]
     if spline:
         moved = np.linalg.norm(np.diff(places, axis=0), axis=1) > SAME_M
-        legs = [leg | {"spline": True} for leg, far in zip(legs, moved, strict=True) if far]
-    start = places[0].tolist()
-    return Drawn((start[0], start[1], start[2]), tuple(legs))
+        legs = [(row, leg | {"spline": True}) for (row, leg), far in zip(legs, moved, strict=True)
+                if far]  # fmt: skip
+    first = _leg(places[0], table, 0)
+    if "dwell_s" in first:  # the platform waits at the first point, before it sets out
+        legs.insert(0, (0, {"to_m": first["to_m"], "dwell_s": first["dwell_s"]}))
+    notes = [f"column '{name}' passed over" for name in names if name not in columns]
+    notes += [FLAT] if "z" not in kinds else []
+    notes += ["the first point's speed passed over: no move leads to it"] * ("speed_mps" in first)
+    lines = _lines(path, form)
+    return Drawn(
+        first["to_m"],
+        tuple(leg for _, leg in legs),
+        (*_units_read(columns), *notes),
+        tuple(lines[row] for row, _ in legs),
+    )
 
 
-def _leg(place: Any, columns: dict[str, Any], row: int) -> dict[str, Any]:
+def headings_of(form: TableFormat) -> tuple[str, ...]:
+    """What the columns of a table are called, here where it does not say it itself."""
+    if form.named:
+        return form.names
+    return (*UNNAMED, *form.names[len(UNNAMED) :])[: len(form.names)]
+
+
+def _table(
+    path: Path, form: TableFormat, names: tuple[str, ...], columns: dict[str, Column]
+) -> dict[str, FloatArray]:
+    """Columns by what they are, in m, m/s and s."""
+    heading = () if form.heading_line is not None else names
+    skip = form.first_row if heading else form.heading_line or 0
+    table = read_table(path, skip, heading, form.separator, form.decimal, tuple(columns))
+    return {column.kind: table[name] * column.scale for name, column in columns.items()}
+
+
+def _units_read(columns: dict[str, Column]) -> list[str]:
+    """Units that are not the usual ones, so that a wrong heading shows."""
+    usual = ("mm", "mm/s", "mmps", "s")
+    return [
+        f"column '{name}' read in {column.unit}"
+        for name, column in columns.items()
+        if column.unit not in usual
+    ]
+
+
+def _lines(path: Path, form: TableFormat) -> list[int]:
+    """The line of each row in the file, from 1."""
+    lines = read_text(path, any_encoding=True).split("\n")
+    return [number for number, line in enumerate(lines, 1)
+            if number > form.first_row and line.strip()]  # fmt: skip
+
+
+def _leg(place: Any, table: dict[str, FloatArray], row: int) -> dict[str, Any]:
     leg: dict[str, Any] = {"to_m": tuple(round(float(value), 9) for value in place)}
-    for key, name, scale in (("speed_mps", "speed", 1e-3), ("dwell_s", "dwell", 1.0)):
-        values = columns[name]
+    for key, name in (("speed_mps", "speed"), ("dwell_s", "dwell")):
+        values = table.get(name)
         if values is not None and np.isfinite(values[row]) and values[row] > 0.0:
-            leg[key] = float(f"{values[row] * scale:.6g}")
+            leg[key] = float(f"{values[row]:.6g}")
     return leg

@@ -12,6 +12,7 @@ import numpy as np
 from models.robot import FloatArray
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
+Int64Array = np.ndarray[Any, np.dtype[np.int64]]
 
 MAX_TARGETS = 1_000_000
 """Targets of one repeat: 24 MB a column of three, about what a Pi can hold several times."""
@@ -42,6 +43,8 @@ class Path:
     way_back: FloatArray
     speed_mps: FloatArray | None = None
     """Greatest speed on the way to each target, (n,); inf, and without it, the job's."""
+    leg: Int64Array | None = None
+    """Of a way, the leg that leads to each target, (n,)."""
 
     def __len__(self) -> int:
         return len(self.targets)

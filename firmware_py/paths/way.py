@@ -41,6 +41,8 @@ class Leg:
     centre_m: FloatArray | None = None
     turns: float | None = None
     smooth: bool = False
+    number: int = 0
+    """Its place among the legs that were given."""
 
 
 def way(start_m: FloatArray, legs: Sequence[Leg], corner_m: float, spacing_m: float) -> Path:
@@ -50,10 +52,12 @@ def way(start_m: FloatArray, legs: Sequence[Leg], corner_m: float, spacing_m: fl
     courses = list(courses_of(start_m, legs))
     parts: list[FloatArray] = [np.asarray(start_m, dtype=np.float64)[None, :]]
     speeds: list[FloatArray] = [np.full(1, np.inf)]
+    of_leg = [np.zeros(1, dtype=np.int64)]
     rests, dwells, left_m = [0], [0.0], 0.0
 
-    def add(points: FloatArray, speed_mps: float) -> None:
+    def add(points: FloatArray, leg: Leg, speed_mps: float) -> None:
         parts.append(points[1:])
+        of_leg.append(np.full(len(points) - 1, leg.number, dtype=np.int64))
         speeds.append(np.full(len(points) - 1, speed_mps))
 
     for number, (leg, course) in enumerate(zip(legs, courses, strict=True)):
@@ -62,10 +66,10 @@ def way(start_m: FloatArray, legs: Sequence[Leg], corner_m: float, spacing_m: fl
         if following is not None and leg.dwell_s == 0.0:
             bend = cut(course, left_m, following, corner_m, spacing_m)
         add(_sampled(course, left_m, bend.leaves_m if bend else course.length_m, spacing_m),
-            leg.speed_mps)  # fmt: skip
+            leg, leg.speed_mps)  # fmt: skip
         left_m = 0.0
         if bend is not None:
-            add(bend.points, min(leg.speed_mps, legs[number + 1].speed_mps))
+            add(bend.points, leg, min(leg.speed_mps, legs[number + 1].speed_mps))
             left_m = bend.meets_m
         elif following is None or leg.dwell_s or turn_rad(course, following) > STRAIGHT_RAD:
             rests.append(sum(map(len, parts)) - 1)
@@ -82,6 +86,7 @@ def way(start_m: FloatArray, legs: Sequence[Leg], corner_m: float, spacing_m: fl
         rest=rest,
         way_back=line(targets[-1], targets[0], spacing_m)[1:-1],
         speed_mps=np.concatenate(speeds),
+        leg=np.concatenate(of_leg),
     )
 
 

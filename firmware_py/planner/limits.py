@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -64,7 +64,10 @@ class PathLimits:
             raise self._refused(lap, first, repeat)
         if failed is not None:
             number = f"{self._job.name}: point {len(lap)}{in_repeat(repeat, self._job.repeats)}: "
-            raise failed.error.worded(number + str(failed.error)) from failed.error
+            told = failed.error.worded(number + str(failed.error))
+            if told.at_point is not None and repeat == 1:
+                told.at_point = replace(told.at_point, point=len(lap))
+            raise told from failed.error
         return reached, margins
 
     def check_swing(self, low_rad: FloatArray, high_rad: FloatArray) -> None:
@@ -82,10 +85,12 @@ class PathLimits:
 
     def _refused(self, lap: Lap, problem: Problem, repeat: int) -> MotionError:
         row = int(np.ceil(problem.row))
-        refusal = Refusal(problem.why, problem.remedy, on_the_way=row != problem.row)
+        number = int(lap.number[row])
+        point = number if number >= 0 else None
+        refusal = Refusal(problem.why, problem.remedy, row != problem.row, point)
         way = "on the way to " if refusal.on_the_way else ""
-        point = lap.says(row) + in_repeat(repeat, self._job.repeats)
-        where = f"{self._job.name}: {way}{point}: "
+        named = lap.says(row) + in_repeat(repeat, self._job.repeats)
+        where = f"{self._job.name}: {way}{named}: "
         return problem.error.at(where, refusal)
 
     def _arm_problems(self, lap: Lap) -> Iterator[Problem]:

@@ -15,8 +15,8 @@ from typing import Any
 from firmware_py.file_access import FileAccess
 from firmware_py.planning.packed import unpack
 from firmware_py.planning.prepared import InForce, Prepared
+from firmware_py.wire_errors import as_exception
 from foundation.errors import ConfigError, ServiceError
-from foundation.wire_errors import as_exception
 
 ROOT = Path(__file__).resolve().parents[2]
 MOST_BYTES = 4 * 2**20

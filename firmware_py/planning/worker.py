@@ -25,9 +25,9 @@ def main(arguments: list[str]) -> int:
     from firmware_py.planning.packed import pack
     from firmware_py.planning.prepared import InForce, prepare_here
     from firmware_py.robot_file import RobotFile
+    from firmware_py.wire_errors import as_message
     from foundation.errors import ConfigError, DeltactlError
     from foundation.strict_yaml import Document
-    from foundation.wire_errors import as_message
 
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
     line = sys.stdin.readline()

@@ -66,7 +66,8 @@ def test_goto_jog_and_teach(deltactl: Deltactl, tmp_path: Path) -> None:
     deltactl("teach", table)
     drawn = read_points(Path(table), (0.0, 0.0, 0.0))
     assert drawn.start_m == pytest.approx((0.0, 0.01, -0.3), abs=STEP_M)
-    assert drawn.legs[0]["to_m"] == pytest.approx((0.003, 0.01, -0.302), abs=2 * STEP_M)
+    assert drawn.legs[0] == {"to_m": drawn.start_m, "dwell_s": 0.5}  # it waits where it begins
+    assert drawn.legs[1]["to_m"] == pytest.approx((0.003, 0.01, -0.302), abs=2 * STEP_M)
 
 
 @pytest.mark.parametrize("speed", [20.0, 80.0])

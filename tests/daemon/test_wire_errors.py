@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_py.wire_errors import KINDS, as_exception, as_message
 from foundation.errors import (
     DeltactlError,
     LimitExceeded,
@@ -17,7 +18,6 @@ from foundation.errors import (
     ServiceError,
     UnreachablePoint,
 )
-from foundation.wire_errors import KINDS, as_exception, as_message
 
 WORDS = st.text(st.characters(codec="ascii", categories=("L", "N")), min_size=1)
 

@@ -56,7 +56,7 @@ def test_gcode_is_read(tmp_path: Path) -> None:
     assert drawn.legs[2]["clockwise"] is False
     assert drawn.legs[2]["dwell_s"] == 0.25
     assert drawn.legs[4]["speed_mps"] == pytest.approx(0.0254)
-    assert drawn.notes == ("M5 passed over (once)",)
+    assert drawn.notes[0] == "M5 passed over (once)"
 
 
 def test_every_word_that_is_passed_over_is_listed(tmp_path: Path) -> None:

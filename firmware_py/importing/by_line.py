@@ -1,0 +1,65 @@
+"""What is wrong with a job that was made of a file, told by the line of that file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from firmware_py.importing.drawn import Drawn
+from firmware_py.job_file import JobFile
+from firmware_py.path_file import Way, legs_of
+from firmware_py.paths.way import way
+from foundation.errors import ConfigError, MotionError
+from foundation.strict_yaml import Document
+
+_LEG = re.compile(r"\blegs\.(\d+)")
+
+
+@contextmanager
+def told_by_line(source: Path, drawn: Drawn, job: Path, text: str) -> Iterator[None]:
+    """Refusals of the job (its text as it was made) name the line of `source` that is to blame."""
+    try:
+        yield
+    except MotionError as error:
+        wrong = error.at_point
+        leg = None if wrong is None or wrong.point is None else _leg_at(job, text, wrong.point)
+        if wrong is None or leg is None:
+            raise
+        way_to = "on the way to the end of " if wrong.on_the_way else ""
+        raise error.worded(
+            f"{_line(source, drawn, leg)}: {way_to}this move: {wrong.says()}"
+        ) from error
+    except ConfigError as error:
+        raise ConfigError(*(_named(source, drawn, str(one)) for one in error.args)) from error
+
+
+def _leg_at(job: Path, text: str, point: int) -> int | None:
+    """The leg that leads to a point of the path, from 0."""
+    spec = Document(job, text).check(JobFile).path
+    assert isinstance(spec, Way)
+    assert spec.start_m is not None
+    path = way(np.array(spec.start_m), legs_of(spec), spec.corner_m, spec.spacing_m)
+    if path.leg is None or not 0 <= point < len(path):
+        return None
+    return int(path.leg[point])
+
+
+def _named(source: Path, drawn: Drawn, says: str) -> str:
+    found = _LEG.search(says)
+    if found is None:
+        return says
+    leg, wrong = int(found[1]), says[found.end() :].lstrip(".: ")
+    if wrong.startswith("to_m") and leg < len(drawn.legs):
+        place = " ".join(f"{1e3 * value:.6g}" for value in drawn.legs[leg]["to_m"])
+        wrong = f"this move ends at {place} mm, beyond the reach of any arm; are the units right?"
+    return f"{_line(source, drawn, leg)}: {wrong}"
+
+
+def _line(source: Path, drawn: Drawn, leg: int) -> str:
+    return (
+        f"{source}:{drawn.lines[leg]}" if leg < len(drawn.lines) else f"{source}, point {leg + 2}"
+    )

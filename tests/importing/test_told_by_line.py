@@ -1,0 +1,29 @@
+"""A converted job that may not run is told by the line of the file that it was made of."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+Deltactl = Callable[..., subprocess.CompletedProcess[str]]
+OPTIONS = ["--robot", "zhao-2023.yaml", "--origin", "0 0 -450"]
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("G1 X900 F100", "part.nc:4: this move: arm 2 would be at 110"),
+        ("G1 X20000", "part.nc:4: this move ends at 20000 0 -450 mm, beyond the reach"),
+        ("G2 X30 Y0 I20", "part.nc:4: centre_m must be equally far from both ends"),
+    ],
+)
+def test_the_line_of_the_gcode_is_named(
+    deltactl: Deltactl, tmp_path: Path, line: str, says: str
+) -> None:
+    (tmp_path / "part.nc").write_text(f"(part)\nG0 X0 Y0 Z0\n\n{line}\nG1 X0 Y0\n")
+    refused = deltactl("convert", "part.nc", "part.yaml", *OPTIONS, status=2).stderr
+    assert says in " ".join(refused.split())
+    assert "legs." not in refused
