@@ -37,7 +37,8 @@ def diagnose(
         typer.Option(help="Another run of the same robot, to test the answer on."),
     ] = None,
     json_file: Annotated[
-        Path | None, typer.Option("--json", help="Write the answer here as JSON (- for stdout).")
+        Path | None,
+        typer.Option("--json", help="Write the answer here as JSON, - for the terminal."),
     ] = None,
     report: Annotated[Path | None, typer.Option(help="Write an HTML report here.")] = None,
     save_robot: Annotated[
@@ -168,7 +169,12 @@ def install(
 
 
 def version(json_out: JsonOption = False) -> None:
-    """Version of deltactl, Python and the network runtime."""
+    """Version of deltactl, Python and the network runtime.
+
+    ```
+    deltactl version
+    ```
+    """
     from command_line.services.install import show_version
 
     show_version(json_out)

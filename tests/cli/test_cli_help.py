@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+import shlex
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from command_line.called_otherwise import CALLED
@@ -12,6 +14,7 @@ from command_line.main import app
 
 JOBS = ["run", "check", "report", "export", "diagnose"]
 SERVICE = ["on", "off", "home", "pause", "resume", "cancel", "acknowledge", "stop", "status"]
+COMMANDS = typer.main.get_command(app).commands
 MACHINE = ["sensors", "daemon", "install"]
 
 
@@ -44,3 +47,23 @@ def test_a_command_that_is_called_otherwise_says_what_to_type(typed: str) -> Non
     shown = CliRunner().invoke(app, [command, "--help"])
     assert shown.exit_code == 0
     assert all(one in shown.stdout for one in options if one.startswith("--"))
+
+
+def examples() -> list[str]:
+    """Lines to type, of every command's help; two spaces part them from what they are for."""
+    texts = [app.info.help, *(one.help for one in COMMANDS.values())]
+    lines = [line.strip().removeprefix("sudo .venv/bin/") for text in texts
+             for line in str(text).splitlines()]  # fmt: skip
+    return [line.split("  ")[0] for line in lines if line.startswith("deltactl ")]
+
+
+@pytest.mark.parametrize("line", examples())
+def test_the_command_line_takes_every_example(line: str) -> None:
+    _, name, *words = shlex.split(line)
+    command = COMMANDS[name]
+    command.make_context(name, words)
+
+
+def test_there_is_an_example_for_every_command() -> None:
+    shown = {line.split()[1] for line in examples()}
+    assert set(COMMANDS) == shown

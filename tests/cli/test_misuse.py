@@ -23,6 +23,12 @@ import pytest
         ("web --simulate my.yaml", "a robot file is named with --robot my.yaml (see"),
         ("goto 0 0 -450 my.yaml", "a robot file is named with --robot my.yaml (see"),
         ("diagnose x.csv --save-robot --json", "needs a value, and '--json' is another option"),
+        (
+            "diagnose x.csv --json",
+            "Option '--json' needs a value, as --json FILE (Write the answer"
+            " here as JSON, - for the terminal) (see deltactl diagnose --help)",
+        ),
+        ("goto 0 0 -450 --robot", "Option '--robot' needs a value, as --robot TEXT (Robot file"),
         ("prove --cases many --out out", "Invalid value for '--cases'"),
     ],
 )
