@@ -43,6 +43,9 @@ def rows_and_times(
     if time is None:
         return [("rows", str(rows))], [NO_COLUMN]
     step_s = np.diff(table[time.source]) * IN_SI[time.unit or "s"]
+    parts = next((table[one.source] for one in guesses.values() if one.role == "segment"), None)
+    if parts is not None:  # times may start again with each
+        step_s = step_s[(step_s > 0.0) | (np.diff(parts) == 0.0)]
     return _facts(rows, step_s), _doubts(time.source, step_s, row_number(guesses, table))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,9 @@ import numpy as np
 from foundation.errors import RecordingError
 from recording.tables.cell import is_number, not_a_number, number, wrong_count
 from recording.tables.flat import AnyArray
+from recording.tables.lerobot import files_of, is_data_set, names_of
 from recording.tables.moment import is_moment, seconds
+from recording.tables.parquet_and_mat import check_size, parquet_columns
 from recording.tables.table_format import split
 from recording.tables.text_file import read_text
 
@@ -58,18 +60,34 @@ def read_table(
     return {name: _numbers(column, decimal) for name, column in zip(heading, columns, strict=True)}
 
 
+def is_parquet(path: Path) -> bool:
+    """Whether a path is a Parquet file, or a data set of such."""
+    return path.suffix == ".parquet" or is_data_set(path)
+
+
 def read_parquet_table(path: Path) -> dict[str, AnyArray]:
-    """Columns of a Parquet file; one of lists (`action` of a LeRobot data set) becomes several.
+    """Columns of a Parquet file, or of all files of a LeRobot data set; one of lists (`action`)
+    becomes several, called by the joints where the data set names them, else by their place.
 
     Raises RecordingError.
     """
-    from recording.tables.parquet_and_mat import parquet_columns
+    names = names_of(path)
+    tables = [_parquet(one, names) for one in (files_of(path) if path.is_dir() else [path])]
+    known = [name for name in tables[0] if all(name in table for table in tables)]
+    rows = sum(len(table[name]) for table in tables for name in known[:1])
+    check_size(path, rows, len(known))
+    return {name: np.concatenate([table.pop(name) for table in tables]) for name in known}
 
+
+def _parquet(path: Path, names: Mapping[str, Sequence[str]]) -> dict[str, AnyArray]:
     table: dict[str, AnyArray] = {}
     for name, values in parquet_columns(path).items():
         if values.dtype.kind == "O" and len(values) and np.ndim(values[0]) == 1:
             block = np.stack(values.tolist())
-            table |= {f"{name}.{place}": block[:, place] for place in range(block.shape[1])}
+            places: Sequence[object] = range(block.shape[1])
+            joints = names.get(name, ())
+            called = joints if len(joints) == len(places) else places
+            table |= {f"{name}.{one}": block[:, place] for place, one in enumerate(called)}
         elif values.dtype.kind in "fiub":
             table[name] = values.astype(np.float64)
         elif values.dtype.kind == "M":
