@@ -20,7 +20,14 @@ from diagnosis.columns.by_values import EARLIER
 from diagnosis.columns.guess import guess_columns, of_other_joints
 from diagnosis.columns.joints import of_data_set, one_joint
 from diagnosis.columns.machine_kind import kind_of
-from diagnosis.columns.mapping import Mapping, Source, as_option, named_column, unit_of
+from diagnosis.columns.mapping import (
+    Mapping,
+    Source,
+    against_heading,
+    as_option,
+    named_column,
+    unit_of,
+)
 from diagnosis.columns.names import IN_SI, Guess, may_be_outside, of_contract, pulls, without_unit
 from diagnosis.columns.options import GUESSES
 from diagnosis.columns.shapes import rising
@@ -230,7 +237,7 @@ def inspect_table(
     columns = {
         guess.name: Source.model_validate(
             {"from": name, "unit": guess.unit or "1"}
-            | ({"scale": guess.scale} if guess.scale != 1.0 else {})
+            | ({"scale": guess.scale} if guess.scale != 1.0 or against_heading(guess) else {})
         )
         for name, guess in sorted(guesses.items(), key=lambda one: list(UNITS).index(one[1].name))
     }

@@ -38,6 +38,7 @@ from diagnosis.columns.names import (
     ROTARY,
     SPEEDS,
     TIMES,
+    Guess,
     no_unit,
     unit_said,
     without_unit,
@@ -289,6 +290,12 @@ def _contradict(heading: str, given: str) -> bool:
         return False
     alike = any(heading in units and given in units for units in (TIMES, ROTARY, LINEAR, PULLING))
     return alike or len(heading) > 1
+
+
+def against_heading(guess: Guess) -> bool:
+    """Whether a column is taken in another unit than its heading says, which needs a factor."""
+    heading = unit_said(guess.source, guess.name)
+    return None not in (heading, guess.unit) and _contradict(heading or "1", guess.unit or "1")
 
 
 def _source(option: str) -> Source:

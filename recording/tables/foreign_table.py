@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -13,7 +14,7 @@ from foundation.errors import RecordingError
 from recording.tables.cell import is_number, not_a_number, number, wrong_count
 from recording.tables.flat import AnyArray
 from recording.tables.lerobot import files_of, is_data_set, names_of
-from recording.tables.moment import is_moment, seconds
+from recording.tables.moment import is_date, is_moment, is_time_of_day, seconds
 from recording.tables.parquet_and_mat import check_size, parquet_columns
 from recording.tables.table_format import split
 from recording.tables.text_file import read_text
@@ -57,7 +58,17 @@ def read_table(
             raise RecordingError(
                 f"{path}: {name} has a decimal comma ({column[0]}); add: --set decimal=,"
             )
+    columns = _with_days(columns)
     return {name: _numbers(column, decimal) for name, column in zip(heading, columns, strict=True)}
+
+
+def _with_days(columns: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """A day and a time of day in columns of their own are one time, in place of the second."""
+    for place, (day, clock) in enumerate(itertools.pairwise(columns)):
+        if is_date(day[0]) and is_time_of_day(clock[0]):
+            whole = tuple(f"{d} {c}" for d, c in zip(day, clock, strict=True))
+            return [*columns[: place + 1], whole, *columns[place + 2 :]]
+    return columns
 
 
 def is_parquet(path: Path) -> bool:
