@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
@@ -89,6 +90,8 @@ def _show(one: Inspection, robot: str | None, save: Path | None) -> None:
     console.print(_preview(one, narrow))
     if narrow:
         _say_why(one)
+    if empty := _empty(one):
+        _say_broken(f"empty cells: {empty}")
     if one.warnings:
         console.print()
     for warning in one.warnings:
@@ -177,6 +180,13 @@ def _say_why(one: Inspection) -> None:
             say(f"why not {name}: {one.unused(name)}")
 
 
+def _empty(one: Inspection) -> str:
+    """How many cells of which columns hold no number, of those that are shown."""
+    shown = list(one.table.items())[:SHOWN_COLUMNS]
+    empty = {name: int(np.isnan(values).sum()) for name, values in shown}
+    return ", ".join(f"{number} of {name}" for name, number in empty.items() if number)
+
+
 def _preview(one: Inspection, narrow: bool) -> Table:
     """One line per column: its name, what it is read as, why, and its first values."""
     table = Table(box=None, pad_edge=False, title_justify="left")
@@ -185,14 +195,14 @@ def _preview(one: Inspection, narrow: bool) -> Table:
         table.add_column(heading, overflow="fold")
     for name, values in list(one.table.items())[:SHOWN_COLUMNS]:
         guess = one.guesses.get(name)
-        low, high = float(values.min()), float(values.max())
+        known = values[np.isfinite(values)]
+        ends = (known.min(), known.max()) if len(known) else ()
         cells = [
             name,
             guess.name if guess else "-",
             _unit(guess) if guess else "",
             _values(values, guess),
-            f"{low:.4g}",
-            f"{high:.4g}",
+            *([f"{end:.4g}" for end in ends] or ["", ""]),
             guess.why if guess else one.unused(name),
         ]
         table.add_row(*cells[: len(table.columns)])

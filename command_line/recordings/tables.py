@@ -11,6 +11,7 @@ from foundation.extras import needs
 from recording.tables.flat import UNITS
 from recording.tables.flat_files import read_flat
 from recording.tables.foreign_log import is_log
+from recording.tables.lerobot import is_data_set
 from recording.tables.table_format import first_cells
 
 if TYPE_CHECKING:
@@ -32,6 +33,11 @@ def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
         return read_flat(path)
     except RecordingError as error:
         wrong = error
+    if is_data_set(path):
+        raise RecordingError(
+            f"{path}: is a LeRobot data set; one of its joints is diagnosed at a time;"
+            f" which options choose it: deltactl diagnose --inspect {path}"
+        )
     if is_log(path) or path.suffix in BINARY or "t" in first_cells(path):
         raise wrong
     with needs("diagnosis", "tables of others"):

@@ -18,8 +18,16 @@ import yaml
 
 from diagnosis.columns.by_values import EARLIER
 from diagnosis.columns.guess import guess_columns, of_other_joints
+from diagnosis.columns.joints import of_data_set, one_joint
 from diagnosis.columns.machine_kind import kind_of
-from diagnosis.columns.mapping import Mapping, Source, as_option, named_column, unit_of
+from diagnosis.columns.mapping import (
+    Mapping,
+    Source,
+    against_heading,
+    as_option,
+    named_column,
+    unit_of,
+)
 from diagnosis.columns.names import IN_SI, Guess, may_be_outside, of_contract, pulls, without_unit
 from diagnosis.columns.options import GUESSES
 from diagnosis.columns.shapes import rising
@@ -28,14 +36,13 @@ from diagnosis.columns.units import steps_of_a_slide, unit_noted, with_units
 from diagnosis.observations.readings import FloatArray
 from foundation.counting import count
 from foundation.errors import RecordingError
-from models.robot import ARMS
 from recording.tables.flat import UNITS
 from recording.tables.flat_files import is_own_run, read_flat
 from recording.tables.foreign_log import is_log, read_log, topic_of
-from recording.tables.foreign_table import read_parquet_table, read_table
+from recording.tables.foreign_table import is_parquet, read_parquet_table, read_table
+from recording.tables.lerobot import JOINTS, files_of, is_data_set, names_of
 from recording.tables.table_format import IN_OPTIONS, TableFormat, guess_format, marks_said
 
-_NUMBERED = re.compile(r"(.*?[^\d._])[._]?\d+([._][^\d]+)?")
 GRAD = re.compile(r"(?i)(?<![a-z])grad(?![a-z])")
 """Degrees in German, and gon in surveying."""
 
@@ -127,7 +134,7 @@ def inspect(path: Path, said: Mapping | None = None) -> Inspection:
     known = {} if said is None else said.columns
     if is_own_run(path) and not known:
         return _of_own_run(path)
-    if is_log(path) or path.suffix == ".parquet":
+    if is_log(path) or is_parquet(path):
         return _of_columns(path, known, _said_of_the_table(said))
     form = guess_format(path, *((said.separator, said.decimal) if said else ()))
     heading = () if form.heading_line is not None else form.names
@@ -160,7 +167,13 @@ def _of_columns(path: Path, known: AnyMapping[str, Source], base: Mapping) -> In
     table = read_log(path) if is_log(path) else read_parquet_table(path)
     topics = sorted({topic for name in table if (topic := topic_of(name))})
     facts = [("topics", ", ".join(topics))] if topics else [("written", "Parquet")]
-    return inspect_table(path, table, base, {}, True, facts, known)
+    if is_data_set(path):
+        facts = [("written", f"LeRobot data set, {count(len(files_of(path)), 'file')}")]
+    if joints := names_of(path).get(JOINTS[0]):
+        facts.append(("joints", ", ".join(joints)))
+    units, of_units = of_data_set(table)
+    found = inspect_table(path, table, base, units, True, facts, known)
+    return replace(found, warnings=[*of_units, *found.warnings])
 
 
 def inspect_table(
@@ -181,7 +194,8 @@ def inspect_table(
     if not table or not len(next(iter(table.values()))):
         raise RecordingError(f"{path}: has no rows")
     known = {name: one for name, one in table.items() if np.isfinite(one).any()}
-    known, others = _one_joint(known) if named else (known, [])
+    chosen = [named_column(path, table, name, one) for name, one in said.items() if one.from_]
+    known, others = one_joint(known, chosen) if named else (known, [])
     guesses = {
         name: guess
         for name, guess in guess_columns(known, units, named).items()
@@ -223,7 +237,7 @@ def inspect_table(
     columns = {
         guess.name: Source.model_validate(
             {"from": name, "unit": guess.unit or "1"}
-            | ({"scale": guess.scale} if guess.scale != 1.0 else {})
+            | ({"scale": guess.scale} if guess.scale != 1.0 or against_heading(guess) else {})
         )
         for name, guess in sorted(guesses.items(), key=lambda one: list(UNITS).index(one[1].name))
     }
@@ -298,16 +312,6 @@ def _as_said(
     names = {guess.name for guess in sure.values()}
     left = {column: one for column, one in guesses.items() if one.name not in names}
     return left | sure
-
-
-def _one_joint(table: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], list[str]]:
-    """Of columns that are numbered beyond three (joints of an arm), the first; and the others."""
-    stems: dict[str, list[str]] = {}
-    for name in table:
-        if numbered := _NUMBERED.fullmatch(name):
-            stems.setdefault("".join(numbered.groups("")), []).append(name)
-    others = [name for names in stems.values() if len(names) > ARMS for name in names[1:]]
-    return {name: one for name, one in table.items() if name not in others}, others
 
 
 def _headed(base: Mapping, columns: dict[str, Source]) -> tuple[Mapping, dict[str, Source]]:

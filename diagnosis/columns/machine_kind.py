@@ -113,7 +113,7 @@ def kind_of(
         guess.unit for guess in guesses.values() if guess.role in ("command", "position", "theta")
     }
     motion = "rotary" if units & set(ROTARY) else "linear" if units & set(LINEAR) else None
-    if {"steps_2", "steps_3"} & there or {"command_2", "command_3"} & there:
+    if there >= {"steps_2", "steps_3"} or there >= {"command_2", "command_3"}:
         return "delta", None, "commands of three motors"
     if "steps_1" in there and {"theta_1", "position"} & there:
         return "stepper_axis", None, "a count of steps, and the angle that came of it"

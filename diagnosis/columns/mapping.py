@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from collections.abc import Mapping as AnyMapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -38,6 +38,7 @@ from diagnosis.columns.names import (
     ROTARY,
     SPEEDS,
     TIMES,
+    Guess,
     no_unit,
     unit_said,
     without_unit,
@@ -49,7 +50,7 @@ from foundation.strict_yaml import Document, StrictModel
 from recording.tables.cell import number
 from recording.tables.flat import GAP_PERIODS, UNITS, AnyArray, FlatRecording, from_columns
 from recording.tables.foreign_log import LOG_TIME, is_log, read_log, topic_of
-from recording.tables.foreign_table import read_parquet_table, read_table
+from recording.tables.foreign_table import is_parquet, read_parquet_table, read_table
 from recording.tables.table_format import IN_OPTIONS, guess_marks, marks_said
 
 MOVING = frozenset(
@@ -207,7 +208,7 @@ def _table(path: Path, mapping: Mapping, tell: Callable[[str], None]) -> dict[st
         topics = [topic_of(source) for source in sources if source is not None]
         table = read_log(path, next(filter(None, topics), None))
         return table if "t" in mapping.columns else {"t": table[LOG_TIME], **table}
-    if path.suffix == ".parquet":
+    if is_parquet(path):
         return read_parquet_table(path)
     separator, decimal = _marks(path, mapping, tell)
     other = other_separator(path, mapping.separator)
@@ -250,7 +251,8 @@ def _going_on(t_s: FloatArray, segment: FloatArray | None) -> FloatArray:
 
 
 def named_column(path: Path, table: AnyMapping[str, AnyArray], name: str, source: Source) -> str:
-    """The column of this name, or the only one called so before a unit in brackets.
+    """The column of this name, the only one called so before a unit in brackets, or the one at a
+    place among joints with names (action.2).
 
     Raises RecordingError that lists what is there.
     """
@@ -258,9 +260,17 @@ def named_column(path: Path, table: AnyMapping[str, AnyArray], name: str, source
     if source.from_ in table:
         return source.from_
     alike = [column for column in table if without_unit(column) == source.from_]
+    alike = alike or _at_place(table, source.from_)
     if len(alike) != 1:
         raise no_column(path, name, source.from_, list(table))
     return alike[0]
+
+
+def _at_place(table: Iterable[str], wanted: str) -> list[str]:
+    """The column that `stem.2` means where the columns of a stem are called otherwise."""
+    stem, _, place = wanted.rpartition(".")
+    of_stem = [column for column in table if column.startswith(f"{stem}.")]
+    return of_stem[int(place) : int(place) + 1] if stem and place.isdecimal() else []
 
 
 def unit_of(path: Path, column: str, name: str, source: Source) -> str:
@@ -290,6 +300,12 @@ def _contradict(heading: str, given: str) -> bool:
         return False
     alike = any(heading in units and given in units for units in (TIMES, ROTARY, LINEAR, PULLING))
     return alike or len(heading) > 1
+
+
+def against_heading(guess: Guess) -> bool:
+    """Whether a column is taken in another unit than its heading says, which needs a factor."""
+    heading = unit_said(guess.source, guess.name)
+    return None not in (heading, guess.unit) and _contradict(heading or "1", guess.unit or "1")
 
 
 def _source(option: str) -> Source:

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from diagnosis.columns.names import IN_SI, Guess, read_name
+from diagnosis.columns.doubts import LONG_STEP_S
+from diagnosis.columns.names import IN_SI, Guess, read_name, without_unit
 from diagnosis.columns.options import GUESSES
 from diagnosis.observations.readings import FloatArray
 from recording.tables.flat import GAP_PERIODS
@@ -43,7 +44,13 @@ def rows_and_times(
     if time is None:
         return [("rows", str(rows))], [NO_COLUMN]
     step_s = np.diff(table[time.source]) * IN_SI[time.unit or "s"]
-    return _facts(rows, step_s), _doubts(time.source, step_s, row_number(guesses, table))
+    parts = next((table[one.source] for one in guesses.values() if one.role == "segment"), None)
+    if parts is not None:  # times may start again with each
+        step_s = step_s[(step_s > 0.0) | (np.diff(parts) == 0.0)]
+    doubts = _doubts(time.source, step_s, row_number(guesses, table))
+    if kind != "range_sensor" and time.unit == "s" and time.why != "as you say":
+        doubts += _slow(time.source, step_s)
+    return _facts(rows, step_s), doubts
 
 
 def _time_of(guesses: Mapping[str, Guess]) -> Guess | None:
@@ -75,6 +82,18 @@ def _facts(rows: int, step_s: FloatArray) -> Facts:
 def _uneven(step_s: FloatArray) -> bool:
     apart = np.abs(step_s / float(np.median(step_s)) - 1.0)
     return bool(np.mean(apart > GUESSES.large_jitter) > GUESSES.most_uneven)
+
+
+def _slow(name: str, step_s: FloatArray) -> list[str]:
+    """A word of a heading that says seconds where the rows of a machine would be far apart."""
+    usual = float(np.median(step_s))
+    plain = without_unit(name)
+    if usual < LONG_STEP_S or read_name(name).unit != "s":
+        return []
+    return [
+        f"{name}: is said to be s, and one row comes every {usual:.4g} s; ms? Then say"
+        f' --set "t={plain}[ms]*1" in place of --set t=...'
+    ]
 
 
 def _doubts(name: str, step_s: FloatArray, counter: str | None) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -60,7 +61,7 @@ def is_own_run(path: Path) -> bool:
     try:
         with path.open("rb") as stream:
             return str(make_reader(stream).get_header().library).startswith(WRITTEN_BY)
-    except (OSError, McapError):
+    except (OSError, McapError, struct.error):  # of no file, another one, or one cut short
         return False
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,9 @@ import numpy as np
 from foundation.errors import RecordingError
 from recording.tables.cell import is_number, not_a_number, number, wrong_count
 from recording.tables.flat import AnyArray
-from recording.tables.moment import is_moment, seconds
+from recording.tables.lerobot import files_of, is_data_set, names_of
+from recording.tables.moment import is_date, is_moment, is_time_of_day, seconds
+from recording.tables.parquet_and_mat import check_size, parquet_columns
 from recording.tables.table_format import split
 from recording.tables.text_file import read_text
 
@@ -55,21 +58,47 @@ def read_table(
             raise RecordingError(
                 f"{path}: {name} has a decimal comma ({column[0]}); add: --set decimal=,"
             )
+    columns = _with_days(columns)
     return {name: _numbers(column, decimal) for name, column in zip(heading, columns, strict=True)}
 
 
+def _with_days(columns: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """A day and a time of day in columns of their own are one time, in place of the second."""
+    for place, (day, clock) in enumerate(itertools.pairwise(columns)):
+        if is_date(day[0]) and is_time_of_day(clock[0]):
+            whole = tuple(f"{d} {c}" for d, c in zip(day, clock, strict=True))
+            return [*columns[: place + 1], whole, *columns[place + 2 :]]
+    return columns
+
+
+def is_parquet(path: Path) -> bool:
+    """Whether a path is a Parquet file, or a data set of such."""
+    return path.suffix == ".parquet" or is_data_set(path)
+
+
 def read_parquet_table(path: Path) -> dict[str, AnyArray]:
-    """Columns of a Parquet file; one of lists (`action` of a LeRobot data set) becomes several.
+    """Columns of a Parquet file, or of all files of a LeRobot data set; one of lists (`action`)
+    becomes several, called by the joints where the data set names them, else by their place.
 
     Raises RecordingError.
     """
-    from recording.tables.parquet_and_mat import parquet_columns
+    names = names_of(path)
+    tables = [_parquet(one, names) for one in (files_of(path) if path.is_dir() else [path])]
+    known = [name for name in tables[0] if all(name in table for table in tables)]
+    rows = sum(len(table[name]) for table in tables for name in known[:1])
+    check_size(path, rows, len(known))
+    return {name: np.concatenate([table.pop(name) for table in tables]) for name in known}
 
+
+def _parquet(path: Path, names: Mapping[str, Sequence[str]]) -> dict[str, AnyArray]:
     table: dict[str, AnyArray] = {}
     for name, values in parquet_columns(path).items():
         if values.dtype.kind == "O" and len(values) and np.ndim(values[0]) == 1:
             block = np.stack(values.tolist())
-            table |= {f"{name}.{place}": block[:, place] for place in range(block.shape[1])}
+            places: Sequence[object] = range(block.shape[1])
+            joints = names.get(name, ())
+            called = joints if len(joints) == len(places) else places
+            table |= {f"{name}.{one}": block[:, place] for place, one in enumerate(called)}
         elif values.dtype.kind in "fiub":
             table[name] = values.astype(np.float64)
         elif values.dtype.kind == "M":

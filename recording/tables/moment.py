@@ -10,38 +10,102 @@ import numpy as np
 
 from recording.reading.columns import FloatArray
 
-_CLOCK = r"\d\d:\d\d(:\d\d([.,]\d+)?)?"
-_ISO = re.compile(rf"\d{{4}}-\d\d-\d\d[T ]{_CLOCK}(Z|[-+]\d\d:?\d\d)?")
-_GERMAN = re.compile(rf"(\d\d?)\.(\d\d?)\.(\d{{4}}),? ({_CLOCK})")
-_OF_DAY = re.compile(r"\d\d:\d\d:\d\d([.,]\d+)?")
+_CLOCK = r"\d\d?:\d\d(?::\d\d(?:[.,]\d+)?)?"
+_ISO = re.compile(rf"\d{{4}}-\d\d-\d\d(?:[T ]{_CLOCK}(?:Z|[-+]\d\d:?\d\d)?)?")
+_GERMAN = re.compile(rf"(\d\d?)\.(\d\d?)\.(\d{{4}})(?:,? ({_CLOCK}))?")
+_SLASHED = re.compile(
+    rf"(\d\d?|\d{{4}})/(\d\d?)/(\d\d?|\d{{4}})(?:,? ({_CLOCK})(?: ?([AaPp])[Mm])?)?"
+)
+_OF_DAY = re.compile(r"(\d\d?:\d\d:\d\d(?:[.,]\d+)?)(?: ?([AaPp])[Mm])?")
 _DAY_S = 86400.0
+_MONTHS = 12
+_MIDNIGHT = "00:00:00"
 
 
 def is_moment(cell: str) -> bool:
-    """Whether a cell holds a time: 2024-05-01 12:00:00.5, 1.5.2024 12:00:00,5 or 12:00:00.5."""
-    return any(form.fullmatch(cell) for form in (_ISO, _GERMAN, _OF_DAY))
+    """Whether a cell holds a time: 2024-05-01 12:00:00.5, 1.5.2024 12:00:00,5, 5/1/2024 1:02 PM,
+    a date alone, or 12:00:00.5.
+    """
+    return any(form.fullmatch(cell) for form in (_ISO, _GERMAN, _SLASHED, _OF_DAY))
+
+
+def is_date(cell: str) -> bool:
+    """Whether a cell holds a day and no time of it."""
+    forms = (_ISO, _GERMAN, _SLASHED)
+    return ":" not in cell and any(form.fullmatch(cell) for form in forms)
+
+
+def is_time_of_day(cell: str) -> bool:
+    """Whether a cell holds a time, and no day."""
+    return _OF_DAY.fullmatch(cell) is not None
 
 
 def seconds(cells: Sequence[str]) -> FloatArray:
     """Times in cells as seconds since the first, shape (n,); NaN where a cell holds none.
 
-    A time of day that falls by half a day and more is on the next day.
+    A time of day that falls by half a day and more is on the next day. Dates with slashes have the
+    month first where their clock has AM and PM, or where no month could stand second.
     """
-    first = _moment(cells[0])
-    since = np.array(
-        [(_moment(cell) - first).total_seconds() if is_moment(cell) else np.nan for cell in cells]
-    )
-    if _OF_DAY.fullmatch(cells[0]):
+    month_first = _month_first(cells)
+    moments = [_moment(cell, month_first) if is_moment(cell) else None for cell in cells]
+    first = moments[0]
+    since = np.array([
+        np.nan if one is None or first is None else (one - first).total_seconds() for one in moments
+    ])  # fmt: skip
+    if is_time_of_day(cells[0]):
         midnights = np.nan_to_num(np.diff(since, prepend=0.0)) < -0.5 * _DAY_S
         since = since + _DAY_S * np.cumsum(midnights)
     return since
 
 
-def _moment(cell: str) -> datetime:
+def _month_first(cells: Sequence[str]) -> bool:
+    """Which order dates with slashes are in. Within one day either gives the same seconds."""
+    found = [one for cell in cells if (one := _SLASHED.fullmatch(cell))]
+    if any(int(one[1]) > _MONTHS for one in found):
+        return False
+    return any(int(one[2]) > _MONTHS or one[5] for one in found) or _few_days(found)
+
+
+def _few_days(found: Sequence[re.Match[str]]) -> bool:
+    """Whether the second number is what changes: that of days does so first."""
+    return len({one[2] for one in found}) > len({one[1] for one in found})
+
+
+def _moment(cell: str, month_first: bool) -> datetime | None:
+    """The moment of a cell that looks like one; None where the calendar has no such day."""
     if german := _GERMAN.fullmatch(cell):
-        day, month, year, clock = german[1], german[2], german[3], german[4]
-        cell = f"{year}-{int(month):02d}-{int(day):02d} {clock}"
-    elif _OF_DAY.fullmatch(cell):
-        cell = f"2000-01-01 {cell}"
-    moment = datetime.fromisoformat(cell.replace(",", "."))
+        day, month, year = german[1], german[2], german[3]
+        cell = f"{year}-{int(month):02d}-{int(day):02d} {german[4] or _MIDNIGHT}"
+    elif slashed := _SLASHED.fullmatch(cell):
+        cell = f"{_slashed_date(slashed, month_first)} {_clock(slashed[4], slashed[5])}"
+    elif of_day := _OF_DAY.fullmatch(cell):
+        cell = f"2000-01-01 {_clock(of_day[1], of_day[2])}"
+    try:
+        moment = datetime.fromisoformat(_two_digits(cell).replace(",", "."))
+    except ValueError:
+        return None
     return moment if moment.tzinfo else moment.replace(tzinfo=UTC)
+
+
+def _slashed_date(slashed: re.Match[str], month_first: bool) -> str:
+    one, two, three = slashed[1], slashed[2], slashed[3]
+    if len(one) > 2:
+        year, month, day = one, two, three
+    else:
+        year = three if len(three) > 2 else f"20{int(three):02d}"
+        month, day = (one, two) if month_first else (two, one)
+    return f"{year}-{int(month):02d}-{int(day):02d}"
+
+
+def _clock(clock: str | None, half: str | None) -> str:
+    """A time of day over 24 hours; half: the a or p of AM and PM."""
+    clock = clock or _MIDNIGHT
+    if half is None:
+        return clock
+    hour, rest = clock.split(":", 1)
+    return f"{int(hour) % 12 + (12 if half in 'Pp' else 0):02d}:{rest}"
+
+
+def _two_digits(cell: str) -> str:
+    """9:05 as 09:05, which ISO wants."""
+    return re.sub(r"(?<=[ T])(?=\d:)", "0", cell)

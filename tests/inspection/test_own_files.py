@@ -50,3 +50,14 @@ def test_the_current_of_a_lone_axis_is_its_effort(tmp_path: Path) -> None:
     heading = "t,command,position,current_1"
     np.savetxt(tmp_path / "axis.csv", table, "%.5f", ",", header=heading, comments="")
     assert inspect(tmp_path / "axis.csv").guesses["current_1"].name == "effort"
+
+
+def test_empty_cells_are_counted_and_leave_the_rest_as_it_is(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    rows = [f"{0.02 * n:.2f},{n},{n if n % 4 else ''}" for n in range(ROWS)]
+    (tmp_path / "axis.csv").write_text("\n".join(["t,command,position", *rows]) + "\n")
+    shown = deltactl("diagnose", "--inspect", "axis.csv").stdout
+    assert f"empty cells: {ROWS // 4} of position" in shown
+    (line,) = [line for line in shown.splitlines() if line.startswith("position ")]
+    assert line.split()[-2:] == ["1", "199"] or "199" in line.split()

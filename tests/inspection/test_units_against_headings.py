@@ -190,3 +190,22 @@ def test_one_arm_that_somebody_chose_is_read_alone(deltactl: Deltactl, tmp_path:
     write(tmp_path / "run.csv", ",".join(["t", *names]), T_S, *columns)
     chosen = ["--set", "command=command_2", "--set", "position=theta_2"]
     deltactl("diagnose", "run.csv", "--robot", str(CONFIG / "servo-axis.yaml"), *chosen)
+
+
+def test_radians_under_a_heading_of_degrees_are_read_by_the_command_that_is_printed(
+    tmp_path: Path,
+) -> None:
+    path = write(tmp_path / "a.csv", "t,soll [deg],ist [deg]", T_S, 40.0 * WAVE, 0.7 * WAVE)
+    found = inspect(path)
+    options = [one for one in found.options if one != "--set"]
+    assert "position=ist*1" in options
+    read = read_mapped(path, load_mapping(None, options))
+    np.testing.assert_allclose(read.column("position"), 0.7 * WAVE, rtol=1e-5)
+
+
+def test_seconds_that_may_be_milliseconds(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", "t [s],soll,ist", 1003.0 * T_S, WAVE, WAVE)
+    (doubt,) = [one for one in inspect(path).warnings if "ms?" in one]
+    assert doubt.startswith("t [s]: is said to be s, and one row comes every 20.06 s; ms?")
+    read = read_mapped(path, load_mapping(None, ["t=t[ms]*1", "position=ist"]))
+    np.testing.assert_allclose(read.t_s, 1.003 * T_S, atol=1e-6)

@@ -1,0 +1,50 @@
+"""Two axes side by side: the first is looked at, the others are named."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.writer import Writer
+
+from diagnosis.columns.inspection import inspect
+
+T_S = 0.02 * np.arange(300)
+
+
+def motions() -> dict[str, np.ndarray]:  # type: ignore[type-arg]
+    asked = {f"q{n}_ref": 0.5 * np.sin((1.0 + 0.2 * n) * T_S) for n in (1, 2)}
+    seen = {f"q{n}": np.interp(T_S - 0.06, T_S, asked[f"q{n}_ref"]) for n in (1, 2)}
+    return seen | asked
+
+
+def write_csv(path: Path) -> None:
+    columns = {"t": T_S, **motions()}
+    table = np.stack(list(columns.values()), axis=1)
+    np.savetxt(path, table, "%.5f", ",", header=",".join(columns), comments="")
+
+
+def write_mcap(path: Path) -> None:
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("axes", "jsonschema", b"{}")
+        channel = writer.register_channel("/axes", "json", schema)
+        for row, t_s in enumerate(T_S):
+            data = {name: float(values[row]) for name, values in motions().items()}
+            writer.add_message(channel, round(t_s * 1e9), json.dumps(data).encode(), 0)
+        writer.finish()
+
+
+@pytest.mark.parametrize(("write", "stem"), [(write_csv, ""), (write_mcap, "/axes.")])
+def test_two_axes_are_no_delta(tmp_path: Path, write, stem: str) -> None:
+    path = tmp_path / ("two.mcap" if write is write_mcap else "two.csv")
+    write(path)
+    found = inspect(path)
+    assert found.kind == "servo_axis"
+    taken = {guess.name: column for column, guess in found.guesses.items()}
+    assert (taken["command"], taken["position"]) == (f"{stem}q1_ref", f"{stem}q1")
+    (others,) = [one for one in found.warnings if "more joints than one" in one]
+    assert f"{stem}q2, {stem}q2_ref" in others
