@@ -47,7 +47,7 @@ def _numbered(names: Iterable[str]) -> list[Group]:
         if numbered := _NUMBERED.fullmatch(name):
             stem = f"{numbered[1]}{numbered[3] or ''}"
             stems.setdefault(stem, {}).setdefault(numbered[2], name)
-    many = [group for group in stems.values() if len(group) > ARMS]
+    many: list[Group] = [group for group in stems.values() if len(group) > ARMS]
     two = {stem: group for stem, group in stems.items() if len(group) == 2}
     return many or (list(two.values()) if _asked_and_read(two) else [])
 
