@@ -1,7 +1,9 @@
 # Everything is built here from Python 3.11 (or newer), make and pip; nothing else is needed.
 VENV   ?= .venv
-# Not the virtual environment's own Python, where that is activated: it has no pip.
-PYTHON ?= $(shell PATH="$$(printf %s "$$PATH" | sed 's#$(abspath $(VENV))/bin:##g')" command -v python3)
+# The first Python that has pip: a virtual environment that is activated, ours too, may have none.
+HAS_PIP = for each in $$(which -a python3); do \
+	if $$each -m pip --version >/dev/null 2>&1; then echo $$each; break; fi; done
+PYTHON ?= $(firstword $(shell $(HAS_PIP)) python3)
 BIN    := $(VENV)/bin
 JOB    ?= config/heart.yaml
 
