@@ -2,7 +2,8 @@
 
 A fence that begins with ```sh is typed on a PC, line by line, on a clean clone. One word after it
 says why it is not: `pi` (needs a Raspberry Pi, or root), `long` (hours, or the tests themselves),
-`yours` (needs a file of the reader's).
+`yours` (needs a file of the reader's). So too with commands that are set off by four spaces.
+Which of those are typed elsewhere, and why the others are not: tests/newcomer/untyped.py.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 _FENCE = re.compile(r"```(?P<language>\w*) ?(?P<why>\w*)")
+_INDENTED = re.compile(r"    (?=(?:deltactl|make|python|pytest|pip|pipx|sudo|git|echo|source) )")
 _INLINE = re.compile(r"`((?:sudo )?(?:\S*/)?(?:deltactl|make|pytest|python -m|python) [^`]+)`")
 
 
@@ -39,7 +41,7 @@ class Documented:
 
 
 def fenced(page: Path) -> list[Documented]:
-    """The lines of a page's ```sh fences."""
+    """The lines of a page's ```sh fences, and the commands that four spaces set off."""
     found: list[Documented] = []
     language = why = ""
     for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
@@ -47,6 +49,8 @@ def fenced(page: Path) -> list[Documented]:
             language, why = ("", "") if language else (fence["language"] or "text", fence["why"])
         elif language == "sh" and (text := line.split("  #")[0].strip()):
             found.append(Documented(page, number, text, why))
+        elif not language and _INDENTED.match(line):
+            found.append(Documented(page, number, line.split("  #")[0].strip(), "indented"))
     return found
 
 

@@ -1,0 +1,89 @@
+"""Commands that need a file of the reader's or a daemon, typed as they stand in README and docs."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.newcomer.readers_files import FILES
+from tests.rigs.documented import ROOT
+
+MY_DELTA = (
+    "deltactl init my-delta.yaml --base-radius-mm 120 --platform-radius-mm 40 --upper-arm-mm 150"
+    " --forearm-mm 320 --gear-ratio 5 --microsteps-per-rev 1600"
+)
+A_RUN = "deltactl run circle.yaml --simulate --record {}"
+DAEMON = "deltactl daemon my-delta.yaml --simulate"
+AT_THE_END = "trap 'kill $(jobs -p) 2>/dev/null || true; wait' EXIT"
+READY = "until deltactl status > status.txt 2>&1; do sleep 0.2; done"
+
+SESSIONS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "a table of one's own": ((), (
+        "source .venv/bin/activate",
+        "deltactl diagnose data.csv --inspect",
+        "deltactl init my-robot.yaml --kind servo_axis --motion rotary",
+        'deltactl diagnose data.csv --robot my-robot.yaml --set "t=time[ms]"'
+        ' --set "position=angle[deg]" --set "command=target[deg]" --report why.html',
+    )),
+    "a LeRobot data set": ((), (
+        "deltactl diagnose file-000.parquet --robot axis.yaml --set t=timestamp"
+        ' --set "command=action.2[deg]" --set "position=observation.state.2[deg]"'
+        " --set segment=episode_index",
+    )),
+    "from other programs": ((MY_DELTA,), (
+        'deltactl convert part.gcode part.yaml --robot my-delta.yaml --origin "0 0 -450"'
+        " --corner 0.5",
+        "deltactl convert points.csv path.yaml --robot my-delta.yaml --speed 100 --corner 1",
+    )),
+    "a simulated robot of one's own": ((MY_DELTA,), (
+        DAEMON, "deltactl on", "deltactl home", "deltactl jog --z -5", "deltactl teach pick.csv",
+    )),
+    "a corrected robot": (("deltactl daemon zhao-2023.yaml --simulate", "deltactl on"), (
+        "deltactl check heart.yaml --robot mine.yaml",
+        "deltactl home --robot mine.yaml",
+        "deltactl goto 0 0 -450",
+    )),
+    "a corrected robot without a daemon": ((), ("deltactl run heart.yaml --robot mine.yaml",)),
+    "in Foxglove": ((A_RUN.format("recordings/heart.mcap"),), (
+        "deltactl foxglove recordings/heart.mcap -o heart-foxglove.mcap",
+        "deltactl foxglove --layout deltactl-layout.json",
+    )),
+    "many recordings": ((
+        "mkdir -p runs/monday robots", A_RUN.format("runs/monday/circle.mcap"),
+        f"cp {ROOT}/config/zhao-2023.yaml robots",
+    ), (
+        "deltactl diagnose --fleet 'runs/**/*.mcap' --robots robots/ --out fleet/"
+        " --limit gear_backlash.width=0.0087",
+    )),
+}  # fmt: skip
+"""What is typed before, and the lines of the docs."""
+TYPED = {line for _, lines in SESSIONS.values() for line in lines}
+
+
+@pytest.mark.parametrize("name", SESSIONS)
+def test_it_is_typed_as_it_stands(tmp_path: Path, name: str) -> None:
+    before, lines = SESSIONS[name]
+    (tmp_path / ".venv").symlink_to(sys.prefix)
+    for file, write in FILES.items():
+        write(tmp_path / file)
+    done = subprocess.run(
+        ["bash", "-e", "-c", "\n".join([AT_THE_END, *map(_in_a_shell, (*before, *lines))])],
+        cwd=tmp_path, capture_output=True, text=True, timeout=500, check=False,
+        env=os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
+                          "XDG_RUNTIME_DIR": str(tmp_path), "COLUMNS": "120"},
+    )  # fmt: skip
+    assert "Traceback" not in done.stderr, done.stderr[-2000:]
+    assert done.returncode == 0, (done.stdout[-2000:], done.stderr[-2000:])
+
+
+def _in_a_shell(line: str) -> str:
+    """The daemon has a terminal of its own."""
+    return f"{line} > daemon.txt 2>&1 &\n{READY}" if _starts_a_daemon((line,)) else line
+
+
+def _starts_a_daemon(lines: tuple[str, ...]) -> bool:
+    return any(line.startswith("deltactl daemon") for line in lines)
