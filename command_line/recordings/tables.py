@@ -38,14 +38,19 @@ def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
             f"{path}: is a LeRobot data set; one of its joints is diagnosed at a time;"
             f" which options choose it: deltactl diagnose --inspect {path}"
         )
-    if is_log(path) or path.suffix in BINARY or "t" in first_cells(path):
+    if is_log(path) or path.suffix in BINARY:
         raise wrong
+    ours = "t" in first_cells(path)
     with needs("diagnosis", "tables of others"):
         from diagnosis.columns.mapping import Mapping, read_mapped
     told: list[str] = []
     try:
         recording = read_mapped(path, Mapping(), told.append)
+        if ours and not told:
+            raise wrong
     except RecordingError as error:
+        if ours:
+            raise wrong from None
         raise _with_other_names(path, robot, error) or wrong from None
     for line in told:
         warn(line)

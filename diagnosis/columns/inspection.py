@@ -137,15 +137,17 @@ def inspect(path: Path, said: Mapping | None = None) -> Inspection:
     if is_log(path) or is_parquet(path):
         return _of_columns(path, known, _said_of_the_table(said))
     form = guess_format(path, *((said.separator, said.decimal) if said else ()))
+    remarks: list[str] = []
     heading = () if form.heading_line is not None else form.names
     skip = form.first_row if heading else form.heading_line or 0
     try:
-        table = read_table(path, skip, heading, form.separator, form.decimal)
+        table = read_table(path, skip, heading, form.separator, form.decimal, tell=remarks.append)
     except RecordingError as error:
         raise RecordingError(f"{error}: it is no table of numbers, or has rows of text") from None
     units = dict(zip(form.names, form.units, strict=True))
     base = _said_of_the_table(said).model_copy(update={"skip_lines": skip, "heading": heading})
-    return inspect_table(path, table, base, units, form.named, _facts(form), known, form.before)
+    facts = _facts(form) + [("remarks", words) for words in remarks]
+    return inspect_table(path, table, base, units, form.named, facts, known, form.before)
 
 
 def _of_own_run(path: Path) -> Inspection:

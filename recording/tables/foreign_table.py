@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from foundation.errors import RecordingError
 from recording.tables.cell import is_number, not_a_number, number, wrong_count
 from recording.tables.flat import AnyArray
+from recording.tables.left_out import without_remarks
 from recording.tables.lerobot import files_of, is_data_set, names_of
 from recording.tables.moment import is_date, is_moment, is_time_of_day, seconds
 from recording.tables.parquet_and_mat import check_size, parquet_columns
@@ -29,12 +30,14 @@ def read_table(
     separator: str = ",",
     decimal: str = ".",
     numbers: Collection[str] = (),
+    tell: Callable[[str], None] = lambda _: None,
 ) -> dict[str, AnyArray]:
     """Columns of numbers by name, shape (n,) each; NaN where a cell holds no number.
 
     heading: names of the columns where the file has none. Dates and times of day are seconds since
-    the first row's. numbers: columns in which every cell is to hold a number, or nothing. Raises
-    RecordingError.
+    the first row's. numbers: columns in which every cell is to hold a number, or nothing. tell:
+    takes words for comments and a footer that were left out, which happens where no column must
+    hold numbers. Raises RecordingError.
     """
     lines = read_text(path, any_encoding=True).split("\n")[skip_lines:]
     if not heading:
@@ -42,11 +45,19 @@ def read_table(
             raise RecordingError(f"{path}: has no line {skip_lines + 1} with a heading")
         heading = split(lines[0], separator)
         lines, skip_lines = lines[1:], skip_lines + 1
-    rows = [(n, text) for n, text in enumerate(lines, skip_lines + 1) if text.strip()]
-    cells = [split(text, separator) for _, text in rows]
+    rows = [
+        (n, text, split(text, separator))
+        for n, text in enumerate(lines, skip_lines + 1)
+        if text.strip()
+    ]
+    if not numbers:
+        rows, left_out = without_remarks(rows, len(heading), decimal)
+        if left_out:
+            tell(f"is read {left_out}")
+    cells = [parts for _, _, parts in rows]
     if not cells:
         raise RecordingError(f"{path}: has a heading but no rows")
-    for (line, _), parts in zip(rows, cells, strict=True):
+    for line, _, parts in rows:
         if len(parts) != len(heading):
             raise wrong_count(path, line, len(parts), len(heading))
         for name, cell in zip(heading, parts, strict=True):

@@ -208,4 +208,4 @@ def test_seconds_that_may_be_milliseconds(tmp_path: Path) -> None:
     (doubt,) = [one for one in inspect(path).warnings if "ms?" in one]
     assert doubt.startswith("t [s]: is said to be s, and one row comes every 20.06 s; ms?")
     read = read_mapped(path, load_mapping(None, ["t=t[ms]*1", "position=ist"]))
-    np.testing.assert_allclose(read.t_s, 1.003 * T_S, atol=1e-6)
+    np.testing.assert_allclose(read.t_s, 1.003 * T_S, rtol=1e-5)
