@@ -13,8 +13,8 @@ from diagnosis.admission.joint_ranges import check_arm_angles, far_for_a_joint
 from diagnosis.admission.robot_match import check_belongs
 from diagnosis.admission.step_counts import check_steps
 from diagnosis.answer.records import Diagnosis
-from diagnosis.columns.machine_kind import of_another_kind, refuse_several_motors
 from diagnosis.estimation.side_by_side import only_here
+from diagnosis.inspection.machine_kind import of_another_kind, refuse_several_motors
 from diagnosis.pipelines.lone_machine import diagnose_axis
 from diagnosis.pipelines.nonlinear import diagnose_model
 from diagnosis.pipelines.servo_robot import diagnose_servo_robot, is_servo_run

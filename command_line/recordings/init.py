@@ -161,8 +161,8 @@ def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
     except RecordingError as error:
         wrong = error
     with needs("diagnosis", "init --measure"):
-        from diagnosis.columns.inspection import inspect
         from diagnosis.columns.mapping import read_mapped
+        from diagnosis.inspection.inspection import inspect
     try:
         seen = inspect(path, mapping_of(columns))
         recording = read_mapped(path, seen.mapping, tell=warn)

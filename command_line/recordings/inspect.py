@@ -19,8 +19,8 @@ from command_line.wrapped import print_wrapped
 from foundation.extras import needs
 
 if TYPE_CHECKING:
-    from diagnosis.columns.inspection import Inspection
     from diagnosis.columns.names import Guess
+    from diagnosis.inspection.inspection import Inspection
     from diagnosis.observations.readings import FloatArray
 
 ROBOT = "my-robot.yaml"
@@ -53,7 +53,7 @@ def inspect_recordings(
     columns: what is known already, as --columns and --set say it.
     """
     with needs("diagnosis", "diagnose --inspect"):
-        from diagnosis.columns.inspection import inspect
+        from diagnosis.inspection.inspection import inspect
     refuse_missing(recordings)
     known = mapping_of(columns)
     seen = [inspect(path, known) for path in recordings]

@@ -38,14 +38,19 @@ def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
             f"{path}: is a LeRobot data set; one of its joints is diagnosed at a time;"
             f" which options choose it: deltactl diagnose --inspect {path}"
         )
-    if is_log(path) or path.suffix in BINARY or "t" in first_cells(path):
+    if is_log(path) or path.suffix in BINARY:
         raise wrong
+    ours = "t" in first_cells(path)
     with needs("diagnosis", "tables of others"):
         from diagnosis.columns.mapping import Mapping, read_mapped
     told: list[str] = []
     try:
         recording = read_mapped(path, Mapping(), told.append)
+        if ours and not told:
+            raise wrong
     except RecordingError as error:
+        if ours:
+            raise wrong from None
         raise _with_other_names(path, robot, error) or wrong from None
     for line in told:
         warn(line)
@@ -58,8 +63,8 @@ def _with_other_names(
     """What is said of a table that `error` refused: where it has names of its own, which machine
     it looks like. None where it is no table that could be looked at.
     """
-    from diagnosis.columns.inspection import inspect
-    from diagnosis.columns.machine_kind import looks_like
+    from diagnosis.inspection.inspection import inspect
+    from diagnosis.inspection.machine_kind import looks_like
 
     try:
         seen = inspect(path)

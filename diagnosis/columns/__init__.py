@@ -1,4 +1,4 @@
-"""Tables of others become columns of the contract: their names, units and kind of machine.
+"""Tables of others become columns of the contract: names in many languages, units, a mapping.
 
-In: a table or a log. Out: a flat recording, or an `Inspection` that says how to read one.
+In: a table or a log, and what is said of its columns. Out: a flat recording.
 """

@@ -213,7 +213,10 @@ def _table(path: Path, mapping: Mapping, tell: Callable[[str], None]) -> dict[st
     separator, decimal = _marks(path, mapping, tell)
     other = other_separator(path, mapping.separator)
     try:
-        table = read_table(path, mapping.skip_lines, mapping.heading, separator, decimal)
+        table = read_table(
+            path, mapping.skip_lines, mapping.heading, separator, decimal,
+            tell=lambda words: tell(f"{path.name}: {words}"),
+        )  # fmt: skip
     except RecordingError as error:
         if other:
             raise RecordingError(f"{path}: {other}") from None

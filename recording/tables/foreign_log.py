@@ -1,4 +1,4 @@
-"""Logs of others: MCAP files and ROS 2 bags, by topic and field, laid on one topic's times.
+"""Logs of others: MCAP files, ROS 1 and 2 bags, by topic and field, laid on one topic's times.
 
 Columns are called `/topic.field`, as `/joint_states.position.elbow`; lists by place or, where the
 message has a list `name` as long, by those names. A time stamp of sec and nanosec is one column.
@@ -7,7 +7,7 @@ message has a list `name` as long, by those names. A time stamp of sec and nanos
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, MutableMapping, MutableSequence
 from pathlib import Path
 from typing import Any
 
@@ -19,14 +19,17 @@ from recording.tables.flat import AnyArray
 
 LOG_TIME = "log_time"
 """Column of when the messages were logged, in seconds since the first one."""
+ROS_1 = ".bag"
+"""A ROS 1 bag is one file."""
 LONGEST_LIST = 64
+DECODED = "ROS 1 and 2, protobuf, JSON"
 _PLAIN = (int, float, bool, np.integer, np.floating)
 Series = tuple[list[float], list[float]]
 
 
 def is_log(path: Path) -> bool:
-    """Whether a path is an MCAP file, or a ROS 2 bag: its folder or its database."""
-    return path.suffix in (".mcap", ".db3") or (path / "metadata.yaml").is_file()
+    """Whether a path is an MCAP file, a ROS 1 bag, or a ROS 2 bag: its folder or its database."""
+    return path.suffix in (".mcap", ".db3", ROS_1) or (path / "metadata.yaml").is_file()
 
 
 def read_log(path: Path, base: str | None = None) -> dict[str, AnyArray]:
@@ -50,7 +53,10 @@ def read_log(path: Path, base: str | None = None) -> dict[str, AnyArray]:
         raise RecordingError(f"{path}: is not a readable log ({error})") from error
     topics = {topic: fields for topic, fields in topics.items() if fields}
     if not topics:
-        raise RecordingError(f"{path}: holds no messages with numbers that can be decoded")
+        raise RecordingError(
+            f"{path}: holds no messages with numbers that can be decoded ({DECODED} can); export"
+            " what you need as CSV, from PlotJuggler or Foxglove"
+        )
     rows = base or max(topics, key=lambda topic: _longest(topics[topic]))
     if rows not in topics:
         raise RecordingError(f"{path}: has no topic {rows}; it has {', '.join(sorted(topics))}")
@@ -94,7 +100,7 @@ def _flat(value: Any, name: str) -> Iterator[tuple[str, float]]:
         return
     fields = _fields(value)
     stamp = {key.lstrip("_") for key in fields}
-    if stamp in ({"sec", "nanosec"}, {"secs", "nsecs"}):
+    if stamp in ({"sec", "nanosec"}, {"secs", "nsecs"}, {"seconds", "nanos"}):
         whole, part = (float(fields[key]) for key in sorted(fields, reverse=True))
         yield name, whole + 1e-9 * part
         return
@@ -117,6 +123,8 @@ def _labelled(labels: Any, values: Any) -> bool:
 def _fields(value: Any) -> dict[str, Any]:
     if isinstance(value, dict):
         return value
+    if hasattr(value, "DESCRIPTOR"):
+        return dict(_of_protobuf(value))
     names = getattr(value, "__slots__", None) or getattr(value, "__dataclass_fields__", None)
     if names is None or isinstance(value, (str, bytes)):
         return {}
@@ -125,23 +133,39 @@ def _fields(value: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def _of_protobuf(message: Any) -> Iterator[tuple[str, Any]]:
+    """Fields of a protobuf message but for messages that are not there, which may be of its own
+    kind without end.
+    """
+    for field in message.DESCRIPTOR.fields:
+        value = getattr(message, field.name)
+        if isinstance(value, MutableSequence):
+            yield field.name, list(value)
+        elif field.message_type is None or (
+            not isinstance(value, MutableMapping) and message.HasField(field.name)
+        ):
+            yield field.name, value
+
+
 def _of_mcap(path: Path) -> Iterator[tuple[str, int, Any]]:
-    """Messages of an MCAP file: ROS 2 (CDR) and JSON; other encodings are passed over."""
+    """Messages of an MCAP file: ROS 2 (CDR), protobuf and JSON; others are passed over."""
     from mcap.exceptions import McapError
     from mcap.reader import make_reader
 
-    with needs("diagnosis", "reading ROS 2 messages"):
-        from mcap_ros2.decoder import DecoderFactory
+    with needs("diagnosis", "reading MCAP of others"):
+        from mcap_protobuf.decoder import DecoderFactory as OfProtobuf
+        from mcap_ros2.decoder import DecoderFactory as OfRos
 
     try:
         with path.open("rb") as stream:
-            factory, decoders = DecoderFactory(), dict[int, Any]()
+            factories, decoders = (OfRos(), OfProtobuf()), dict[int, Any]()
             for schema, channel, message in make_reader(stream).iter_messages():
                 if channel.message_encoding == "json":
                     yield channel.topic, message.log_time, json.loads(message.data)
                     continue
                 if channel.id not in decoders:
-                    decoders[channel.id] = factory.decoder_for(channel.message_encoding, schema)
+                    found = (one.decoder_for(channel.message_encoding, schema) for one in factories)
+                    decoders[channel.id] = next(filter(None, found), None)
                 if decoders[channel.id] is not None:
                     yield channel.topic, message.log_time, decoders[channel.id](message.data)
     except OSError as error:
@@ -151,15 +175,15 @@ def _of_mcap(path: Path) -> Iterator[tuple[str, int, Any]]:
 
 
 def _of_bag(path: Path) -> Iterator[tuple[str, int, Any]]:
-    """Messages of a ROS 2 bag."""
-    with needs("diagnosis", "reading ROS 2 bags"):
+    """Messages of a ROS 2 bag, or of a ROS 1 bag, which brings its own definitions."""
+    with needs("diagnosis", "reading ROS bags"):
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
 
-    folder = path if path.is_dir() else path.parent
-    if not (folder / "metadata.yaml").is_file():
+    bag = path if path.is_dir() or path.suffix == ROS_1 else path.parent
+    if bag.is_dir() and not (bag / "metadata.yaml").is_file():
         raise RecordingError(f"{path}: a ROS 2 bag has a metadata.yaml beside it; there is none")
     usual = get_typestore(Stores.ROS2_HUMBLE)
-    with AnyReader([folder], default_typestore=usual) as reader:
+    with AnyReader([bag], default_typestore=usual) as reader:
         for connection, time_ns, data in reader.messages():
             yield connection.topic, time_ns, reader.deserialize(data, connection.msgtype)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,11 @@ from recording.tables.parquet_and_mat import check_size, parquet_columns
 from recording.tables.table_format import split
 from recording.tables.text_file import read_text
 
+COMMENTS = ("#", "%", "//", ";")
+"""How a comment begins; the last only where no number follows it, as it may separate cells."""
+_MOST_SHOWN = 40
+Row = tuple[int, str, list[str]]
+"""Number of the line, its text, and its cells."""
 _WITH_COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
 
 
@@ -29,12 +34,14 @@ def read_table(
     separator: str = ",",
     decimal: str = ".",
     numbers: Collection[str] = (),
+    tell: Callable[[str], None] = lambda _: None,
 ) -> dict[str, AnyArray]:
     """Columns of numbers by name, shape (n,) each; NaN where a cell holds no number.
 
     heading: names of the columns where the file has none. Dates and times of day are seconds since
-    the first row's. numbers: columns in which every cell is to hold a number, or nothing. Raises
-    RecordingError.
+    the first row's. numbers: columns in which every cell is to hold a number, or nothing. tell:
+    takes words for comments and a footer that were left out, which happens where no column must
+    hold numbers. Raises RecordingError.
     """
     lines = read_text(path, any_encoding=True).split("\n")[skip_lines:]
     if not heading:
@@ -42,11 +49,19 @@ def read_table(
             raise RecordingError(f"{path}: has no line {skip_lines + 1} with a heading")
         heading = split(lines[0], separator)
         lines, skip_lines = lines[1:], skip_lines + 1
-    rows = [(n, text) for n, text in enumerate(lines, skip_lines + 1) if text.strip()]
-    cells = [split(text, separator) for _, text in rows]
+    rows = [
+        (n, text, split(text, separator))
+        for n, text in enumerate(lines, skip_lines + 1)
+        if text.strip()
+    ]
+    if not numbers:
+        rows, left_out = without_remarks(rows, len(heading), decimal)
+        if left_out:
+            tell(f"is read {left_out}")
+    cells = [parts for _, _, parts in rows]
     if not cells:
         raise RecordingError(f"{path}: has a heading but no rows")
-    for (line, _), parts in zip(rows, cells, strict=True):
+    for line, _, parts in rows:
         if len(parts) != len(heading):
             raise wrong_count(path, line, len(parts), len(heading))
         for name, cell in zip(heading, parts, strict=True):
@@ -111,3 +126,34 @@ def _numbers(cells: tuple[str, ...], decimal: str) -> AnyArray:
         return seconds(cells)
     found = (number(cell, decimal) for cell in cells)
     return np.array([math.nan if value is None else value for value in found])
+
+
+def without_remarks(rows: Sequence[Row], width: int, decimal: str) -> tuple[list[Row], str]:
+    """Rows without comments and without a last line of text, and words for what was left out;
+    empty words where nothing was.
+    """
+    kept = [row for row in rows if not _is_comment(row, width, decimal)]
+    comments, footer = len(rows) - len(kept), ""
+    if len(kept) > 1 and _is_footer(kept[-1], width, decimal):
+        footer = kept.pop()[1].strip()[:_MOST_SHOWN]
+    lines = "one comment line" if comments == 1 else f"{comments} comment lines"
+    parts = ([lines] if comments else []) + ([f"the last line ('{footer}')"] if footer else [])
+    return kept, f"without {' and '.join(parts)}" if parts else ""
+
+
+def _is_comment(row: Row, width: int, decimal: str) -> bool:
+    _, text, cells = row
+    if not text.lstrip().startswith(COMMENTS):
+        return False
+    return len(cells) != width or not _numbers(cells, decimal)
+
+
+def _is_footer(row: Row, width: int, decimal: str) -> bool:
+    """Whether a line begins with a word and is no row; one cut off begins with a number."""
+    _, _, cells = row
+    begins = not cells[0] or is_moment(cells[0]) or number(cells[0], decimal) is not None
+    return not begins and (len(cells) != width or not _numbers(cells, decimal))
+
+
+def _numbers(cells: Sequence[str], decimal: str) -> int:
+    return sum(number(cell, decimal) is not None or is_moment(cell) for cell in cells)

@@ -17,8 +17,8 @@ pytest.importorskip("pyarrow", reason=needs.LOGS)
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from diagnosis.columns.inspection import inspect
 from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.inspection.inspection import inspect
 from foundation.errors import RecordingError
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]

@@ -17,13 +17,16 @@ pytest.importorskip("rosbags", reason=needs.LOGS)
 
 import pyarrow as pa
 import pyarrow.parquet as pq
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, timestamp_pb2
 from mcap.writer import Writer as JsonWriter
+from mcap_protobuf.writer import Writer as ProtobufWriter
 from mcap_ros2.writer import Writer as RosWriter
+from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.typesys import Stores, get_typestore
 
-from diagnosis.columns.inspection import inspect
 from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.inspection.inspection import inspect
 from foundation.errors import RecordingError
 
 ROWS = 400
@@ -111,11 +114,78 @@ def write_bag(path: Path) -> None:
                 writer.write(on[name], at, store.serialize_cdr(one, one.__msgtype__))
 
 
-@pytest.mark.parametrize("write", [write_mcap, write_json_mcap, write_bag])
+def write_ros_1_bag(path: Path) -> None:
+    store = get_typestore(Stores.ROS1_NOETIC)
+    kinds = store.types
+    time_of, header = kinds["builtin_interfaces/msg/Time"], kinds["std_msgs/msg/Header"]
+    state, number = kinds["sensor_msgs/msg/JointState"], kinds["std_msgs/msg/Float64"]
+    with Ros1Writer(path) as writer:
+        on = {
+            name: writer.add_connection(name, kind.__msgtype__, typestore=store)
+            for name, kind in (("/joint_states", state), ("/target", number))
+        }
+        for row, t_s in enumerate(T_S):
+            at = START_NS + round(t_s * 1e9)
+            said = joints(row)
+            lists = {key: np.array(said[key]) for key in ("position", "velocity", "effort")}
+            message = state(header(row, time_of(**stamp(t_s)), ""), name=said["name"], **lists)
+            for name, one in (("/joint_states", message), ("/target", number(float(COMMAND[row])))):
+                writer.write(on[name], at, store.serialize_ros1(one, one.__msgtype__))
+
+
+def protobuf_kinds() -> tuple[Any, Any]:
+    """Message classes of a state (stamp, names, positions) and of a number."""
+    file = descriptor_pb2.FileDescriptorProto(
+        name="logs.proto",
+        package="logs",
+        syntax="proto3",
+        dependency=[timestamp_pb2.DESCRIPTOR.name],
+    )
+    field = descriptor_pb2.FieldDescriptorProto
+    one, many = field.LABEL_OPTIONAL, field.LABEL_REPEATED
+    state = file.message_type.add(name="State")
+    kind = ".google.protobuf.Timestamp"
+    state.field.add(name="stamp", number=1, label=one, type=field.TYPE_MESSAGE, type_name=kind)
+    state.field.add(name="name", number=2, label=many, type=field.TYPE_STRING)
+    state.field.add(name="position", number=3, label=many, type=field.TYPE_DOUBLE)
+    state.field.add(
+        name="before", number=4, label=one, type=field.TYPE_MESSAGE, type_name=".logs.State"
+    )
+    file.message_type.add(name="Number").field.add(
+        name="data", number=1, label=one, type=field.TYPE_DOUBLE
+    )
+    pool = descriptor_pool.DescriptorPool()
+    pool.AddSerializedFile(timestamp_pb2.DESCRIPTOR.serialized_pb)
+    pool.Add(file)
+    names = ("logs.State", "logs.Number")
+    found = [message_factory.GetMessageClass(pool.FindMessageTypeByName(name)) for name in names]
+    return found[0], found[1]
+
+
+def write_protobuf_mcap(path: Path) -> None:
+    state, number = protobuf_kinds()
+    with path.open("wb") as file, ProtobufWriter(file) as writer:
+        for row, t_s in enumerate(T_S):
+            at = START_NS + round(t_s * 1e9)
+            said, when = joints(row), stamp(t_s)
+            message = state(name=said["name"], position=said["position"])
+            message.stamp.seconds, message.stamp.nanos = when["sec"], when["nanosec"]
+            writer.write_message("/joint_states", message, at, at)
+            writer.write_message("/target", number(data=float(COMMAND[row])), at, at)
+
+
+NAMED = {write_bag: "bag", write_ros_1_bag: "log.bag"}
+
+
+@pytest.mark.parametrize(
+    "write", [write_mcap, write_json_mcap, write_bag, write_ros_1_bag, write_protobuf_mcap]
+)
 def test_by_topic_and_field(tmp_path: Path, write) -> None:
-    path = tmp_path / ("bag" if write is write_bag else "log.mcap")
+    path = tmp_path / NAMED.get(write, "log.mcap")
     write(path)
-    read = read_mapped(path, load_mapping(None, OPTIONS))
+    stamped = write is not write_protobuf_mcap
+    options = [one if stamped else one.replace("header.stamp", "stamp") for one in OPTIONS]
+    read = read_mapped(path, load_mapping(None, options))
     np.testing.assert_allclose(read.t_s - read.t_s[0], T_S, atol=1e-6)
     np.testing.assert_allclose(read.column("position"), POSITION, atol=1e-9)
     known = np.isfinite(read.column("command"))

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.columns.inspection import Inspection, inspect
 from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.inspection.inspection import Inspection, inspect
 from foundation.errors import RecordingError
 from recording.tables.flat import FlatRecording
 

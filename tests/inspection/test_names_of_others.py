@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.columns.inspection import Inspection, inspect
 from diagnosis.columns.names import read_name
+from diagnosis.inspection.inspection import Inspection, inspect
 
 ROWS = 600
 T_S = 0.01 * np.arange(ROWS)

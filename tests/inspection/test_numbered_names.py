@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.columns.inspection import inspect
 from diagnosis.columns.mapping import load_mapping, read_mapped
 from diagnosis.columns.names import read_name
+from diagnosis.inspection.inspection import inspect
 from foundation.errors import RecordingError
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]

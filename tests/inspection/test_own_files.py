@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from diagnosis.columns.inspection import inspect
+from diagnosis.inspection.inspection import inspect
 from recording.tables.flat import BESIDE, UNITS, from_columns
 from recording.tables.flat_files import write_flat
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from diagnosis.admission.joint_ranges import far_for_a_joint
-from diagnosis.columns.inspection import inspect
 from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.inspection.inspection import inspect
 from foundation.errors import ConfigError
 from models.robot import ServoAxis
 from recording.tables.flat import from_columns

@@ -11,9 +11,9 @@ import pytest
 
 from diagnosis.admission.joint_ranges import far_for_a_joint
 from diagnosis.api import diagnose_recordings
-from diagnosis.columns.inspection import inspect
 from diagnosis.columns.mapping import load_mapping, read_mapped
 from diagnosis.columns.names import unit_said
+from diagnosis.inspection.inspection import inspect
 from diagnosis.report.sentences.summary import plain_lines
 from foundation.errors import RecordingError
 from models.robot import ServoAxis, load_robot_model
@@ -208,4 +208,4 @@ def test_seconds_that_may_be_milliseconds(tmp_path: Path) -> None:
     (doubt,) = [one for one in inspect(path).warnings if "ms?" in one]
     assert doubt.startswith("t [s]: is said to be s, and one row comes every 20.06 s; ms?")
     read = read_mapped(path, load_mapping(None, ["t=t[ms]*1", "position=ist"]))
-    np.testing.assert_allclose(read.t_s, 1.003 * T_S, atol=1e-6)
+    np.testing.assert_allclose(read.t_s, 1.003 * T_S, rtol=1e-5)

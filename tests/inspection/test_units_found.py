@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from diagnosis.columns.doubts import other_motion
-from diagnosis.columns.inspection import inspect
 from diagnosis.columns.mapping import load_mapping, read_mapped
 from diagnosis.columns.slope import check_velocity, slope_ratio
+from diagnosis.inspection.inspection import inspect
 from foundation.errors import ConfigError, RecordingError
 from recording.tables.flat import from_columns
 

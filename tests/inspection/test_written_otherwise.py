@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.columns.inspection import inspect
 from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.inspection.inspection import inspect
 from foundation.errors import RecordingError
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]

@@ -34,8 +34,8 @@ def inspected(path: Path) -> dict[str, Any]:
 
     Raises RecordingError.
     """
-    from diagnosis.columns.inspection import inspect
     from diagnosis.columns.names import UNITS_OF
+    from diagnosis.inspection.inspection import inspect
     from recording.tables.flat import UNITS
 
     found = inspect(path)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from diagnosis.columns.guess import LETTERED
 from diagnosis.columns.names import read_name
 from diagnosis.columns.options import GUESSES
+from diagnosis.inspection.guess import LETTERED
 from diagnosis.observations.readings import FloatArray
 from models.robot import ARMS
 from recording.tables.lerobot import JOINTS
@@ -40,7 +40,7 @@ def one_joint(
     return {name: one for name, one in table.items() if name not in others}, others
 
 
-def _numbered(names: Iterable[str]) -> list[Group]:
+def _numbered(names: Iterable[str]) -> Sequence[Group]:
     """Columns numbered beyond three, or commands and readings of two: no delta has either."""
     stems: dict[str, dict[str, str]] = {}
     for name in names:
@@ -52,7 +52,7 @@ def _numbered(names: Iterable[str]) -> list[Group]:
     return many or (list(two.values()) if _asked_and_read(two) else [])
 
 
-def _labelled(names: Collection[str]) -> Iterator[list[Group]]:
+def _labelled(names: Collection[str]) -> Iterator[Sequence[Group]]:
     """Commands and readings of joints that have the same names: action.elbow, state.elbow."""
     below: dict[str, dict[str, str]] = {}
     for name in names:

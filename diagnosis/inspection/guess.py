@@ -6,10 +6,10 @@ import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
-from diagnosis.columns.by_values import by_values, partners
 from diagnosis.columns.names import Guess, Named, of_contract, read_name
 from diagnosis.columns.options import GUESSES
-from diagnosis.columns.shapes import rising, same_range, starts_again, unevenness
+from diagnosis.inspection.by_values import by_values, partners
+from diagnosis.inspection.shapes import rising, same_range, starts_again, unevenness
 from diagnosis.observations.readings import FloatArray
 from models.robot import ARMS
 from recording.tables.flat import BESIDE, UNITS

@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.columns.by_values import ASKED
-from diagnosis.columns.guess import MOTIONS, guess_columns
 from diagnosis.columns.mapping import as_option
 from diagnosis.columns.names import LINEAR, ROTARY, Guess, pulls, read_name, without_unit
-from diagnosis.columns.units import with_units
+from diagnosis.inspection.by_values import ASKED
+from diagnosis.inspection.guess import MOTIONS, guess_columns
+from diagnosis.inspection.units import with_units
 from diagnosis.observations.needed_columns import first_of
 from foundation.errors import MissingColumns, RecordingError
 from models.robot import DeltaRobot, RobotModel

@@ -16,10 +16,6 @@ from typing import Any
 import numpy as np
 import yaml
 
-from diagnosis.columns.by_values import EARLIER
-from diagnosis.columns.guess import guess_columns, of_other_joints
-from diagnosis.columns.joints import of_data_set, one_joint
-from diagnosis.columns.machine_kind import kind_of
 from diagnosis.columns.mapping import (
     Mapping,
     Source,
@@ -30,9 +26,13 @@ from diagnosis.columns.mapping import (
 )
 from diagnosis.columns.names import IN_SI, Guess, may_be_outside, of_contract, pulls, without_unit
 from diagnosis.columns.options import GUESSES
-from diagnosis.columns.shapes import rising
-from diagnosis.columns.timing import row_number, rows_and_times
-from diagnosis.columns.units import steps_of_a_slide, unit_noted, with_units
+from diagnosis.inspection.by_values import EARLIER
+from diagnosis.inspection.guess import guess_columns, of_other_joints
+from diagnosis.inspection.joints import of_data_set, one_joint
+from diagnosis.inspection.machine_kind import kind_of
+from diagnosis.inspection.shapes import rising
+from diagnosis.inspection.timing import row_number, rows_and_times
+from diagnosis.inspection.units import steps_of_a_slide, unit_noted, with_units
 from diagnosis.observations.readings import FloatArray
 from foundation.counting import count
 from foundation.errors import RecordingError
@@ -137,15 +137,17 @@ def inspect(path: Path, said: Mapping | None = None) -> Inspection:
     if is_log(path) or is_parquet(path):
         return _of_columns(path, known, _said_of_the_table(said))
     form = guess_format(path, *((said.separator, said.decimal) if said else ()))
+    remarks: list[str] = []
     heading = () if form.heading_line is not None else form.names
     skip = form.first_row if heading else form.heading_line or 0
     try:
-        table = read_table(path, skip, heading, form.separator, form.decimal)
+        table = read_table(path, skip, heading, form.separator, form.decimal, tell=remarks.append)
     except RecordingError as error:
         raise RecordingError(f"{error}: it is no table of numbers, or has rows of text") from None
     units = dict(zip(form.names, form.units, strict=True))
     base = _said_of_the_table(said).model_copy(update={"skip_lines": skip, "heading": heading})
-    return inspect_table(path, table, base, units, form.named, _facts(form), known, form.before)
+    facts = _facts(form) + [("remarks", words) for words in remarks]
+    return inspect_table(path, table, base, units, form.named, facts, known, form.before)
 
 
 def _of_own_run(path: Path) -> Inspection:

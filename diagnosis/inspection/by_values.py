@@ -8,7 +8,7 @@ import numpy as np
 
 from diagnosis.columns.names import Guess, Named
 from diagnosis.columns.options import GUESSES
-from diagnosis.columns.shapes import (
+from diagnosis.inspection.shapes import (
     asks,
     correlation,
     difference,

@@ -10,7 +10,6 @@ import numpy as np
 
 from diagnosis.columns.doubts import ANGULAR
 from diagnosis.columns.mapping import as_option
-from diagnosis.columns.motion_units import PAIRS, of_one_unit, unit_of_motion
 from diagnosis.columns.names import (
     IN_SI,
     LINEAR,
@@ -24,8 +23,9 @@ from diagnosis.columns.names import (
     without_unit,
 )
 from diagnosis.columns.options import GUESSES
-from diagnosis.columns.shapes import same_range
 from diagnosis.columns.slope import slope_ratio
+from diagnosis.inspection.motion_units import PAIRS, of_one_unit, unit_of_motion
+from diagnosis.inspection.shapes import same_range
 from diagnosis.observations.needed_columns import travel
 from diagnosis.observations.readings import FloatArray
 

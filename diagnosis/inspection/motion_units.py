@@ -10,7 +10,7 @@ import numpy as np
 from diagnosis.columns.doubts import ANGULAR, counts_like, of_counts, turns
 from diagnosis.columns.names import Guess, without_unit
 from diagnosis.columns.options import GUESSES
-from diagnosis.columns.shapes import same_range
+from diagnosis.inspection.shapes import same_range
 from diagnosis.observations.readings import FloatArray
 
 PAIRS = (
