@@ -145,15 +145,15 @@ def _is_comment(row: Row, width: int, decimal: str) -> bool:
     _, text, cells = row
     if not text.lstrip().startswith(COMMENTS):
         return False
-    return len(cells) != width or not _numbers(cells, decimal)
+    return len(cells) != width or not _how_many_numbers(cells, decimal)
 
 
 def _is_footer(row: Row, width: int, decimal: str) -> bool:
     """Whether a line begins with a word and is no row; one cut off begins with a number."""
     _, _, cells = row
     begins = not cells[0] or is_moment(cells[0]) or number(cells[0], decimal) is not None
-    return not begins and (len(cells) != width or not _numbers(cells, decimal))
+    return not begins and (len(cells) != width or not _how_many_numbers(cells, decimal))
 
 
-def _numbers(cells: Sequence[str], decimal: str) -> int:
+def _how_many_numbers(cells: Sequence[str], decimal: str) -> int:
     return sum(number(cell, decimal) is not None or is_moment(cell) for cell in cells)
