@@ -237,5 +237,5 @@ def _first_job(file: Path, force: bool) -> list[str]:
         *lines,
         BY_OTHERS,
         "on the real robot: look whether the arms are at their stops, which no sensor checks, then"
-        f" type: {home}",
+        f" type: {home} (degrees that an arm may be off)",
     ]

@@ -83,7 +83,7 @@ def _single_steps(moved_m: FloatArray, limit: Limit | str) -> list[tuple[str, st
     each = ", ".join(
         f"{millimetres(size_m)} in {axis}" for axis, size_m in zip(AXES, moved_m, strict=True)
     )
-    said = f"moves the platform by up to {each}. Single errors as large as that are normal"
+    said = f"of all motors moves the platform by up to {each}: single errors up to that are normal"
     return [("one microstep", said)]
 
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from diagnosis.columns.doubts import LONG_STEP_S
 from diagnosis.columns.names import IN_SI, Guess, read_name, without_unit
 from diagnosis.columns.options import GUESSES
 from diagnosis.observations.readings import FloatArray
@@ -88,7 +87,7 @@ def _slow(name: str, step_s: FloatArray) -> list[str]:
     """A word of a heading that says seconds where the rows of a machine would be far apart."""
     usual = float(np.median(step_s))
     plain = without_unit(name)
-    if usual < LONG_STEP_S or read_name(name).unit != "s":
+    if usual < GUESSES.longest_step_s or read_name(name).unit != "s":
         return []
     return [
         f"{name}: is said to be s, and one row comes every {usual:.4g} s; ms? Then say"

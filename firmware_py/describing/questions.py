@@ -159,13 +159,13 @@ QUESTIONS: dict[str, tuple[Question, ...]] = {
             "Torque that holds a weight on the axis level, N m (kg * 9.81 * metres from the axis);"
             " 0: none hangs there, or the axis stands upright",
             "0",
-            unless=(*NO_EFFORT, ("motion", "linear")),
+            unless=(("motion", "linear"),),
         ),
         Question(
             "hanging_deg",
             "Position at which that weight hangs straight down, degrees",
             "0",
-            unless=(*NO_EFFORT, ("motion", "linear"), ("hanging_nm", "0")),
+            unless=(("motion", "linear"), ("hanging_nm", "0")),
         ),
         Question(
             "slope_n",

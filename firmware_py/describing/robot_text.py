@@ -92,7 +92,7 @@ def _servo(answers: Answers) -> list[str]:
         lines.append(f"# inertia: 0.1   # {unit}; needed where the recording has an effort column")
     if inertia > 0.0 or gain != 1.0:
         lines.append(f"effort_gain: {_number(gain)}")
-    if answers["recorded"] != "command":
+    if answers["recorded"] != "command" or answers["motion"] == "rotary":
         lines.append(_gravity(answers))
     return [
         *lines,

@@ -115,7 +115,6 @@ _WORDS = {
     " way: it holds against a weight or a slope, or the effort's zero is off",
     "stribeck_friction": "friction is {torque} higher near standstill, falling off within {speed}",
     "inertia": "the axis moves a mass of {inertia}",
-    "sensor_offset": "the sensor reads {offset} off",
     "sensor_scale": "the sensor reads {scale} times the distance",
     "sensor_drift": "the sensor drifts by {offset} with a time constant of {time_constant}",
 }
@@ -127,6 +126,8 @@ _FRICTION = {
     "width": "friction holds the axis back by {width} in all between its two directions",
     "torque": "dry (Coulomb) friction of {torque} brakes the axis, always against its motion",
 }
+FEW_DEGREES = 0.02
+"""Below it people who have such angles count seconds of arc."""
 _SMALL = {"m": ("mm", 1e3), "s": ("ms", 1e3)}
 
 
@@ -137,7 +138,10 @@ def said(value: float, unit: str) -> str:
         digits = 3 - math.floor(math.log10(near_one)) if 0.0 < near_one < 1e-3 else 5
         return f"{value:.{digits}g}"
     if unit == "rad":
+        degrees = math.degrees(value)
         small = f" ({plain(1e3 * value)} mrad)" if abs(value) < 1.0 else ""
+        if abs(degrees) < FEW_DEGREES:
+            small = f" ({plain(3600.0 * degrees)} seconds of arc)"
         return f"{plain(math.degrees(value))} degrees{small}"
     if unit in _SMALL and abs(value) < 1.0:
         unit, factor = _SMALL[unit]
@@ -159,6 +163,9 @@ def _sentence(
     shown = {p.name: said(float(values[p.name]), p.unit) for p in parameters if p.name in values}
     if name == "sensor_crosstalk":
         return sensor_crosstalk.EFFECT.says("the sensor", values)
+    if name == "sensor_offset":
+        way = "too far" if float(values["offset"]) > 0.0 else "short"
+        return f"the sensor reads {said(abs(float(values['offset'])), 'm')} {way}"
     own = _SLIDING if motion == "linear" else {}
     words = (
         own.get(name) or _WORDS.get(name) or _FRICTION["width" if "width" in shown else "torque"]

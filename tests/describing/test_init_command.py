@@ -135,11 +135,12 @@ def test_a_weight_on_an_axis_is_asked_for_where_there_is_an_effort(
 
 
 def test_only_the_weight_that_may_be_is_asked_for() -> None:
-    """And none where no effort is recorded."""
+    """Of a joint also where only commands are recorded: a weight makes it yield."""
     for motion, recorded, expected in (
         ("rotary", "both", ["hanging_nm"]),
         ("linear", "effort", ["slope_n"]),
-        ("rotary", "command", []),
+        ("rotary", "command", ["hanging_nm"]),
+        ("linear", "command", []),
     ):
         asked: list[str] = []
 
@@ -150,6 +151,12 @@ def test_only_the_weight_that_may_be_is_asked_for() -> None:
         gather(QUESTIONS["servo_axis"], {"motion": motion, "recorded": recorded}, answer)
         weights = [key for key in asked if key in ("hanging_nm", "hanging_deg", "slope_n")]
         assert weights == expected
+
+
+def test_a_weight_that_was_given_is_written(deltactl: Deltactl, tmp_path: Path) -> None:
+    """Beside commands alone it was left out without a word."""
+    deltactl("init", "a.yaml", "--kind", "servo_axis", "--motion", "rotary", "--hanging-nm", "1.72")
+    assert "\ngravity: {torque_nm: 1.72, zero_rad: 0" in (tmp_path / "a.yaml").read_text()
 
 
 def test_all_that_is_missing_is_said_at_once(deltactl: Deltactl) -> None:
@@ -354,7 +361,7 @@ def test_arms_in_cm_are_told_what_to_write_and_leave_no_file(
 @pytest.mark.parametrize(
     ("recorded", "asked"),
     [
-        ("command", {"zero"}),
+        ("command", {"zero", "hanging_nm"}),
         ("effort", {"inertia", "effort_gain", "hanging_nm"}),
         ("both", {"zero", "inertia", "effort_gain", "hanging_nm"}),
     ],

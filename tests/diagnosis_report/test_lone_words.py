@@ -65,8 +65,8 @@ def test_a_period_is_told_in_time_where_the_axis_goes_at_one_speed(make: Any) ->
 @pytest.mark.parametrize(
     ("value", "unit", "text"),
     [
-        (1.87e-5, "rad", "0.00107 degrees (0.0187 mrad)"),
-        (1.23e-6, "rad", "0.0000705 degrees (0.00123 mrad)"),
+        (1.87e-5, "rad", "0.00107 degrees (3.86 seconds of arc)"),
+        (1.23e-6, "rad", "0.0000705 degrees (0.254 seconds of arc)"),
         (2.0, "rad", "115 degrees"),
         (-0.124, "m", "-124 mm"),
         (0.06252, "s", "62.5 ms"),

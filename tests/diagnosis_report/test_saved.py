@@ -98,7 +98,7 @@ def test_what_is_not_certain_is_in_no_file_of_the_page(make: Any) -> None:
 def test_an_even_tie_of_a_lone_axis_is_left_out_until_it_is_asked_for(make: Any) -> None:
     tied = found("gear_ratio", "axis", "scale", 0.5, ("joint_compliance", 0.5))
     answer = make("explained", findings=[tied], next_experiment=None)
-    assert written(answer, False) == "as it was"
+    assert written(answer, False) == "unchanged: nothing is certain enough"
     (line,) = support(answer, False)
     assert line.startswith("- left out (--all writes it too): only 50 % sure: a wrong ratio")
     assert "to check, say in the robot file what hangs on the axis" in line

@@ -44,7 +44,7 @@ def test_what_cannot_be_told_apart_is_said(make: Any, parts: Any) -> None:
         (
             Unexplained(share_of_mismatch=0.1, depends_on=["time"], component="range_x", p=1e-4),
             "What is left is more than noise (noise alone would look like this in about 1 in"
-            " 10\u00a0000 recordings); it follows the time since the start at the x sensor.",
+            " 10,000 recordings); it follows the time since the start at the x sensor.",
         ),
         (
             Unexplained(share_of_mismatch=0.2, p=0.4),

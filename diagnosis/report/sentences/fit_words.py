@@ -15,6 +15,8 @@ ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)
 MOSTLY_BY_PLACE = 0.7
 """Less scatter at a place than this share: over half of the noise's power is between places."""
 MORE_PLACES = "More places make the answer surer, longer stays do not."
+LEAST_ABOVE = 0.01
+"""Of the noise floor: a mismatch that is hardly above it has no share to speak of."""
 LEFT_OUT = "parts of the recording to which no size was fitted (causes were chosen with all of it)"
 
 
@@ -31,6 +33,8 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
         for value in (fit.rms_before_m, fit.rms_after_m, fit.noise_floor_m)
     )
     beside = [*_filtered(fit), *_by_place(diagnosis)]
+    if diagnosis.verdict == "unexplained" and not diagnosis.findings:
+        return [f"Mismatch {before}.", *beside]
     if not diagnosis.findings:
         return [f"Mismatch {before}{_floor(fit, before, floor)}.", *beside]
     lines = [f"Mismatch before {before}, after {after}{_floor(fit, after, floor)}.", *beside]
@@ -111,13 +115,10 @@ def _held_out_gain(diagnosis: Diagnosis) -> str:
     fit = diagnosis.fit
     if fit.holdout == "run" and all(one.effect in ONE_OFF for one in diagnosis.findings):
         return " (what happens once does not come back in another run)"
-    above = [
-        max(value**2 - fit.noise_floor_m**2, 0.0)
-        for value in (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
-    ]
-    if not math.isfinite(sum(above)) or above[0] <= 0.02 * fit.noise_floor_m**2:
+    above_m = fit.holdout_rms_before_m - fit.noise_floor_m
+    if not math.isfinite(above_m) or above_m <= LEAST_ABOVE * fit.noise_floor_m:
         return ""
-    gain = 100.0 * (1.0 - above[1] / above[0])
+    gain = 100.0 * (fit.holdout_rms_before_m - fit.holdout_rms_after_m) / above_m
     if gain <= 0.0:
         return " (no gain there)"
     share = "over 99" if gain > 99.0 else f"{gain:.0f}"

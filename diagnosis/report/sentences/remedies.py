@@ -103,7 +103,7 @@ def remedies(
     plan = diagnosis.next_experiment
     if lines and plan is not None and any(tied(one) for one in named):
         lines.insert(0, ways.run_first)
-    return lines
+    return list(dict.fromkeys(lines))
 
 
 def _all_late(late: Sequence[Finding], robot: RobotModel | None) -> str:

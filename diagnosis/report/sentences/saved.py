@@ -16,7 +16,11 @@ MOST_RIVALS = 3
 def written(diagnosis: Diagnosis, all_of_them: bool) -> str:
     """How many findings a corrected robot file holds."""
     kept, _ = _kept_and_left(diagnosis, all_of_them)
-    return f"with {words.count(len(kept), 'finding')}" if kept else "as it was"
+    return (
+        f"with {words.count(len(kept), 'finding')}"
+        if kept
+        else "unchanged: nothing is certain enough"
+    )
 
 
 def support(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> list[str]:

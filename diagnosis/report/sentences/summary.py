@@ -9,7 +9,7 @@ from rich.markup import escape
 
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Alternative, Diagnosis, Finding, Thinned, Where
-from diagnosis.answer.verdict import claimed, fits_worse, rather_unknown, seen
+from diagnosis.answer.verdict import NAMELESS, claimed, fits_worse, rather_unknown, seen
 from diagnosis.report.sentences import sureness, words
 from diagnosis.report.sentences.fit_words import doubtful_floor, fit_lines, fit_title
 from diagnosis.report.sentences.limit_words import faintest_line, untested_line
@@ -101,7 +101,7 @@ def headline(diagnosis: Diagnosis) -> str:
                 "only a small part",
                 f"; {100.0 * left:.0f} % of it is left ({CHECK_FIRST})",
             )
-        elif left < VERDICT.faint_rest and not rest:
+        elif _nearly_all(diagnosis) and not rest:
             part = "nearly all"
         return words.sentence(f"{part} of the mismatch is explained by {what}{rest}")
     if unknown := [finding for finding in findings if finding.effect == "unknown"]:
@@ -119,6 +119,13 @@ def headline(diagnosis: Diagnosis) -> str:
             "what: record longer, or a motion that shows more."
         )
     return "Something is missing from the model, and no known effect explains it."
+
+
+def _nearly_all(diagnosis: Diagnosis) -> bool:
+    """Whether next to nothing is left, also of what the tests take for noise."""
+    fit = diagnosis.fit
+    left = fit.rms_after_m**2 < VERDICT.faint_rest * fit.rms_before_m**2
+    return left and diagnosis.unexplained.share_of_mismatch < VERDICT.faint_rest
 
 
 def _named(findings: Sequence[Finding]) -> list[str]:
@@ -232,7 +239,8 @@ def remarks(diagnosis: Diagnosis, ways: Ways = TERMINAL) -> list[str]:
     lines += [ENDED_EARLY.format(way=ways.all_compared)] if diagnosis.ended_early else []
     lines += [thinned_line(one) for one in diagnosis.thinned]
     lines += [f"The torques were not read: {why}." for why in diagnosis.not_read]
-    lines += [sureness.by_priors(one) for one in diagnosis.prior_sensitivity]
+    named = [one for one in diagnosis.prior_sensitivity if one.effect != NAMELESS]
+    lines += [sureness.by_priors(one) for one in named]
     return [*lines, *tie_lines(diagnosis)]
 
 

@@ -56,7 +56,7 @@ def odds(p: float) -> str:
         return f"about {100.0 * p:.0f} of 100"
     each = 1.0 / p
     power = 10.0 ** max(0, math.floor(math.log10(each)) - 1)
-    return f"about 1 in {round(each / power) * power:,.0f}".replace(",", "\u00a0")
+    return f"about 1 in {round(each / power) * power:,.0f}"
 
 
 def percent(probability: float) -> str:

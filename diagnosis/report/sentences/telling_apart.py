@@ -28,8 +28,9 @@ _AXES: dict[Pair, str] = {
         "record the effort, or change the drive's gain: friction lags less behind a stiffer drive"
     ),
     frozenset({"gear_ratio", "joint_compliance"}): (
-        "say in the robot file what hangs on the axis (`gravity`), or record it as `load`, and "
-        "diagnose again: a wrong ratio is the same at every load"
+        "say in the robot file what hangs on the axis, as gravity: {torque_nm: 1.7, zero_rad: 0} "
+        "(kg x 9.81 x metres, and the angle at which it hangs), or record it as load, and diagnose "
+        "again: a wrong ratio is the same at every load"
     ),
     frozenset({"home_offset", "joint_compliance"}): (
         "repeat the motion with a known weight on the axis: a yielding joint sags further"
