@@ -31,7 +31,7 @@ WRONG = [
     ("encoder_deg: 0.01", "encoder_deg: '0.01'", "drive.encoder_deg: .* valid number"),
     ("encoder_deg: 0.01", "", "drive: 'encoder_deg' is missing"),
     ("loop_rate_hz: 10000", "loop_rate_hz: 500", "slower is no current loop"),
-    ("loop_rate_hz: 10000", "loop_rate_hz: 2500", "must be a whole number of kHz"),
+    ("loop_rate_hz: 10000", "loop_rate_hz: 10500", "must be a whole number of kHz"),
     ("loop_rate_hz: 10000", "loop_rate_hz: 2000", "velocity_bandwidth_radps is too fast"),
     ("velocity_bandwidth_radps: 3500", "velocity_bandwidth_radps: 100", "must not exceed velocity"),
     ("brake: holding", "brake: hand", "drive.brake: .*'holding' or 'none'"),
