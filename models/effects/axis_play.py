@@ -2,7 +2,8 @@
 
 As positions show them they are one operator (reference sheet of the diagnosis): the axis stays
 until the drive has crossed the width. A known load that pulls holds loose teeth on one flank; it
-does nothing to friction. `start` says where in the play the axis stood at first, -1..1.
+does nothing to friction. `start` says where in the play the axis stood at first, -1..1; `by_load`
+which share of the friction the usual load makes: bearings and teeth rub by what they carry.
 """
 
 from __future__ import annotations
@@ -63,10 +64,12 @@ def _between_turns(
     return axis
 
 
-def _play(flow: Flow, values: Values, memory: Memory, pull: FloatArray) -> None:
+def _play(
+    flow: Flow, values: Values, memory: Memory, width: float | FloatArray, pull: FloatArray
+) -> None:
     driven = flow.angles_rad[:, 0]
     before = float(memory.get("arm", driven[0]))
-    width, start = scalar(values, "width"), scalar(values, "start")
+    start = scalar(values, "start")
     starts = np.full(int(np.count_nonzero(flow.fresh)), start)
     arm = loose(driven, flow.fresh, width, starts, pull, before)
     memory["arm"] = arm[-1]
@@ -74,14 +77,23 @@ def _play(flow: Flow, values: Values, memory: Memory, pull: FloatArray) -> None:
 
 
 def _loose(flow: Flow, index: int, values: Values, memory: Memory) -> None:
-    _play(flow, values, memory, flow.load.torque_nm[:, 0])
+    _play(flow, values, memory, scalar(values, "width"), flow.load.torque_nm[:, 0])
 
 
 def _rubbing(flow: Flow, index: int, values: Values, memory: Memory) -> None:
-    _play(flow, values, memory, np.zeros(len(flow.t_s)))
+    width: float | FloatArray = scalar(values, "width")
+    share, load = scalar(values, "by_load"), np.abs(flow.load.torque_nm[:, 0])
+    if share > 0.0 and load.any():
+        width = width * (1.0 - share + share * load / load.mean())
+    _play(flow, values, memory, width, np.zeros(len(flow.t_s)))
 
 
-def _kind(name: str, operate: Callable[[Flow, int, Values, Memory], None], text: str) -> EffectKind:
+def _kind(
+    name: str,
+    operate: Callable[[Flow, int, Values, Memory], None],
+    text: str,
+    more: tuple[Parameter, ...] = (),
+) -> EffectKind:
     return EffectKind(
         name=name,
         port=Port.GEAR,
@@ -89,6 +101,7 @@ def _kind(name: str, operate: Callable[[Flow, int, Values, Memory], None], text:
         parameters=(
             Parameter("width", "rad", 0.0, 1.0, step=1e-4),
             Parameter("start", "1", -1.0, 1.0, step=0.02, default=0.0),
+            *more,
         ),
         operate=operate,
         says=lambda component, v: text.format(1e3 * v["width"]),
@@ -106,4 +119,5 @@ FRICTION = _kind(
     "joint_friction",
     _rubbing,
     "friction holds the axis back by {:.4g} mrad in all between its two directions",
+    (Parameter("by_load", "1", 0.0, 1.0, step=0.02, default=0.0),),
 )

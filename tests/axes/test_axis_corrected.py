@@ -91,3 +91,40 @@ def test_what_a_measured_effect_may_leave_is_no_second_effect(
     assert again.verdict == "nothing_missing"
     assert "earlier diagnoses may leave" in "\n".join(plain_lines(told(again)))
     assert again.fit.rms_before_m < 0.1 * before
+
+
+def lifting(seed: int) -> FlatRecording:
+    """A weight that a servo lifts and lowers: it yields, and rubs by what it carries.
+
+    Made by a loop over the samples, not by the program's chain.
+    """
+    t_s = 0.01 * np.arange(1600)
+    command = 0.75 - 0.75 * np.cos(0.9 * t_s) + 0.25 * np.sin(2.3 * t_s)
+    pull = -1.75 * np.sin(command)
+    driven = command + pull / 14.0
+    half = 0.5 * (0.01 + 0.05 * np.abs(pull))
+    axis, at = np.empty(len(t_s)), float(driven[0])
+    for row, (place, reach) in enumerate(zip(driven, half, strict=True)):
+        at = min(max(at, place - reach), place + reach)
+        axis[row] = at
+    noise = 5e-4 * np.random.default_rng(seed).standard_normal(len(t_s))
+    return FlatRecording(t_s, {"command": command, "position": axis + noise}, {}, "lifting")
+
+
+def test_friction_that_grows_with_the_load_is_saved_as_such(tmp_path: Path) -> None:
+    """As one width for all loads it left four times what its diagnosis had promised."""
+    text = FOLLOWS + "gravity: {torque_nm: 1.75, zero_rad: 0.0}\n"
+    path, out = tmp_path / "robot.yaml", tmp_path / "corrected.yaml"
+    path.write_text(text, encoding="utf-8")
+    belief = load_robot_model(path)
+    assert not isinstance(belief, DeltaRobot)
+    answer = diagnose_axis(belief, [lifting(1)])
+    assert (
+        "by_load"
+        in next(one for one in answer.findings if one.effect == "joint_friction").parameters
+    )
+    save_corrected(path, answer, out, all_of_them=True)
+    robot = load_robot_model(out)
+    assert not isinstance(robot, DeltaRobot)
+    again = diagnose_axis(robot, [lifting(1)])
+    assert again.fit.rms_before_m < 1.2 * answer.fit.rms_after_m

@@ -196,7 +196,10 @@ class CommandedAxis(RecordedAxis, LeftOver):
         table["teeth"] = table["gear"]
         load = usual_load(self)
         table["play"] = table["friction"] = [Shown("width", unit, lambda v: v["width"])]
-        table["rubbing"] = [Shown("width", unit, lambda v: v["width"] + load * v["grip"])]
+        table["rubbing"] = [
+            Shown("width", unit, lambda v: v["width"] + load * v["grip"]),
+            Shown("by_load", "1", lambda v: _share(load * v["grip"], v["width"])),
+        ]
         return table.get(key, [])
 
     def not_testable(self) -> list[NotTestable]:
@@ -232,3 +235,9 @@ class CommandedAxis(RecordedAxis, LeftOver):
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
         """Where to start the nonlinear sizes of a regressor."""
         return starts(self, key, residual)
+
+
+def _share(part: FloatArray, rest: FloatArray) -> FloatArray:
+    """Of a part in it and the rest."""
+    share: FloatArray = part / np.maximum(part + rest, 1e-300)
+    return share
