@@ -121,8 +121,9 @@ def diagnose(
         inspect_recordings(recordings, robot, save_columns, json_file is not None, known)
         return
     if robot is None:
+        meant = f"did you mean --robot {robots}? (--robots goes with --fleet); " if robots else ""
         raise typer.BadParameter(
-            "say which robot file describes the machine, or look at the data with --inspect",
+            f"{meant}say which robot file describes the machine, or look at the data with --inspect",
             param_hint="--robot",
         )
     if save_all and save_robot is None:
