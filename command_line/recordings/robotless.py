@@ -123,7 +123,8 @@ def diagnose(
     if robot is None:
         meant = f"did you mean --robot {robots}? (--robots goes with --fleet); " if robots else ""
         raise typer.BadParameter(
-            f"{meant}say which robot file describes the machine, or look at the data with --inspect",
+            f"{meant}say which robot file describes the machine, or look at the data with"
+            " --inspect",
             param_hint="--robot",
         )
     if save_all and save_robot is None:

@@ -28,16 +28,27 @@ def one_joint(
 ) -> tuple[dict[str, FloatArray], list[str]]:
     """The columns without those of other joints, and the names of these.
 
-    chosen: columns that somebody named; their joint is kept, else the first. Joints numbered one
-    to three are the motors of a delta.
+    chosen: columns that somebody named; their joint is kept, else the first that moves in all its
+    columns. Joints numbered one to three are the motors of a delta.
     """
     others: list[str] = []
     for groups in (_numbered(table), *_labelled(table)):
         wanted = next((j for g in groups for j, name in g.items() if name in chosen), None)
+        wanted = wanted or _first_that_moves(groups, table)
         for group in groups:
             kept = wanted if wanted in group else next(iter(group))
             others += [name for joint, name in group.items() if joint != kept]
     return {name: one for name, one in table.items() if name not in others}, others
+
+
+def _first_that_moves(groups: Iterable[Group], table: Mapping[str, FloatArray]) -> str | None:
+    """The first joint of which no column stands still; None where there is none."""
+    still = {joint for group in groups for joint, name in group.items() if not _moves(table[name])}
+    return next((j for group in groups for j in group if j not in still), None)
+
+
+def _moves(values: FloatArray) -> bool:
+    return bool(np.nanmax(values) > np.nanmin(values)) if np.isfinite(values).any() else False
 
 
 def _numbered(names: Iterable[str]) -> Sequence[Group]:

@@ -19,7 +19,7 @@ import pytest
         ("run heart.yaml --reprot x", "No such option: --reprot; did you mean '--report'? (see"),
         ("diagnose a.csv --saparator ;", "--saparator; did you mean '--set separator=...'?"),
         ("diagnose a.csv --rate-hz 50", "--rate-hz; did you mean '--set rate_hz=...'?"),
-        ("run heart.yaml --accept-unseen", "requires an argument (see deltactl run --help)"),
+        ("run heart.yaml --accept-unseen", "needs a value, as --accept-unseen NUMBER"),
         ("web --simulate my.yaml", "a robot file is named with --robot my.yaml (see"),
         ("goto 0 0 -450 my.yaml", "a robot file is named with --robot my.yaml (see"),
         ("diagnose x.csv --save-robot --json", "needs a value, and '--json' is another option"),

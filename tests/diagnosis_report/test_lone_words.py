@@ -202,4 +202,4 @@ def test_what_comes_with_motion_is_said_once_and_not_as_noise(make: Any) -> None
     assert text.count("Readings at one place scatter") == 1
     assert text.count("More places make the answer surer") == 1
     assert "this noise" not in text
-    assert "the tests see nothing more, be it noise or not" in text
+    assert "the tests find nothing more (it need not be noise)" in text

@@ -123,3 +123,10 @@ def test_a_pause_now_and_then_is_no_uneven_clock(tmp_path: Path) -> None:
     found = table(tmp_path, t=jitter, command=ASKED, position=SEEN)
     (warning,) = [one for one in found.warnings if "uneven" in one]
     assert "--set rate_hz=1" in warning
+
+
+def test_of_several_joints_the_first_that_moves_is_taken(tmp_path: Path) -> None:
+    """One that stands still tells nothing, and the printed command was refused for it."""
+    still = np.zeros(ROWS)
+    found = table(tmp_path, t=T_S, q1_ref=still, q2_ref=ASKED, q1=still + 1e-3 * NOISE[0], q2=SEEN)
+    assert taken(found) == {"t": "t", "command": "q2_ref", "position": "q2"}

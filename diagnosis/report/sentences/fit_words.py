@@ -66,8 +66,8 @@ def _floor(fit: Fit, left: str, floor: str) -> str:
     if not doubtful_floor(fit):
         return f"; the noise alone is {floor}"
     if left == floor:
-        return ", in which the tests see nothing more, be it noise or not"
-    return f"; below {floor} the tests see nothing more, be it noise or not"
+        return "; in that the tests find nothing more (it need not be noise)"
+    return f"; below {floor} the tests find nothing more (it need not be noise)"
 
 
 def doubtful_floor(fit: Fit) -> bool:

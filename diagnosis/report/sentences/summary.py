@@ -293,7 +293,7 @@ def share_line(finding: Finding) -> str:
     if share >= MINOR:
         return words.sentence(f"{says}, even with the others fitted again")
     if share >= 1.0:
-        return words.sentence(f"the others can take up most of its part, at wrong sizes: {says}")
+        return words.sentence(f"{says}: the other findings stand in for the rest, at wrong sizes")
     if finding.evidence.p < sureness.SURE_P:
         return words.sentence(f"its part is small: {says}, which is still more than noise adds")
     return words.sentence(f"its part is small: {says}, with the others fitted again")
