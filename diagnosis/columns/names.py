@@ -46,7 +46,8 @@ UNIT_WORDS: dict[str, str] = {
     "deg": "deg degs degree degrees grad °", "turn": "turn turns rev revs",
     "arcmin": "arcmin arcmins arcminute arcminutes ′",
     "arcsec": "arcsec arcsecs arcsecond arcseconds ″ \"", "A": "a amp amps",
-    "mA": "ma milliamp milliamps", "V": "volt volts", "Nm": "nm n.m newtonmeter", "N": "n newton", "Ncm": "ncm",
+    "mA": "ma milliamp milliamps", "V": "volt volts",
+    "Nm": "nm n.m newtonmeter", "N": "n newton", "Ncm": "ncm",
     "mNm": "mnm", "min": "min minutes", "rad/s": "rad/s", "deg/s": "deg/s °/s", "m/s": "m/s",
     "mm/s": "mm/s", "rpm": "rpm 1/min u/min",
 }  # fmt: skip
@@ -56,7 +57,8 @@ IN_SI = {
     "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "m": 1.0, "cm": 0.01, "mm": 1e-3,
     "um": 1e-6, "inch": 0.0254, "rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180.0, "turn": 2.0 * np.pi,
     "arcmin": np.pi / 10800.0, "arcsec": np.pi / 648000.0,
-    "N": 1.0, "mN": 1e-3, "Nm": 1.0, "mNm": 1e-3, "Ncm": 0.01, "1": 1.0, "A": 1.0, "mA": 1e-3, "V": 1.0,
+    "N": 1.0, "mN": 1e-3, "Nm": 1.0, "mNm": 1e-3, "Ncm": 0.01, "1": 1.0, "A": 1.0, "mA": 1e-3,
+    "V": 1.0,
     "rad/s": 1.0, "deg/s": np.pi / 180.0, "m/s": 1.0, "mm/s": 1e-3, "rpm": np.pi / 30.0,
 }  # fmt: skip
 """Units by their size in the contract's."""
