@@ -84,7 +84,7 @@ def _rubbing(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     width: float | FloatArray = scalar(values, "width")
     share, load = scalar(values, "by_load"), np.abs(flow.load.torque_nm[:, 0])
     if share > 0.0 and load.any():
-        width = width * (1.0 - share + share * load / load.mean())
+        width = np.maximum(width * (1.0 - share + share * load / load.mean()), 0.0)
     _play(flow, values, memory, width, np.zeros(len(flow.t_s)))
 
 
@@ -119,5 +119,6 @@ FRICTION = _kind(
     "joint_friction",
     _rubbing,
     "friction holds the axis back by {:.4g} mrad in all between its two directions",
-    (Parameter("by_load", "1", 0.0, 1.0, step=0.02, default=0.0),),
+    # all of it by load (1) is what a bearing does, and no end that a fit ran into
+    (Parameter("by_load", "1", 0.0, 1.1, step=0.02, default=0.0),),
 )
