@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -29,8 +30,11 @@ def _table(path: Path) -> None:
     path.write_text("time,angle,target\n" + "\n".join(rows) + "\n")
 
 
+JOINTS = ["shoulder_pan.pos", "shoulder_lift.pos", "elbow_flex.pos"]
+
+
 def _episodes(path: Path) -> None:
-    """As LeRobot has them: lists of joints, of which the third moves."""
+    """A data set as LeRobot has them: a folder, with joints of which the third moves."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -42,7 +46,11 @@ def _episodes(path: Path) -> None:
         "action": [list(row) for row in np.stack([still, still, target], axis=1)],
         "observation.state": [list(row) for row in np.stack([still, still, angle], axis=1)],
     }
-    pq.write_table(pa.table(table), path)
+    features = {name: {"names": JOINTS} for name in ("action", "observation.state")}
+    for folder in ("meta", "data/chunk-000"):
+        (path / folder).mkdir(parents=True)
+    (path / "meta/info.json").write_text(json.dumps({"fps": 50, "features": features}))
+    pq.write_table(pa.table(table), path / "data/chunk-000/file-000.parquet")
 
 
 def _corrected(path: Path) -> None:
@@ -53,7 +61,7 @@ def _corrected(path: Path) -> None:
 
 FILES: dict[str, Callable[[Path], object]] = {
     "data.csv": _table,
-    "file-000.parquet": _episodes,
+    "so100": _episodes,
     "axis.yaml": lambda path: path.write_text(AXIS),
     "part.gcode": lambda path: path.write_text(GCODE),
     "points.csv": lambda path: path.write_text(POINTS),

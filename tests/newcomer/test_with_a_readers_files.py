@@ -30,9 +30,10 @@ SESSIONS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ' --set "position=angle[deg]" --set "command=target[deg]" --report why.html',
     )),
     "a LeRobot data set": ((), (
-        "deltactl diagnose file-000.parquet --robot axis.yaml --set t=timestamp"
-        ' --set "command=action.2[deg]" --set "position=observation.state.2[deg]"'
-        " --set segment=episode_index",
+        "deltactl diagnose so100/ --inspect",
+        "deltactl diagnose so100/ --robot axis.yaml --set t=timestamp"
+        ' --set "command=action.elbow_flex.pos[deg]"'
+        ' --set "position=observation.state.elbow_flex.pos[deg]" --set segment=episode_index',
     )),
     "from other programs": ((MY_DELTA,), (
         'deltactl convert part.gcode part.yaml --robot my-delta.yaml --origin "0 0 -450"'

@@ -44,12 +44,6 @@ UNTYPED: dict[str, tuple[str, ...]] = {
         "deltactl diagnose run.mcap --robot axis.yaml --columns t=/joint_states.header.stamp"
         " --columns position=/joint_states.position.elbow --columns command=/target.data",
     ),
-    "needs a LeRobot data set; tests/inspection writes such folders and reads them": (
-        "deltactl diagnose so100/ --inspect",
-        "deltactl diagnose so100/ --robot axis.yaml --set t=timestamp"
-        ' --set "command=action.elbow_flex.pos[deg]"'
-        ' --set "position=observation.state.elbow_flex.pos[deg]" --set segment=episode_index',
-    ),
     "is what make demo does, on a clean clone": ("deltactl demo",),
     "surveys for minutes, then diagnoses and trains: as make demo does, on a clean clone": (
         "deltactl run survey.yaml --record survey.mcap",
