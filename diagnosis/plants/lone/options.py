@@ -37,6 +37,11 @@ class CommandedAxisOptions:
     of_each_kind: tuple[float, float] = (0.1, 0.9)
     """Shares of rows in motion between which both kinds have enough to show a noise of their own.
     """
+    fewest_rests: int = 12
+    """At a place, under a load, to show a noise of their own: within one an axis is off by the same
+    amount, and as many sizes as there are rests fit them all."""
+    another_load: float = 0.1
+    """Share of the load's range by which it has to change to make another rest."""
     steady_correlation: float = 0.999
     """Of command and time, above which an axis turns steadily and they are one."""
     least_move_share: float = 1e-6

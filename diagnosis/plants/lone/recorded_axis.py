@@ -26,7 +26,13 @@ from diagnosis.observations.readings import (
 )
 from diagnosis.plants.lone.known_effects import Foretold, begun, may_leave
 from diagnosis.plants.lone.options import COMMANDED_AXIS
-from diagnosis.plants.lone.travel import arrivals, count_places, direction_of, turns
+from diagnosis.plants.lone.travel import (
+    arrivals,
+    count_places,
+    direction_of,
+    rests_under_loads,
+    turns,
+)
 from diagnosis.plants.lone.waves import resolved_waves
 from foundation.errors import RecordingError
 from models.chain.axis import AxisChain, entries_of, gravity_pull
@@ -150,7 +156,9 @@ class RecordedAxis:
         moving = self._under_way.astype(np.intp)
         least, most = COMMANDED_AXIS.of_each_kind
         share = float(moving[self.rows].mean())
-        return moving if least < share < most else np.zeros_like(moving)
+        rests = rests_under_loads(self.stays[self.rows], self.pull[self.rows])
+        told = least < share < most and rests >= COMMANDED_AXIS.fewest_rests
+        return moving if told else np.zeros_like(moving)
 
     @cached_property
     def _under_way(self) -> BoolArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.observations.readings import BoolArray, FloatArray
+from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.plants.lone.options import COMMANDED_AXIS
 
 
@@ -57,3 +57,16 @@ def turns(direction: FloatArray, fresh: BoolArray) -> bool:
     stretch = np.cumsum(fresh)[known]
     back = direction[known][1:] * direction[known][:-1] < 0.0
     return bool(np.any(back & (stretch[1:] == stretch[:-1])))
+
+
+def rests_under_loads(stays: IntArray, load: FloatArray) -> int:
+    """How many rests there are, each counted once for every load that it stands under.
+
+    stays (m,): number of the rest a row lies in, -1 in motion. load (m,): known load on the axis.
+    """
+    another = COMMANDED_AXIS.another_load * float(np.ptp(load))
+    count, rest, stood_under = 0, -1, 0.0
+    for stay, pull in zip(stays.tolist(), load.tolist(), strict=True):
+        if stay >= 0 and (stay != rest or abs(pull - stood_under) > another):
+            count, rest, stood_under = count + 1, stay, pull
+    return count
