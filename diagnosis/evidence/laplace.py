@@ -68,17 +68,37 @@ class Laplace:
         return keys in self._known
 
     def __call__(self, keys: Iterable[str], start_from: Sequence[Explanation] = ()) -> Explanation:
-        """The best fit of a set; starts: from explanations of parts of it."""
+        """The best fit of a set; starts: from explanations of parts of it, and of more than it."""
         wanted = frozenset(keys)
         if wanted not in self._known:
             self._known[wanted] = self._best(wanted, start_from)
+        elif (found := self._cheaper(wanted, start_from)) is not None:
+            self._known[wanted] = found
         return self._known[wanted]
+
+    def _cheaper(
+        self, keys: frozenset[str], start_from: Sequence[Explanation]
+    ) -> Explanation | None:
+        """A fit of a known set that begins where a larger set ended; None where none is better.
+
+        Else a set seems to need what only helped its fit to a better minimum.
+        """
+        known, moved = self._known[keys], self._moved(keys)
+        points = [_less(part, keys) for part in start_from if part.keys > keys and moved]
+        if not points or not np.isfinite(known.log_evidence):
+            return None
+        costs = [self._solve(keys, point)[0] for point in points]
+        if min(costs) > known.penalised - EVIDENCE.fit_gain:
+            return None
+        _, point = self._descend(keys, points[int(np.argmin(costs))], moved)
+        return self._explanation(keys, point)
 
     def _best(self, keys: frozenset[str], start_from: Sequence[Explanation]) -> Explanation:
         points = self._starts(keys, start_from)
         moved = self._moved(keys)
         if self._before is not None and keys in self._before:
             points = [[self._before(keys).sizes]]
+        points += [[_less(part, keys)] for part in start_from if part.keys > keys]
         if not moved:
             return self._explanation(keys, points[0][0])
         chosen = {self._cheapest(keys, some) for some in points if some}
@@ -248,3 +268,9 @@ class Laplace:
             if size.prior == "half":
                 total += 2.0 * np.log(2.0 * ndtr(point[name] / (size.spread * spread)))
         return float(total)
+
+
+def _less(explanation: Explanation, keys: frozenset[str]) -> Point:
+    """The nonlinear sizes that a smaller set has of an explanation."""
+    sizes = explanation.sizes
+    return {name: size for name, size in sizes.items() if name.split(".")[0] in keys}

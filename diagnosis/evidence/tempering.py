@@ -53,4 +53,5 @@ def _of_residual(
     least = max(EVIDENCE.least_noise_share * float(np.std(mismatch)), plant.rounding, 1e-15)
     rounded = plant.rounding > 0.0
     once = runs_of_one_value(plant.observed, expected, groups, rows) if rounded else None
-    return tempered(residual, rows, groups, plant.kinds, least, fitted, once, took)
+    kinds, noises = plant.kinds, plant.noises
+    return tempered(residual, rows, groups, kinds, noises, least, fitted, once, took)

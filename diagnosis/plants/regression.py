@@ -123,7 +123,12 @@ class RegressionPlant(Protocol):
     groups: IntArray
     """(n,) number of the stretch, place or joint a row belongs to: noise is of one kind within."""
     kinds: IntArray
-    """(n,) small numbers: rows of one kind share one noise (at rest, in motion, a joint)."""
+    """(n,) small numbers: rows of one kind are like one another (at rest, in motion, a joint)."""
+
+    @property
+    def noises(self) -> IntArray:
+        """(n,) small numbers: rows of one number share one noise; as `kinds`, or coarser."""
+        ...
 
     @property
     def stays(self) -> IntArray:

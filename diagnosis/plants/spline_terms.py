@@ -71,12 +71,18 @@ class KeepsBeside:
 
     beside: FloatArray
     groups: IntArray
+    kinds: IntArray
     left_by_known: Sequence[tuple[float, FloatArray]] = ()
 
     @property
     def stays(self) -> IntArray:
         """Of what is not known to stand anywhere, none."""
         return np.full(len(self.groups), -1, dtype=np.intp)
+
+    @property
+    def noises(self) -> IntArray:
+        """One noise for each kind of row."""
+        return self.kinds
 
     def not_testable(self) -> list[NotTestable]:
         """Nothing is out of reach of every recording of such a machine."""

@@ -135,8 +135,9 @@ def _beside(
     chances: dict[str, float],
     nothing: float,
 ) -> Selected:
-    """Choose among what was open, beside what is sure and unknown."""
+    """Choose among what was open, or is needless beside the unknown, beside what is sure."""
     sure = frozenset(key for key in named.best.keys if chances[key] > SELECTION.sure)
+    needless = _needless(free, sure, unknown)
     opened = [
         key
         for key, p in chances.items()
@@ -144,10 +145,23 @@ def _beside(
     ]
     if sure == named.best.keys:
         opened = []
-    both = HillClimb(free, sure | unknown, among=opened).run()
+    opened += sorted(needless)
+    both = HillClimb(free, (sure - needless) | unknown, among=opened).run()
     found = {**chances, **{key: both.probability(key) for key in opened}}
     return Selected(
         plant, free, both, found, nothing, free(()), named.best, _shift(plant, both.best), free
+    )
+
+
+def _needless(evidence: Laplace, sure: frozenset[str], unknown: frozenset[str]) -> frozenset[str]:
+    """Named regressors without which the evidence beside the unknown is better: they had stood in
+    for it.
+    """
+    whole = evidence(sure | unknown)
+    return frozenset(
+        key
+        for key in sure
+        if evidence(whole.keys - {key}, [whole]).log_evidence > whole.log_evidence
     )
 
 

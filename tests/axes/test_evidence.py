@@ -67,7 +67,7 @@ def test_laplace_is_exact_where_all_is_linear(seed: int, count: int, spread: flo
     plant = Line(np.random.default_rng(seed), count, spread)
     noise = tempered(
         np.random.default_rng(seed + 1).standard_normal(count),
-        plant.rows, plant.groups, plant.kinds, 1e-9, 0,
+        plant.rows, plant.groups, plant.kinds, plant.kinds, 1e-9, 0,
     )  # fmt: skip
     evidence = Laplace(plant, noise)  # type: ignore[arg-type]
     gained = evidence("ab").log_evidence - evidence("").log_evidence

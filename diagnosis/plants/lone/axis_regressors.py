@@ -205,6 +205,14 @@ def _ringing(axis: RecordedAxis) -> Regressor | None:
                      alone=False, saturated=False)  # fmt: skip
 
 
+def _rings(axis: RecordedAxis, sizes: Sizes) -> bool:
+    """Whether a frequency and a damping lie within what was looked for, not at its ends."""
+    near, slowest = LONE.near_bound, COMMANDED_AXIS.slowest_ringing_hz
+    low, high = COMMANDED_AXIS.damping_within
+    within = (1.0 + near) * slowest < sizes["ringing.frequency"] < (1.0 - near) * highest_hz(axis)
+    return within and low < sizes["ringing.damping"] < high
+
+
 def impossible(
     axis: RecordedAxis, keys: frozenset[str], sizes: Sizes, linear: Mapping[str, FloatArray]
 ) -> bool:
@@ -229,5 +237,4 @@ def impossible(
         return True
     if "jump" in keys and abs(float(linear["jump"][0])) < axis.full_step:
         return True
-    low, high = COMMANDED_AXIS.damping_within
-    return "ringing" in keys and not low < sizes["ringing.damping"] < high
+    return "ringing" in keys and not _rings(axis, sizes)

@@ -93,8 +93,8 @@ class CommandedAxisOptions:
     """Share of the places at which a wave has one phase: there it looks like a constant."""
     fewest_waves: float = 2.0
     """Fewer over the travel look like a ratio or a bend."""
-    ringing_of_rate: float = 0.2
-    """Highest frequency as a share of the sampling rate: five samples a period,"""
+    ringing_of_rate: float = 0.25
+    """Highest frequency as a share of the sampling rate: four samples a period,"""
     fastest_ringing_hz: float = 25.0
     """and what no axis exceeds by enough to be read."""
     slowest_sampled_hz: float = 1.0

@@ -156,9 +156,13 @@ class RecordedAxis:
         moving = self._under_way.astype(np.intp)
         least, most = COMMANDED_AXIS.of_each_kind
         share = float(moving[self.rows].mean())
+        return moving if least < share < most else np.zeros_like(moving)
+
+    @cached_property
+    def noises(self) -> IntArray:
+        """By `kinds`, if there are rests enough to show a noise of their own; one noise if not."""
         rests = rests_under_loads(self.stays[self.rows], self.pull[self.rows])
-        told = least < share < most and rests >= COMMANDED_AXIS.fewest_rests
-        return moving if told else np.zeros_like(moving)
+        return self.kinds if rests >= COMMANDED_AXIS.fewest_rests else np.zeros_like(self.kinds)
 
     @cached_property
     def _under_way(self) -> BoolArray:
