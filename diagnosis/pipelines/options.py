@@ -13,6 +13,9 @@ class RegressionOptions:
     """Of the sizes: the ends of a 95 % interval are then known to a few per cent of its width."""
     least_probability: float = 0.02
     """Alternatives less probable than this get no line."""
+    as_good_as_none_s: float = 5e-4
+    """Standard deviation below which no time constant is known: a drive has one, and its model and
+    the clock are off by as much."""
     fewest_places: int = 5
     """Places at which a sensor was read, before their scatter is told from what is alike at one."""
     fewest_stays: int = 20

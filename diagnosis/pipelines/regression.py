@@ -120,13 +120,22 @@ def _together(selected: Selected, blocks: dict[str, float]) -> dict[str, float]:
 def _widened(selected: Selected) -> tuple[Selected, Blocks]:
     """The same with the discrepancy of its sizes, and what it leaves of blocks left out.
 
-    Less doubtful corrections of the file without which these blocks are no worse (`grew`).
+    Less doubtful corrections of the file, and then unknowns that no test sees.
     """
+    known, blocks = _less_doubtful(selected)
+    seen_alone = _without_unseen(known)
+    if seen_alone.best.keys == known.best.keys:
+        return known, blocks
+    return _widened(replace(seen_alone, shift=selected.shift))
+
+
+def _less_doubtful(selected: Selected) -> tuple[Selected, Blocks]:
+    """Less corrections of the file without which blocks left out are no worse (`grew`)."""
     blocks = on_blocks(selected)
     known = replace(selected, shift=_together(selected, beyond_noise(selected.best, blocks)))
     fewer = _without_doubtful(known)
     if fewer.best.keys != selected.best.keys:
-        trimmed, left = _widened(replace(fewer, shift=selected.shift))
+        trimmed, left = _less_doubtful(replace(fewer, shift=selected.shift))
         if left.after <= VERDICT.grew * blocks.after:
             return trimmed, left
     return known, blocks
@@ -179,6 +188,19 @@ SIGNED = frozenset(
     }
 )  # fmt: skip
 """Effects that correct a figure of the robot file, up or down."""
+
+
+def _without_unseen(selected: Selected) -> Selected:
+    """The same less every unknown that chance would show as well: the evidence has it for a part of
+    what the others leave, and a recording that a test takes for noise shows no new physics.
+    """
+    best = selected.best
+    for regressor in selected.plant.regressors:
+        if regressor.key in best.keys and regressor.unknown:
+            without = selected.evidence(best.keys - {regressor.key}, [best])
+            if chance(selected, best, without) > ASSESSMENT.unlikely:
+                return _without_unseen(replace(selected, posterior=Posterior([without], [1.0])))
+    return selected
 
 
 def _without_doubtful(selected: Selected) -> Selected:

@@ -17,7 +17,7 @@ from diagnosis.observations.readings import FloatArray, Readings
 from diagnosis.pipelines.options import REGRESSION, UNKNOWN
 from diagnosis.pipelines.regression_figures import rms_left
 from diagnosis.plants.options import SPLINE_TERMS
-from diagnosis.plants.regression import RegressionPlant, Regressor, Shown
+from diagnosis.plants.regression import Equivalent, RegressionPlant, Regressor, Shown
 from diagnosis.selection.named_first import Selected
 from diagnosis.selection.options import SELECTION
 
@@ -34,7 +34,13 @@ def findings(selected: Selected, readings: Readings, axes: list[str]) -> list[Fi
         for key in sorted(best.keys)
         if probability_of(selected, by_key[key]) >= SELECTION.likely
     ]
-    return sorted(found, key=lambda one: (one.effect == "unknown", -one.evidence.delta_chi2))
+    return sorted(found, key=_first)
+
+
+def _first(finding: Finding) -> tuple[bool, float, float]:
+    """What has a name comes first, and of those what most of the mismatch hangs on."""
+    by_chi2 = finding.evidence.delta_chi2
+    return finding.effect == "unknown", -finding.share_of_mismatch, -by_chi2
 
 
 def _finding(
@@ -43,16 +49,18 @@ def _finding(
     best = selected.best
     without = selected.evidence(best.keys - {regressor.key}, [best])
     gain = max(without.chi2 - best.chi2, 0.0)
-    equivalents = [t for t in regressor.equivalents if _applies(t.only_if_zero, regressor, best)]
-    odds = np.exp([0.0, *(t.log_odds for t in equivalents)])
+    apart = [_apart(selected, regressor, t) for t in regressor.equivalents]
+    log_odds = [t.log_odds - 0.5 * d for t, d in zip(regressor.equivalents, apart, strict=True)]
+    odds = np.exp([0.0, *log_odds])
     share = odds / odds.sum()
     probability = min(probability_of(selected, regressor), 1.0)
     alternatives = [
         Alternative(
-            effect=t.effect, component=regressor.component, delta_chi2=0.0,
+            effect=t.effect, component=regressor.component, delta_chi2=d,
             probability=float(probability * s),
         )
-        for t, s in zip(equivalents, share[1:], strict=True)
+        for t, d, s in zip(regressor.equivalents, apart, share[1:], strict=True)
+        if probability * s > REGRESSION.least_probability
     ]  # fmt: skip
     alternatives += _others(selected, regressor)
     return Finding(
@@ -97,8 +105,7 @@ def _table(selected: Selected, regressor: Regressor) -> Table | None:
 
 def probability_of(selected: Selected, regressor: Regressor) -> float:
     """Of an effect at a component, in whichever of its forms (friction by load or not)."""
-    name = (regressor.effect, regressor.component)
-    forms = {r.key for r in selected.plant.regressors if (r.effect, r.component) == name}
+    forms = _forms(selected, regressor)
     own = selected.probability[regressor.key]
     if regressor.unknown or len(forms) == 1:
         return own
@@ -106,19 +113,32 @@ def probability_of(selected: Selected, regressor: Regressor) -> float:
     return max(own, float(sum(weight for one, weight in pairs if one.keys & forms)))
 
 
-def _applies(size: str, regressor: Regressor, best: Explanation) -> bool:
-    """Whether a equivalent that needs one size to be zero has it so."""
-    return not size or best.sizes[f"{regressor.key}.{size}"] < 1e-3
+def _forms(selected: Selected, regressor: Regressor) -> set[str]:
+    """Keys of all regressors that are this effect at this component."""
+    name = (regressor.effect, regressor.component)
+    return {r.key for r in selected.plant.regressors if (r.effect, r.component) == name}
+
+
+def _apart(selected: Selected, regressor: Regressor, same: Equivalent) -> float:
+    """By how much in chi-square the fit is worse with the size at zero that an equivalent needs."""
+    if not same.only_if_zero:
+        return 0.0
+    best, name = selected.best, f"{regressor.key}.{same.only_if_zero}"
+    at = best.names.index(name)
+    known = math.sqrt(float(scaled_covariance(best)[at, at]))
+    spread = math.hypot(known, selected.shift.get(name, 0.0), REGRESSION.as_good_as_none_s)
+    return (best.sizes[name] / spread) ** 2
 
 
 def _others(selected: Selected, regressor: Regressor) -> list[Alternative]:
     """Other regressors that stand in sets without this one, with their posterior."""
     posterior, best = selected.posterior, selected.best
     by_key = {r.key: r for r in selected.plant.regressors}
+    own = {regressor.key} if regressor.unknown else _forms(selected, regressor)
     weights: dict[str, float] = {}
     worse: dict[str, float] = {}
     for explanation, weight in zip(posterior.explanations, posterior.weights, strict=True):
-        if regressor.key in explanation.keys:
+        if own & explanation.keys:
             continue
         for key in explanation.keys - best.keys:
             weights[key] = weights.get(key, 0.0) + weight
