@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 from diagnosis.answer.records import Diagnosis
 from diagnosis.pipelines.lone_machine import diagnose_axis
+from diagnosis.report.sentences.telling_apart import hint
 from models.robot import AxisGravity, Drive, RangeSensor, ServoAxis, StepperAxis
+from recording.tables.flat import from_columns
 
 FORCED = ServoAxis(kind="servo_axis", name="forced", motion="linear", inertia=2.0)
 HEAVY = FORCED.model_copy(
@@ -195,3 +198,17 @@ def test_a_tie_comes_with_what_would_settle_it(rigs: ModuleType) -> None:
     tied = {a.effect for finding in answer.findings for a in finding.alternatives}
     assert tied & {"gear_backlash", "joint_friction"}
     assert any("weight that always pulls one way" in line for line in answer.says)
+
+
+def test_at_one_speed_a_ratio_looks_like_a_drift() -> None:
+    rng = np.random.default_rng(3)
+    t_s = 4.0 * np.arange(200)
+    command = 7.3e-5 * t_s
+    seen = 1.001 * command + 1e-6 * rng.standard_normal(200)
+    recording = from_columns({"t": t_s, "command": command, "position": seen}, "rig")
+    (ratio,) = diagnose_axis(FOLLOWS, [recording]).findings
+    assert ratio.effect == "gear_ratio"
+    assert ratio.probability is not None
+    assert ratio.probability < 0.5
+    assert "unknown" in [one.effect for one in ratio.alternatives]
+    assert "at another speed" in hint(ratio)

@@ -47,12 +47,13 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     # A weight that the file leaves out bends a rotary servo nearly in proportion to its angle.
     rotary = isinstance(axis.robot, ServoAxis) and axis.robot.motion == "rotary"
     yields = Equivalent("joint_compliance", ODDS.unknown_load_for_ratio)
+    drifts = [Equivalent("unknown", ODDS.drift_for_ratio)] if axis.steady else []
     found = [
         Regressor(
             "ratio",
             "gear_ratio",
             ODDS.ratio_of_stepper if stepper else ODDS.ratio_of_servo,
-            equivalents=(yields,) if rotary and not known_pull else (),
+            equivalents=(*drifts, *([yields] if rotary and not known_pull else [])),
         ),
         Regressor("lag", "following_lag", ODDS.everyday, sizes=lag, equivalents=late),
     ]

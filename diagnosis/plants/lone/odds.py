@@ -60,6 +60,9 @@ class LoneOddsOptions:
     unknown_load_for_ratio: float = 0.0
     """A servo that yields under a weight, of which the file says nothing: yielding is the more
     frequent, but a file without a weight is mostly that of an axis without one."""
+    drift_for_ratio: float = 0.0
+    """Of an axis that turns at one speed: what it stands on, or its clock, drifts about as often as
+    a ratio is typed wrong."""
     late_sensor_for_lag: float = -1.0
     """A drive lags more often than a reading is late."""
     late_sensor_for_late_effort: float = -0.5

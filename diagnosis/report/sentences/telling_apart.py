@@ -32,6 +32,10 @@ _AXES: dict[Pair, str] = {
         "(kg x 9.81 x metres, and the angle at which it hangs), or record it as load, and diagnose "
         "again: a wrong ratio is the same at every load"
     ),
+    frozenset({"gear_ratio", "unknown"}): (
+        "record again at another speed: the error of a wrong ratio grows with the way, a drift (of "
+        "what the axis stands on, of its clock) with the time"
+    ),
     frozenset({"home_offset", "joint_compliance"}): (
         "repeat the motion with a known weight on the axis: a yielding joint sags further"
     ),

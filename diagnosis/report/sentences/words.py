@@ -158,6 +158,8 @@ def rival(finding: str, other: str, component: str) -> str:
     """An alternative to an effect, said as what it is when it looks like that effect."""
     if (finding, other) == ("effort_offset", "joint_friction"):
         return f"{effect(other, component)} that is stronger one way"
+    if (finding, other) == ("gear_ratio", "unknown"):
+        return f"a drift of {part(component)} with time"
     return effect(other, component)
 
 
