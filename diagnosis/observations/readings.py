@@ -91,7 +91,8 @@ def step_of(values: FloatArray) -> float:
     """Step [unit of the values] that all readings (n,) are whole multiples of; 0 for none.
 
     The smallest distance between two readings is one only if all others are multiples of it: an
-    axis that turns steadily has no two readings near each other either.
+    axis that turns steadily has no two readings near each other either. Nor is it one if every
+    reading is one further than the last: that is the way between two samples at one speed.
     """
     known = values[np.isfinite(values)]
     if len(known) < 2:
@@ -102,6 +103,9 @@ def step_of(values: FloatArray) -> float:
         return 0.0
     step = float(np.median(apart[apart < OBSERVATIONS.same_step * apart.min()]))
     counts = (known - known[0]) / step
+    one_further = np.round(np.diff(counts)) == np.sign(counts[-1])
+    if float(np.mean(one_further)) > OBSERVATIONS.most_on_step:
+        return 0.0
     whole = np.abs(counts - np.round(counts)) < OBSERVATIONS.near_step
     return step if float(np.mean(whole)) > OBSERVATIONS.most_on_step else 0.0
 
