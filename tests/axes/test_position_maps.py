@@ -11,6 +11,7 @@ from scipy.signal import lfilter
 
 from diagnosis.answer.consistency import contradictions
 from diagnosis.answer.records import Diagnosis
+from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.evidence.repeats import repeats
 from diagnosis.pipelines.lone_machine import diagnose_axis
 from diagnosis.plants.lone.waves import resolved_waves
@@ -80,7 +81,7 @@ def test_the_odds_of_what_stands_beside_a_map_agree_with_its_probability() -> No
     answer = diagnose_axis(SLIDE, [rig.record(1, passes=4)], [])
     chances = {one.effect: one.evidence.p for one in answer.findings}
     assert chances["gear_ratio"] < 1e-6
-    assert max(chances.values()) < 0.01
+    assert max(chances.values()) <= ASSESSMENT.unlikely
     assert answer.false_alarm_p < 1e-6
 
 
