@@ -190,8 +190,9 @@ def test_a_constant_force_and_dry_friction_do_not_contradict_each_other() -> Non
     todo = advice("slide", "effort_offset", "offset", -3.2) or ""
     assert "moves nothing" not in force + todo
     assert "always acts" not in force + todo
-    assert "at rest and in motion either way" in force
-    assert "at rest and in motion either way" in todo
+    assert "whichever way the axis moves" in force
+    assert "whichever way it moves" in todo
+    assert "at rest" not in force + todo, "readings at rest are not used"
     assert "against its motion" in friction
 
 

@@ -69,7 +69,7 @@ EVERYWHERE: Table = {
     "stale_reading": "look at the cable and supply of {part}: it repeats old values",
     "inertia": "enter the true inertia of {part} in the robot file: {size}",
     "effort_offset": "balance {part}, or correct the zero of its effort: the same {size} is there"
-    " at rest and in motion either way, where friction would reverse with the motion",
+    " whichever way it moves, where friction would change sign with the motion",
     "effort_gain": "set the scale between effort and force of {part}: its effort gives {size}"
     " {sign:more|less} than the robot file says",
     "unknown": "find out what the unknown error at {part} comes with: it follows {follows}; repeat"
