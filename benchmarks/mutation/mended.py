@@ -109,13 +109,13 @@ MENDED: tuple[Named, ...] = (
     ),
     Named(
         "held-out blocks that took part in the choice of causes, unsaid",
-        "diagnosis/report/sentences/fit_words.py",
+        "diagnosis/report/phrases/fit_words.py",
         " (causes were chosen with all of it)",
         "",
     ),
     Named(
         "a torque in N",
-        "diagnosis/report/sentences/sizes.py",
+        "diagnosis/report/phrases/sizes.py",
         ', ("torque", "N"): "force"}',
         "}",
     ),

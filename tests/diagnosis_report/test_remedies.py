@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 
 from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
-from diagnosis.report.sentences import words
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.words import EFFECTS
 from diagnosis.report.sentences.advice import ADVICE, EVERYWHERE, advice
+from diagnosis.report.sentences.headline import headline
 from diagnosis.report.sentences.remedies import remedies, remedy
-from diagnosis.report.sentences.summary import headline
 from diagnosis.report.sentences.ways import TERMINAL
-from diagnosis.report.sentences.words import EFFECTS
 from firmware_py.robot_file import CONFIG_FOLDER
 from models.effects.lone_axis import effort_effects
 from models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis, load_robot_model

@@ -8,7 +8,7 @@ import pytest
 
 from diagnosis.answer.records import Finding, PriorSensitivity, Unexplained
 from diagnosis.assessment.prior_sensitivity import as_found
-from diagnosis.report.sentences.fit_words import fit_lines
+from diagnosis.report.phrases.fit_words import fit_lines
 from diagnosis.report.sentences.telling import BESIDE, IS_NOISE, NOISE, told
 
 

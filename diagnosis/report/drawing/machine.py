@@ -10,7 +10,7 @@ from diagnosis.report.drawing.culprits import marks_of
 from diagnosis.report.drawing.delta import DeltaDrawing
 from diagnosis.report.drawing.lone import axis_scene, sensor_scene, widened
 from diagnosis.report.drawing.scene import Scene, hue
-from diagnosis.report.sentences import words
+from diagnosis.report.phrases import words
 from models.robot import DeltaRobot, RangeSensor, RobotModel
 
 

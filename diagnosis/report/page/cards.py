@@ -10,10 +10,20 @@ from diagnosis.answer.records import Alternative, Diagnosis, Finding, ParameterR
 from diagnosis.report.drawing.machine import badge
 from diagnosis.report.drawing.scene import hue
 from diagnosis.report.page.bars import interval_bar
-from diagnosis.report.sentences import sureness, words
-from diagnosis.report.sentences.sizes import Size, departure, number, scale_of, sizes, told
-from diagnosis.report.sentences.summary import finding_title, share_line, where_line
-from diagnosis.report.sentences.sureness import in_chi_square
+from diagnosis.report.phrases import sureness, words
+from diagnosis.report.phrases.percent import percent
+from diagnosis.report.phrases.rivals import exclusive
+from diagnosis.report.phrases.sizes import Size, departure, number, scale_of
+from diagnosis.report.phrases.sureness import in_chi_square
+from diagnosis.report.sentences.finding_words import (
+    alternatives_line,
+    divided,
+    finding_title,
+    memory_line,
+    share_line,
+    told_sizes,
+    where_line,
+)
 from diagnosis.report.sentences.telling_apart import hint
 
 NOT_FROM_ZERO = frozenset(
@@ -47,11 +57,10 @@ def _card(number: int, finding: Finding, diagnosis: Diagnosis, span: tuple[float
 
 
 def _sizes(finding: Finding, diagnosis: Diagnosis) -> str:
-    parts = []
-    for name, result in told(finding.parameters).items():
-        for size in sizes(finding.effect, name, result):
-            text = f'<div class="size">{html.escape(f"{size.name}: {size.text}")}'
-            parts.append(f"{text}{_bar(finding, name, result, size, diagnosis)}</div>")
+    parts = [_text(divided(finding))]
+    for name, result, size in told_sizes(finding):
+        text = f'<div class="size">{html.escape(f"{size.name}: {size.text}")}'
+        parts.append(f"{text}{_bar(finding, name, result, size, diagnosis)}</div>")
     return "".join(parts)
 
 
@@ -88,33 +97,30 @@ def _depends(finding: Finding) -> str:
     follows = words.listed([words.followed(name) for name in finding.depends_on])
     if not follows and finding.has_memory is None:
         return ""
-    memory = {
-        True: "Earlier motion counts too (hysteresis).",
-        False: "Earlier motion does not count (no hysteresis).",
-        None: "",
-    }[finding.has_memory]
-    return _text(f"{words.sentence(follows)} {memory}".strip())
+    return _text(f"{words.sentence(follows)} {memory_line(finding)}".strip())
 
 
 def _alternatives(finding: Finding, diagnosis: Diagnosis) -> str:
+    """What else it may be: how much worse each fits, its probability standing under How sure."""
     if not finding.alternatives:
-        if finding.effect == "unknown":
-            return _text("It matches nothing in the list of known effects.")
-        return _text("No other known effect fits these readings as well.")
+        nameless = "It matches nothing in the list of known effects."
+        return _text(alternatives_line(finding) or nameless)
+    apart = exclusive(finding)
     rows = "".join(
         f"<li>{html.escape(words.rival(finding.effect, one.effect, one.component))}"
-        f"{_worse(one)}</li>"
+        f"{_worse(one, apart)}</li>"
         for one in finding.alternatives
     )
-    apart = _told_apart(finding, diagnosis)
     told = (
         "Far less probable:" if sureness.settled(finding) else "This recording cannot tell it from"
     )
-    return f"{told}<ul>{rows}</ul>{_text(apart)}"
+    return f"{told}<ul>{rows}</ul>{_text(_told_apart(finding, diagnosis))}"
 
 
-def _worse(other: Alternative) -> str:
-    notes = [] if other.probability is None else [sureness.percent(other.probability)]
+def _worse(other: Alternative, apart: bool) -> str:
+    """apart: its probability is a share of one whole."""
+    known = other.probability is not None and apart
+    notes = [percent(other.probability or 0.0)] if known else []
     if math.isfinite(other.delta_chi2):
         notes.append(f"fits {_than(other.delta_chi2)}")
     return f' <span class="note">({"; ".join(notes)})</span>' if notes else ""

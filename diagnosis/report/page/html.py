@@ -20,18 +20,15 @@ from diagnosis.report.drawing import machine_drawing
 from diagnosis.report.page.bars import Pair, pair_bars
 from diagnosis.report.page.cards import all_numbers, finding_cards
 from diagnosis.report.page.pictures import mismatch_sections
-from diagnosis.report.sentences import sureness, words
-from diagnosis.report.sentences.fit_words import fit_lines, fit_title
-from diagnosis.report.sentences.limit_words import smallest_text
+from diagnosis.report.phrases import sureness, words
+from diagnosis.report.phrases.fit_words import fit_lines, fit_title
+from diagnosis.report.phrases.limit_words import smallest_text
+from diagnosis.report.phrases.sizes import scale_of
+from diagnosis.report.sentences.finding_words import span_s
+from diagnosis.report.sentences.headline import headline
 from diagnosis.report.sentences.next_run_words import experiment_line
 from diagnosis.report.sentences.remedies import remedies
-from diagnosis.report.sentences.sizes import scale_of
-from diagnosis.report.sentences.summary import (
-    headline,
-    remarks,
-    span_s,
-    unexplained_line,
-)
+from diagnosis.report.sentences.summary import remarks, unexplained_line
 from foundation.errors import RecordingError
 from models.robot import RobotModel
 

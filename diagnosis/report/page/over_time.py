@@ -15,9 +15,9 @@ from charts.thin import keep
 from diagnosis.answer.records import Finding, Picture
 from diagnosis.report.drawing.scene import hue
 from diagnosis.report.page.residuals import Mismatch, rms, smoothed
-from diagnosis.report.sentences import words
-from diagnosis.report.sentences.sizes import scale_of
-from diagnosis.report.sentences.summary import stretches
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.sizes import scale_of
+from diagnosis.report.sentences.finding_words import stretches
 from models.robot import RangeSensor, RobotModel
 
 POINTS = 60_000

@@ -25,8 +25,8 @@ from diagnosis.report.page.residuals import (
     explained_by,
     mismatches,
 )
-from diagnosis.report.sentences import words
-from diagnosis.report.sentences.sizes import scale_of
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.sizes import scale_of
 from models.robot import RobotModel
 
 SHOWN_FIRST = 4

@@ -10,7 +10,7 @@ import numpy as np
 
 from diagnosis.answer.records import FloatArray
 from diagnosis.report.page.residuals import BoolArray, Mismatch, rms
-from diagnosis.report.sentences import words
+from diagnosis.report.phrases import words
 
 STILL_SHARE = 0.02
 """Below this share of its usual top speed a motor counts as standing."""

@@ -7,7 +7,7 @@ import math
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Fit
 from diagnosis.answer.verdict import goes_on
-from diagnosis.report.sentences.sizes import quantity
+from diagnosis.report.phrases.sizes import quantity
 from models.effects import VOCABULARY
 
 ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)

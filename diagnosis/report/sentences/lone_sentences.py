@@ -8,8 +8,9 @@ import numpy as np
 
 from diagnosis.answer.records import Diagnosis, Finding, Picture
 from diagnosis.plants.lone.options import COMMANDED_AXIS
-from diagnosis.report.sentences import sureness, words
-from diagnosis.report.sentences.sizes import quantity
+from diagnosis.report.phrases import sureness, words
+from diagnosis.report.phrases.percent import percent
+from diagnosis.report.phrases.sizes import quantity
 from diagnosis.report.sentences.telling_apart import beside_friction, telling_apart
 from models.effects.kind import EffectKind
 from models.effects.lone_axis import command_effects, effort_effects, said, sensor_effects
@@ -190,7 +191,7 @@ def _held_out(answer: Diagnosis) -> str:
 def _how_sure(finding: Finding) -> str:
     if finding.probability is None:
         return ""
-    return f" (probability {sureness.percent(finding.probability)})"
+    return f" (probability {percent(finding.probability)})"
 
 
 def _upper(text: str) -> str:

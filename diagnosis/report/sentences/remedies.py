@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from diagnosis.answer.corrected_robot import sure
 from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.answer.verdict import NAMELESS, claimed, fits_worse
-from diagnosis.report.sentences import words
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.percent import percent
+from diagnosis.report.phrases.sizes import LEAST_S, number, quantity, scale_of, significant
+from diagnosis.report.phrases.sureness import late_in_all_s, likelier, settled
 from diagnosis.report.sentences.advice import advice, machine_of
-from diagnosis.report.sentences.sizes import LEAST_S, number, quantity, scale_of, significant
-from diagnosis.report.sentences.sureness import late_in_all_s, likelier, percent, settled
 from diagnosis.report.sentences.telling_apart import LONE, beside_friction
 from diagnosis.report.sentences.ways import TERMINAL, Ways
 from models.effects import VOCABULARY

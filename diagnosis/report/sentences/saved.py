@@ -5,8 +5,9 @@ from __future__ import annotations
 from diagnosis.answer.corrected_robot import lasts, sure, sure_of_correction
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding
-from diagnosis.report.sentences import words
-from diagnosis.report.sentences.sureness import percent, settled
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.percent import percent
+from diagnosis.report.phrases.sureness import settled
 from diagnosis.report.sentences.telling_apart import LONE, OTHERWISE, measurement, way_apart
 from diagnosis.report.sentences.ways import TERMINAL, Ways
 
