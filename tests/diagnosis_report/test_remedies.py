@@ -112,9 +112,13 @@ def test_what_looks_the_same_is_to_be_ruled_out_first() -> None:
     assert one is not None
     assert "first rule out bearing friction in motor 1" in one.line
     even = found("gear_backlash", "motor1", 0.01, "rad", "joint_friction")
-    one = remedy(even.model_copy(update={"probability": 0.55}), ROBOT)
+    even = even.model_copy(update={"probability": 0.55})
+    one = remedy(even, ROBOT, certain=False)
     assert one is not None
     assert "but this is only 55 % sure, so first rule out bearing friction" in one.line
+    one = remedy(even, ROBOT)
+    assert one is not None
+    assert "a corrected robot file is right for either, but rule out bearing friction" in one.line
 
 
 def test_nobody_is_asked_to_rule_out_what_is_in_no_list() -> None:
@@ -129,7 +133,7 @@ def test_what_is_not_certain_is_recorded_only_when_all_is_asked_for(make: Any) -
     own = found("home_offset", "motor1", 0.01, "rad")
     first, *lines = remedies(make("explained", findings=[tied, own]), ROBOT)
     assert "record the run proposed below" in first
-    assert ["NEW.yaml --all does" in line for line in lines] == [True, False]
+    assert ["NEW.yaml --all does" in line for line in lines] == [False, True], "sure ones first"
     assert all("--save-robot NEW.yaml" in line for line in lines)
 
 

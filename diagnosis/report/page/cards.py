@@ -25,6 +25,7 @@ from diagnosis.report.sentences.finding_words import (
     where_line,
 )
 from diagnosis.report.sentences.telling_apart import hint
+from diagnosis.report.sentences.ways import TERMINAL, Ways
 
 NOT_FROM_ZERO = frozenset(
     {"time", "time_constant", "period", "height", "frequency", "stiffness", "times_s", "speed"}
@@ -32,22 +33,26 @@ NOT_FROM_ZERO = frozenset(
 """Parameters for which zero is not 'nothing wrong', so that a bar from zero would mislead."""
 
 
-def finding_cards(diagnosis: Diagnosis, span: tuple[float, float]) -> list[str]:
+def finding_cards(
+    diagnosis: Diagnosis, span: tuple[float, float], ways: Ways = TERMINAL
+) -> list[str]:
     """All findings as cards, the strongest first as the answer has them."""
     return [
-        _card(number, finding, diagnosis, span)
+        _card(number, finding, diagnosis, span, ways)
         for number, finding in enumerate(diagnosis.findings, 1)
     ]
 
 
-def _card(number: int, finding: Finding, diagnosis: Diagnosis, span: tuple[float, float]) -> str:
+def _card(
+    number: int, finding: Finding, diagnosis: Diagnosis, span: tuple[float, float], ways: Ways
+) -> str:
     rows = [
         ("Size", _sizes(finding, diagnosis)),
         ("How sure", _text(sureness.evidence(finding) + in_chi_square(finding, number == 1))),
         ("Share", _share(finding)),
         ("Where", _text(where_line(finding, span))),
         ("Depends on", _depends(finding)),
-        ("Or else", _alternatives(finding, diagnosis)),
+        ("Or else", _alternatives(finding, diagnosis, ways)),
     ]
     body = "".join(f"<dt>{name}</dt><dd>{inside}</dd>" for name, inside in rows if inside)
     return (
@@ -100,7 +105,7 @@ def _depends(finding: Finding) -> str:
     return _text(f"{words.sentence(follows)} {memory_line(finding)}".strip())
 
 
-def _alternatives(finding: Finding, diagnosis: Diagnosis) -> str:
+def _alternatives(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
     """What else it may be: how much worse each fits, its probability standing under How sure."""
     if not finding.alternatives:
         nameless = "It matches nothing in the list of known effects."
@@ -114,7 +119,7 @@ def _alternatives(finding: Finding, diagnosis: Diagnosis) -> str:
     told = (
         "Far less probable:" if sureness.settled(finding) else "This recording cannot tell it from"
     )
-    return f"{told}<ul>{rows}</ul>{_text(_told_apart(finding, diagnosis))}"
+    return f"{told}<ul>{rows}</ul>{_text(_told_apart(finding, diagnosis, ways))}"
 
 
 def _worse(other: Alternative, apart: bool) -> str:
@@ -134,7 +139,7 @@ def _than(delta_chi2: float) -> str:
     return f"{size} {which} in {sureness.CHI_SQUARE}"
 
 
-def _told_apart(finding: Finding, diagnosis: Diagnosis) -> str:
+def _told_apart(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
     """What would distinguish them."""
     plan = diagnosis.next_experiment
     mine = {words.effect(finding.effect, finding.component)}
@@ -142,7 +147,7 @@ def _told_apart(finding: Finding, diagnosis: Diagnosis) -> str:
     apart = [words.spelled(name) for name in plan.tells_apart] if plan is not None else []
     if any(name in text for name in mine for text in apart):
         return "The run proposed below is made to distinguish them."
-    return hint(finding)
+    return hint(finding, ways)
 
 
 def _text(text: str) -> str:

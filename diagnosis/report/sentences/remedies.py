@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.answer.corrected_robot import sure
+from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.answer.verdict import NAMELESS, claimed, fits_worse
 from diagnosis.report.phrases import words
@@ -87,6 +88,7 @@ def remedies(
         return [CHANGE_NOTHING]
     late = [one for one in named if one.effect == "following_lag" and not tied(one)]
     late = late if len(late) > 1 else []
+    named = sorted(named, key=lambda one: tied(one) and not sure(one, diagnosis))
     found = (remedy(one, robot, sure(one, diagnosis), ways) for one in named if one not in late)
     lines = [_all_late(late, robot)] if late else []
     lines += [one.line for one in found if one is not None]
@@ -202,11 +204,14 @@ def remedy(
     )
     if finding.effect in WRITABLE and finding.component != LONE and (certain or ways.unsure_too):
         says += ways.describe.format(all="" if certain else " --all")
-    return Remedy(says, _first_rule_out(finding))
+    return Remedy(says, _first_rule_out(finding, certain))
 
 
-def _first_rule_out(finding: Finding) -> str:
-    """What else it could be, to be ruled out before anything is done; empty where nothing."""
+def _first_rule_out(finding: Finding, certain: bool) -> str:
+    """What else it could be, to be ruled out before anything is done; empty where nothing.
+
+    certain: the corrected file holds it, whichever of them it is.
+    """
     likely = finding.alternatives if tied(finding) else []
     nameless = any(one.effect == NAMELESS for one in likely)
     likely = [one for one in likely if one.effect != NAMELESS]
@@ -219,6 +224,8 @@ def _first_rule_out(finding: Finding) -> str:
             f"; but {only}first rule out {name}, which looks the same here and is more probable"
             f" ({percent(rival.probability or 0.0)})"
         )
+    if others and sure_of is not None and certain:
+        return _though(finding, others)
     if len(others) > 1:
         return f"; but {only}first rule out {len(others)} others that look the same here (below)"
     if others:
@@ -226,6 +233,18 @@ def _first_rule_out(finding: Finding) -> str:
     if nameless:
         return f"; but {only}it may as well be a part of something that no list has"
     return ""
+
+
+def _though(finding: Finding, others: Sequence[str]) -> str:
+    """What looks the same beside a finding that is corrected in the file all the same."""
+    same = others[0] if len(others) == 1 else f"{len(others)} others (below)"
+    own = finding.probability or 0.0
+    if own < VERDICT.sure_enough:
+        return (
+            f"; a corrected robot file is right for either, but rule out {same} before you change"
+            " the machine"
+        )
+    return f"; this is {percent(own)} sure: {same} would look the same here"
 
 
 class _Sign(float):

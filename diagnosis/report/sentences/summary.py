@@ -35,13 +35,15 @@ WHY = "Why"
 SO_LITTLE = ", too little to act on"
 
 
-def summary_lines(diagnosis: Diagnosis, robot: RobotModel | None = None) -> list[str]:
+def summary_lines(
+    diagnosis: Diagnosis, robot: RobotModel | None = None, ways: Ways = TERMINAL
+) -> list[str]:
     """The summary as lines of rich markup, everything that came from outside escaped.
 
     robot: whose lengths what is to be done is said in.
     """
     lines = []
-    for number, (style, line) in enumerate(_summary(diagnosis, robot)):
+    for number, (style, line) in enumerate(_summary(diagnosis, robot, ways)):
         if style == "head" and number:
             lines.append("")
         text = escape(line)
@@ -80,7 +82,7 @@ def _summary(
             yield "", f"   {ways.on_top}"
         yield from (("", f"   {line}") for line in finding_lines(finding, span_s(diagnosis)))
         open_to_a_run = diagnosis.next_experiment is not None or diagnosis.open_ties
-        if not open_to_a_run and tied(finding) and (tells := hint(finding)):
+        if not open_to_a_run and tied(finding) and (tells := hint(finding, ways)):
             yield "", f"   {tells}"
     yield from (("", line) for line in remarks(diagnosis, ways))
     yield "head", fit_title(diagnosis)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+OR_EFFORT = ", or record the effort as well"
+
 
 @dataclass(frozen=True, slots=True)
 class Ways:
@@ -25,6 +27,8 @@ class Ways:
     """Before a finding that the corrected robot file does not hold."""
     all_compared: str
     """What compares the rest where the search ended early."""
+    or_effort: str
+    """How the effort tells causes apart, after another way; empty where nothing reads one."""
     table: str
     """Where the numbers of a table are; {unit} is what they are in."""
 
@@ -45,6 +49,7 @@ TERMINAL = Ways(
     on_top="It comes on top of what the robot file has of it already; --save-robot adds both.",
     left_out="left out (--all writes it too): ",
     all_compared="--thorough compares the rest, which takes longer",
+    or_effort=OR_EFFORT,
     table="--json FILE writes them as `table`, in {unit}",
 )
 PAGE = Ways(
@@ -62,5 +67,6 @@ PAGE = Ways(
     on_top="It comes on top of what the robot file has of it already; the corrected file has both.",
     left_out="left out, as it is not certain: ",
     all_compared="in a terminal, 'deltactl diagnose --thorough' compares the rest",
+    or_effort=OR_EFFORT,
     table="in a terminal, 'deltactl diagnose --json FILE' writes them as `table`, in {unit}",
 )
