@@ -103,7 +103,7 @@ MENDED: tuple[Named, ...] = (
     ),
     Named(
         "charts of an axis that slides in rad",
-        "diagnosis/report/page/axis_units.py",
+        "diagnosis/report/phrases/axis_units.py",
         'linear = isinstance(robot, ServoAxis) and robot.motion == "linear"',
         "linear = False",
     ),

@@ -111,13 +111,16 @@ class Table(_Record):
     """What was found of something without a name: a size over what it follows, in SI units.
 
     follows: the names in `depends_on` that the numbers were fitted over. lowest, highest: ends of
-    evenly spaced places, as far as the recording went.
+    evenly spaced places, as far as the recording went, in `follows_unit`. size: in `unit`, one
+    number a place.
     """
 
     follows: str
     lowest: float
     highest: float
+    follows_unit: str = ""
     size: list[float]
+    unit: str = ""
 
 
 class Finding(_Record):

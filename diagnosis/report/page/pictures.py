@@ -13,7 +13,6 @@ from charts.figures import LineChart
 from charts.page import columns, heading, paragraph
 from charts.spec import Colour, Series
 from diagnosis.answer.records import Diagnosis, FloatArray, Picture
-from diagnosis.report.page.axis_units import covariate_unit
 from diagnosis.report.page.bars import Pair, pair_bars
 from diagnosis.report.page.maps import place_maps
 from diagnosis.report.page.over_time import in_order
@@ -26,6 +25,7 @@ from diagnosis.report.page.residuals import (
     mismatches,
 )
 from diagnosis.report.phrases import words
+from diagnosis.report.phrases.axis_units import covariate_unit
 from diagnosis.report.phrases.sizes import scale_of
 from models.robot import RobotModel
 
