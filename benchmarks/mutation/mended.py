@@ -43,7 +43,7 @@ MENDED: tuple[Named, ...] = (
     ),
     Named(
         "a stiffness of 1e+300",
-        "diagnosis/answer/records.py",
+        "diagnosis/answer/finding.py",
         "HUGE = 1e100",
         "HUGE = 1e301",
     ),

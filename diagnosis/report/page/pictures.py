@@ -12,7 +12,8 @@ import numpy as np
 from charts.figures import LineChart
 from charts.page import columns, heading, paragraph
 from charts.spec import Colour, Series
-from diagnosis.answer.records import Diagnosis, FloatArray, Picture
+from diagnosis.answer.picture import FloatArray
+from diagnosis.answer.records import Diagnosis, Picture
 from diagnosis.report.page.bars import Pair, pair_bars
 from diagnosis.report.page.maps import place_maps
 from diagnosis.report.page.over_time import in_order

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.answer.records import FloatArray
+from diagnosis.answer.picture import FloatArray
 from diagnosis.report.page.residuals import BoolArray, Mismatch, rms
 from diagnosis.report.phrases import words
 
