@@ -48,11 +48,12 @@ def _card(
 ) -> str:
     rows = [
         ("Size", _sizes(finding, diagnosis)),
-        ("How sure", _text(sureness.evidence(finding) + in_chi_square(finding, number == 1))),
+        ("How sure", _text(sureness.evidence(finding))),
         ("Share", _share(finding)),
         ("Where", _text(where_line(finding, span))),
         ("Depends on", _depends(finding)),
         ("Or else", _alternatives(finding, diagnosis, ways)),
+        ("Statistics", _text(in_chi_square(finding, number == 1))),
     ]
     body = "".join(f"<dt>{name}</dt><dd>{inside}</dd>" for name, inside in rows if inside)
     return (
@@ -108,17 +109,18 @@ def _depends(finding: Finding) -> str:
 def _alternatives(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
     """What else it may be: how much worse each fits, its probability standing under How sure."""
     if not finding.alternatives:
-        nameless = "It matches nothing in the list of known effects."
-        return _text(alternatives_line(finding) or nameless)
+        return _text(alternatives_line(finding))
     apart = exclusive(finding)
     rows = "".join(
         f"<li>{html.escape(words.rival(finding.effect, one.effect, one.component))}"
         f"{_worse(one, apart)}</li>"
         for one in finding.alternatives
     )
-    told = (
-        "Far less probable:" if sureness.settled(finding) else "This recording cannot tell it from"
-    )
+    told = ""
+    if sureness.settled(finding):
+        told = "Far less probable:"
+    elif alternatives_line(finding):
+        told = "This recording cannot tell it from"
     return f"{told}<ul>{rows}</ul>{_text(_told_apart(finding, diagnosis, ways))}"
 
 

@@ -105,7 +105,7 @@ def in_chi_square(finding: Finding, explained: bool) -> str:
     p = finding.evidence.p
     told = math.isfinite(p) and finding.probability is not None
     alone = f"; its own test: {by_noise(p)}" if told else ""
-    return f" For statisticians: without it the fit is worse by {much} in {CHI_SQUARE}{how}{alone}."
+    return f"Without it the fit is worse by {much} in {CHI_SQUARE}{how}{alone}."
 
 
 def by_noise(p: float) -> str:
@@ -155,10 +155,7 @@ def late_in_all_s(finding: Finding) -> float | None:
 
 def divided(total: str) -> str:
     """What is said of a delay of which only the sum is known."""
-    return (
-        f"late by {total} in all: only this sum is known, and not how it divides into dead time and"
-        " time constant"
-    )
+    return f"only the sum of {total} is known, not how it divides into dead time and time constant"
 
 
 def false_alarm(diagnosis: Diagnosis) -> str:

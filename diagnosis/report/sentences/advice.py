@@ -103,9 +103,9 @@ OF_AN_AXIS: Table = {
     "unknown.effort": "record {part} with another load, and slower: an unknown part of the"
     " mismatch follows {follows}; what the drive adds by itself stays, what the load does changes",
     "unknown.direction.beside": "move {part} to and fro by a little at several places along its"
-    " travel, and record that: its two directions do not end equally far apart everywhere ({size}"
-    " more or less), and such a recording shows where; a gear worn in one place, a cable that drags"
-    " or a weight does that, friction and play that are the same everywhere do not",
+    " travel, and record that: its friction or play differs from place to place (by about {size}),"
+    " and such a recording shows where; look there for a worn gear, a cable that drags, or a"
+    " weight",
     "home_offset": "{sign:take|add} {size} {sign:off|to} the commands of {part}, or move its zero"
     " by as much: it stands that far {sign:above|below} what it is told",
     "gear_ratio.small": "divide the commands of {part} by {factor}, or correct the scale in its"

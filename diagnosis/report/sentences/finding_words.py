@@ -126,8 +126,8 @@ def _stretches(where: Where, start_s: float, end_s: float) -> str:
 def alternatives_line(finding: Finding) -> str:
     """What this recording cannot distinguish from the finding; empty where that is said already."""
     if not finding.alternatives:
-        nameless = finding.effect == NAMELESS
-        return "" if nameless else "No other known effect fits these readings as well."
+        told = finding.effect == NAMELESS or finding.probability is not None
+        return "" if told else "No other known effect fits these readings as well."
     if sureness.settled(finding):
         return f"Far less probable: {_rivals_of_settled(finding)}."
     if finding.probability is not None and sureness.is_open(finding):

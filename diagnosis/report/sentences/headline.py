@@ -124,6 +124,6 @@ def _either(finding: Finding) -> str:
 
 def _enters(finding: Finding) -> str:
     follows = words.listed([words.followed(name) for name in finding.depends_on])
-    alone = finding.component == "axis" and "distance" in finding.depends_on
-    at = f"it enters at {'the sensor' if alone else words.part(finding.component)}"
+    place = words.part_of(finding.effect, finding.component, finding.depends_on)
+    at = f"it enters at {place}"
     return f"{at} and follows {follows}" if follows else at

@@ -59,6 +59,8 @@ WRITABLE = frozenset({
     "home_offset", "transmission_error", "upper_arm_length", "forearm_length", "motor_azimuth",
     "base_radius", "frame_tilt", "inertia", "joint_friction", "viscous_friction", "gear_ratio",
 })  # fmt: skip
+YIELDS = "joint_compliance"
+"""A cause that a look at the same place with another load rules out."""
 _ARM = re.compile(r"(?:arm|motor)([123])")
 
 
@@ -167,7 +169,7 @@ def unnamed(finding: Finding, robot: RobotModel | None, diagnosis: Diagnosis) ->
     machine = machine_of(robot, finding.component, finding.effect)
     text = advice(machine, finding.effect, driver, 0.0)
     follows = words.listed([words.followed(name) for name in finding.depends_on])
-    part = words.part_of(finding.effect, finding.component)
+    part = words.part_of(finding.effect, finding.component, finding.depends_on)
     size = quantity(sizes[0].components[0][0], sizes[0].unit, digits=2) if sizes else ""
     return words.sentence(text.format(part=part, follows=follows, size=size)) if text else ""
 
@@ -226,6 +228,11 @@ def _first_rule_out(finding: Finding, certain: bool) -> str:
         )
     if others and sure_of is not None and certain:
         return _though(finding, others)
+    if len(likely) == 1 and likely[0].effect == YIELDS and sure_of is not None:
+        return (
+            f"; this is only {percent(sure_of)} sure: if it changes with the load, the cause is"
+            f" {others[0]}"
+        )
     if len(others) > 1:
         return f"; but {only}first rule out {len(others)} others that look the same here (below)"
     if others:

@@ -52,11 +52,10 @@ def _kept_and_left(diagnosis: Diagnosis, all_of_them: bool) -> tuple[list[Findin
 
 def _never(finding: Finding) -> str:
     """A finding that no robot file holds, and why."""
-    name = words.effect(finding.effect, finding.component)
     if finding.effect == NAMELESS:
-        follows = words.listed([words.followed(one) for one in finding.depends_on])
-        which = f" that follows {follows}" if follows else ""
-        return f"{name}{which} (a robot file has entries only for what has a name)"
+        name = words.unknown(finding.component, finding.depends_on)
+        return f"{name} (a robot file has entries only for what has a name)"
+    name = words.effect(finding.effect, finding.component)
     kind = VOCABULARY.get(finding.effect)
     if kind is not None and kind.event:
         return f"{name} (it happened once, and is no property of the machine)"

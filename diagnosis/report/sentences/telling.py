@@ -18,7 +18,7 @@ from models.effects import VOCABULARY
 from models.effects.kind import EffectKind
 
 LEFT = "What is left"
-BESIDE = "What is left beside all of these, also those without a name,"
+BESIDE = "What is left beside all of these"
 IS_NOISE = "is consistent with measurement noise."
 NOISE = f"{LEFT} {IS_NOISE}"
 

@@ -36,8 +36,8 @@ class Ways:
 TERMINAL = Ways(
     describe=" (deltactl diagnose ... --save-robot NEW.yaml{all} does)",
     keep=(
-        "For what is to stay as it is, 'deltactl diagnose ... --save-robot NEW.yaml{all}' makes a"
-        " robot file that knows it, so that the next diagnosis looks beyond it."
+        "What you leave as it is can be entered in the robot file, so that the next diagnosis looks"
+        " for more: add --save-robot NEW.yaml{all} to this command."
     ),
     unsure_too=True,
     run_first=(
@@ -55,8 +55,8 @@ TERMINAL = Ways(
 PAGE = Ways(
     describe=" (the corrected robot file does: the buttons below)",
     keep=(
-        "For what is to stay as it is, save the corrected robot file (the button below): it knows"
-        " what was found, so that the next diagnosis looks beyond it."
+        "What you leave as it is can be entered in the robot file, so that the next diagnosis looks"
+        " for more: save the corrected robot file (the button below)."
     ),
     unsure_too=False,
     run_first=(
