@@ -7,10 +7,7 @@ from typing import Any
 
 import pytest
 
-from diagnosis.answer.records import (
-    Evidence,
-    Unexplained,
-)
+from diagnosis.answer.records import Evidence, Fit, Unexplained
 from diagnosis.report.sentences.headline import NOT_TOLD, headline
 from diagnosis.report.sentences.summary import (
     SO_LITTLE,
@@ -99,3 +96,21 @@ def test_odds_that_the_rest_of_the_evidence_denies_are_not_told(make: Any, parts
     assert "of 100 recordings" not in text
     assert "No single test on so few independent readings shows it" in text
     assert "97 %" in text
+
+
+@pytest.mark.parametrize(
+    ("share", "says"),
+    [(0.004, "Nearly all of the mismatch is"), (0.3, "Part of the mismatch is")],
+)
+def test_an_unknown_of_next_to_nothing_makes_no_part_of_the_headline(
+    make: Any, parts: Any, share: float, says: str
+) -> None:
+    fit = Fit(
+        rms_before_m=0.04, rms_after_m=0.0006, noise_floor_m=0.0006,
+        holdout_rms_before_m=0.04, holdout_rms_after_m=0.0006,
+    )  # fmt: skip
+    found = [parts["backlash"](), parts["unknown"](share_of_mismatch=share)]
+    rest = Unexplained(share_of_mismatch=0.0)
+    said = headline(make("partly_explained", findings=found, fit=fit, unexplained=rest))
+    assert said.startswith(says)
+    assert ("a small rest is real" in said) == (share < 0.05)

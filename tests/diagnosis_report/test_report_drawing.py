@@ -132,3 +132,11 @@ def test_numbers_in_the_drawing_of_a_delta_are_said_to_be_no_motors(parts: Any) 
     (axis, *_), finding = parts["lone"](), parts["backlash"]()
     assert "not of motors" in machine_drawing(parts["delta"](), [finding])
     assert "not of motors" not in machine_drawing(axis, [finding])
+
+
+def test_two_unknown_errors_of_one_axis_are_not_called_the_same(parts: Any) -> None:
+    slide, *_ = parts["lone"]()
+    both = [parts["unknown"](component="axis", depends_on=[name]) for name in ("speed", "position")]
+    drawing = machine_drawing(slide, both)
+    assert "an unknown error at the axis that follows the speed" in drawing
+    assert "an unknown error at the axis that follows the position" in drawing

@@ -36,10 +36,11 @@ def _legend(findings: Sequence[Finding], robot: RobotModel) -> str:
         return '<p class="note">Nothing is marked, because nothing was found.</p>'
     rows = []
     for number, finding in enumerate(findings, 1):
-        alone = isinstance(robot, RangeSensor) and finding.effect == "unknown"
-        part = "sensor" if alone else finding.component
-        what = html.escape(words.effect(finding.effect, part))
-        rows.append(f'<li>{badge(number)}<a href="#finding-{number}">{what}</a></li>')
+        what = words.effect(finding.effect, finding.component)
+        if finding.effect == "unknown":
+            part = "sensor" if isinstance(robot, RangeSensor) else finding.component
+            what = words.unknown(part, finding.depends_on)
+        rows.append(f'<li>{badge(number)}<a href="#finding-{number}">{html.escape(what)}</a></li>')
     found = {f.component for f in findings}
     note = ""
     if isinstance(robot, DeltaRobot):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding
-from diagnosis.answer.verdict import claimed, fits_worse, seen
+from diagnosis.answer.verdict import NAMELESS, claimed, fits_worse, seen
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.fit_words import doubtful_floor
 from diagnosis.report.phrases.percent import percent
@@ -50,8 +50,9 @@ def headline(diagnosis: Diagnosis) -> str:
                 "only a small part",
                 f"; {100.0 * left:.0f} % of it is left ({CHECK_FIRST})",
             )
-        elif _nearly_all(diagnosis) and not rest:
+        elif _nearly_all(diagnosis) and not (more and _much_unknown(findings)):
             part = "nearly all"
+            rest = "; a small rest is real and matches no known effect" if more else ""
         return words.sentence(f"{part} of the mismatch is explained by {what}{rest}")
     if unknown := [finding for finding in findings if finding.effect == "unknown"]:
         return words.sentence(
@@ -75,6 +76,12 @@ def _nearly_all(diagnosis: Diagnosis) -> bool:
     fit = diagnosis.fit
     left = fit.rms_after_m**2 < VERDICT.faint_rest * fit.rms_before_m**2
     return left and diagnosis.unexplained.share_of_mismatch < VERDICT.faint_rest
+
+
+def _much_unknown(findings: Sequence[Finding]) -> bool:
+    """Whether what has no name is more than a faint part of the mismatch."""
+    shares = [one.share_of_mismatch for one in findings if one.effect == NAMELESS]
+    return not sum(shares) < VERDICT.faint_rest
 
 
 def _named(findings: Sequence[Finding]) -> list[str]:

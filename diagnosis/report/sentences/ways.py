@@ -37,7 +37,7 @@ TERMINAL = Ways(
     describe=" (deltactl diagnose ... --save-robot NEW.yaml{all} does)",
     keep=(
         "What you leave as it is can be entered in the robot file, so that the next diagnosis looks"
-        " for more: add --save-robot NEW.yaml{all} to this command."
+        " for more: run 'deltactl diagnose' once more with --save-robot NEW.yaml{all}."
     ),
     unsure_too=True,
     run_first=(
