@@ -21,6 +21,7 @@ from diagnosis.pipelines.servo_robot import diagnose_servo_robot, is_servo_run
 from diagnosis.plants.delta.model import DeltaModel
 from diagnosis.plants.delta.next_runs import next_runs
 from diagnosis.plants.delta.safe_poses import MotionLimits
+from diagnosis.report.phrases.axis_units import with_units
 from diagnosis.report.sentences.telling import told
 from foundation.errors import MissingColumns, RecordingError
 from foundation.one_thread import one_thread
@@ -104,7 +105,7 @@ def diagnose_recordings(
     doubts = [one for recording in recordings for one in far_for_a_joint(belief, recording)]
     says = [*doubts, *answer.says] if answer.says else []
     update = {"thinned": thinned(recordings), "doubts": doubts, "says": says}
-    return told(answer.model_copy(update=update))
+    return told(with_units(answer.model_copy(update=update), belief))
 
 
 def _diagnosed(

@@ -117,7 +117,7 @@ class Homing(RuledModel):
     tolerance_m: Disagreement = 0.03
     """How far the sensors may disagree with the home angles before homing is refused."""
     warning_m: Disagreement = 0.01
-    """Arms that were placed are worth a second look from this disagreement on."""
+    """From this disagreement on, homing asks to look again where the arms were placed."""
 
     @rule("method", "switch_pins")
     def _has_switches(self) -> None:

@@ -15,7 +15,7 @@ from charts.page import columns, heading, page, paragraph, table
 from charts.spec import Colour, Series
 from diagnosis.answer.records import Channel
 from diagnosis.report.drawing import machine_drawing
-from diagnosis.report.sentences.sizes import quantity
+from diagnosis.report.phrases.sizes import quantity
 from foundation.errors import RecordingError
 from models.robot import FloatArray
 from models.robot_with_effects import load_with_effects

@@ -43,7 +43,7 @@ MENDED: tuple[Named, ...] = (
     ),
     Named(
         "a stiffness of 1e+300",
-        "diagnosis/answer/records.py",
+        "diagnosis/answer/finding.py",
         "HUGE = 1e100",
         "HUGE = 1e301",
     ),
@@ -103,19 +103,19 @@ MENDED: tuple[Named, ...] = (
     ),
     Named(
         "charts of an axis that slides in rad",
-        "diagnosis/report/page/axis_units.py",
+        "diagnosis/report/phrases/axis_units.py",
         'linear = isinstance(robot, ServoAxis) and robot.motion == "linear"',
         "linear = False",
     ),
     Named(
         "held-out blocks that took part in the choice of causes, unsaid",
-        "diagnosis/report/sentences/fit_words.py",
+        "diagnosis/report/phrases/fit_words.py",
         " (causes were chosen with all of it)",
         "",
     ),
     Named(
         "a torque in N",
-        "diagnosis/report/sentences/sizes.py",
+        "diagnosis/report/phrases/sizes.py",
         ', ("torque", "N"): "force"}',
         "}",
     ),

@@ -11,6 +11,8 @@ from rich.markup import escape
 
 from command_line.missing import refuse_missing
 from command_line.output import print_json, say, waiting, warn
+from command_line.recordings.column_options import mapping_of
+from command_line.recordings.notes import Notes, next_commands
 from command_line.recordings.tables import read_plain
 from command_line.wrapped import print_wrapped
 from firmware_py.robot_file import CONFIG_FOLDER, find
@@ -20,7 +22,6 @@ from models.robot import DeltaRobot, RobotModel, ServoAxis
 from models.robot_with_effects import load_with_effects
 
 if TYPE_CHECKING:
-    from diagnosis.columns.mapping import Mapping
     from recording.tables.flat import FlatRecording
 
 
@@ -53,20 +54,23 @@ def diagnose_recordings(
     described = load_with_effects(robot_file)
     if columns and isinstance(described, ServoAxis):
         _refuse_other_motion(columns, described)
-    read = _with_notes(read_with(columns, described), described, columns)
+    notes = Notes(described, columns)
+    read = notes.around(read_with(columns, described))
     with waiting("reading", quiet) as show:
         written = None if quiet else json_file
         answer = diagnose(recordings, robot_file, holdout, written, show, read, thorough)
+    notes.say_of(answer)
+    ways = notes.ways(answer, recordings)
     if next_job is not None and answer.next_experiment is not None:
         write_job(answer.next_experiment, next_job, robot_file, CONFIG_FOLDER)
     if save_robot is not None:
         save_corrected(robot_file, answer, save_robot, save_all, replace=force)
     if report is not None:
-        write_report(answer, described, report)
+        write_report(answer, described, report, ways)
     if quiet:
         print_json(answer.to_json())
         return
-    print_wrapped(summary_lines(answer, described))
+    print_wrapped(summary_lines(answer, described, ways))
     if next_job is not None:
         why = "no run would tell more"
         if not isinstance(described, DeltaRobot):
@@ -78,7 +82,10 @@ def diagnose_recordings(
             say(f"{name}: {path}")
     if save_robot is not None:
         say(f"robot file: {save_robot}, {what_is_written(answer, save_all)}")
-        print_wrapped(escape(line) for line in support(answer, save_all))
+        print_wrapped(escape(line) for line in support(answer, save_all, ways))
+        if save_robot.read_bytes() != robot_file.read_bytes():
+            for line in next_commands(recordings, save_robot, columns, described):
+                say(line)
 
 
 def _refuse_other_motion(columns: list[str], robot: ServoAxis) -> None:
@@ -88,22 +95,6 @@ def _refuse_other_motion(columns: list[str], robot: ServoAxis) -> None:
     units = {name: one.unit for name, one in mapping_of(columns).columns.items()}
     if why := other_motion(units, robot.motion):
         raise ConfigError(f"--set: {why}")
-
-
-def _with_notes(
-    read: Callable[[Path], FlatRecording], robot: RobotModel, columns: list[str]
-) -> Callable[[Path], FlatRecording]:
-    """The same, which also says what of a recording this robot file leaves without use."""
-    from diagnosis.observations.needed_columns import effort_unused
-
-    def noted(path: Path) -> FlatRecording:
-        recording = read(path)
-        source = mapping_of(columns).columns.get("effort")
-        if why := effort_unused(robot, recording, source.from_ if source else None):
-            warn(f"{path.name}: {why}")
-        return recording
-
-    return noted
 
 
 def read_with(
@@ -118,14 +109,3 @@ def read_with(
     with needs("diagnosis", "--set"):
         from diagnosis.columns.mapping import read_mapped
     return partial(read_mapped, mapping=mapping_of(columns), tell=warn)
-
-
-def mapping_of(columns: list[str]) -> Mapping:
-    """Mapping files and single columns, as `--columns` and `--set` give them."""
-    from diagnosis.columns.mapping import load_mapping
-
-    files = [one for one in columns if "=" not in one or Path(one).is_file()]
-    if len(files) > 1:
-        raise ConfigError(f"--columns: one mapping file at most, not {' and '.join(files)}")
-    options = [one for one in columns if one not in files]
-    return load_mapping(Path(files[0]) if files else None, options)

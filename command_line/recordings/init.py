@@ -153,7 +153,8 @@ def _measured(
 
 def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
     """As it is said, and where that does not do as --inspect would read it, which is then said."""
-    from command_line.recordings.diagnose import mapping_of, read_with
+    from command_line.recordings.column_options import mapping_of
+    from command_line.recordings.diagnose import read_with
     from foundation.errors import RecordingError
 
     try:

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from command_line.missing import refuse_missing
 from command_line.output import console, facts, print_json, say
-from command_line.recordings.diagnose import mapping_of
+from command_line.recordings.column_options import mapping_of
 from command_line.wrapped import print_wrapped
 from foundation.extras import needs
 

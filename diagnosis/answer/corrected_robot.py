@@ -110,8 +110,13 @@ def lasts(finding: Finding) -> bool:
 
 def sure_of_correction(finding: Finding) -> float:
     """Probability of it or of what calls for the same correction."""
-    alike = [one for one in finding.alternatives if _corrected_alike(finding, one)]
+    alike = corrected_alike(finding)
     return (finding.probability or 0.0) + sum(one.probability or 0.0 for one in alike)
+
+
+def corrected_alike(finding: Finding) -> list[Alternative]:
+    """What may be the cause instead and calls for the same correction."""
+    return [one for one in finding.alternatives if _corrected_alike(finding, one)]
 
 
 def sure(finding: Finding, diagnosis: Diagnosis) -> bool:

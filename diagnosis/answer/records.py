@@ -6,145 +6,24 @@ line) read these records; the `Picture` is for drawings only and not part of the
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import Field
 
-HUGE = 1e100
-"""No machine has a size beyond this: it stands for one that does not exist."""
-
-
-def _existing(value: Any) -> Any:
-    """None for what is infinite or stands for it, which JSON has no number for."""
-    if isinstance(value, int | float) and not abs(value) < HUGE and not math.isnan(value):
-        return None
-    return value
-
+from diagnosis.answer.finding import Alternative as Alternative
+from diagnosis.answer.finding import Evidence as Evidence
+from diagnosis.answer.finding import Finding as Finding
+from diagnosis.answer.finding import ParameterResult as ParameterResult
+from diagnosis.answer.finding import Record
+from diagnosis.answer.finding import Table as Table
+from diagnosis.answer.finding import Where as Where
+from diagnosis.answer.picture import Channel as Channel
+from diagnosis.answer.picture import Picture as Picture
 
 Verdict = Literal["nothing_missing", "explained", "partly_explained", "unexplained"]
-End = Annotated[float | None, BeforeValidator(_existing)]
-"""A number; None where it does not exist (an interval without an end, an infinite stiffness)."""
-Number = Annotated[float | list[float] | None, BeforeValidator(_existing)]
-FloatArray = np.ndarray[Any, np.dtype[np.float64]]
-BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 
 
-class _Record(BaseModel):
-    model_config = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
-
-
-class ParameterResult(_Record):
-    """A size with its 95 % interval; a vector has one interval a component.
-
-    None: there is no such value. A stiffness of None is a part that does not yield, an end of None
-    an interval without an end.
-    """
-
-    value: Number
-    ci95: Sequence[End] | Sequence[Sequence[End]]
-    unit: str
-
-    @property
-    def components(self) -> list[tuple[float, float, float]]:
-        """Value, low and high end of each component; infinite where there is none, NaN where the
-        answer gives no interval.
-        """
-        values = self.value if isinstance(self.value, list) else [self.value]
-        ends: list[Any] = list(self.ci95)
-        if not ends or not isinstance(ends[0], list | tuple):
-            ends = [ends]
-        found = []
-        for number, value in enumerate(values):
-            pair = ends[number] if number < len(ends) else []
-            low, high = pair if len(pair) == 2 else (math.nan, math.nan)
-            found.append(
-                (
-                    math.inf if value is None else value,
-                    -math.inf if low is None else low,
-                    math.inf if high is None else high,
-                )
-            )
-        return found
-
-
-class Where(_Record):
-    """Where a finding shows: observation columns, stretches of time, and in which regime.
-
-    recordings: for each stretch the number of the recording it lies in (1 is the first given),
-    whose own times `times_s` are.
-    """
-
-    axes: list[str]
-    times_s: list[tuple[float, float]]
-    regime: str = ""
-    """In words; the report writes it."""
-    recordings: list[int] = Field(default_factory=list)
-
-
-class Evidence(_Record):
-    """What the data lose without the finding, all else refitted, and its calibrated p."""
-
-    delta_chi2: float
-    p: float
-
-
-class Alternative(_Record):
-    """Something this recording cannot distinguish from the finding; delta_chi2: by how much it fits
-    worse.
-
-    together: one of several that are the alternative only all at once (equal homes of all motors),
-    or an alternative to all findings of this effect at once.
-    """
-
-    effect: str
-    component: str
-    delta_chi2: float
-    together: bool = False
-    probability: float | None = None
-    """Posterior that this acts instead; None where it was not computed."""
-
-
-class Table(_Record):
-    """What was found of something without a name: a size over what it follows, in SI units.
-
-    follows: the names in `depends_on` that the numbers were fitted over. lowest, highest: ends of
-    evenly spaced places, as far as the recording went.
-    """
-
-    follows: str
-    lowest: float
-    highest: float
-    size: list[float]
-
-
-class Finding(_Record):
-    """One effect. `unknown` is in no vocabulary: `depends_on` says what it follows."""
-
-    effect: str
-    component: str
-    says: str = ""
-    """One sentence with the size; the report writes it."""
-    parameters: dict[str, ParameterResult]
-    where: Where
-    evidence: Evidence
-    share_of_mismatch: float
-    probability: float | None = None
-    """Posterior that this effect acts at this component (unknown: that something outside the
-    vocabulary does); None where it was not computed."""
-    alternatives: list[Alternative] = Field(default_factory=list)
-    depends_on: list[str] = Field(default_factory=list)
-    """Covariates that it follows, including those that this recording cannot separate."""
-    tied: list[str] = Field(default_factory=list)
-    """Those of them that it may follow instead of the others."""
-    has_memory: bool | None = None
-    table: Table | None = None
-    """Of an unknown that follows one quantity."""
-
-
-class Fit(_Record):
+class Fit(Record):
     """Mismatch in the unit of the position (m for a delta, else `unit`)."""
 
     rms_before_m: float
@@ -171,7 +50,7 @@ class Fit(_Record):
     """
 
 
-class Unexplained(_Record):
+class Unexplained(Record):
     """What no finding explains: nothing where the residual is consistent with noise."""
 
     share_of_mismatch: float
@@ -183,7 +62,7 @@ class Unexplained(_Record):
     says: str = ""
 
 
-class NextExperiment(_Record):
+class NextExperiment(Record):
     """The safe job that would best separate the explanations."""
 
     job: dict[str, Any]
@@ -192,7 +71,7 @@ class NextExperiment(_Record):
     minutes: float
 
 
-class OpenTie(_Record):
+class OpenTie(Record):
     """Two explanations that no safe run separates, or only if the first of them is true.
 
     Each is a list of "effect component" names.
@@ -206,7 +85,7 @@ class OpenTie(_Record):
     """No run could be made: the robot file does not say how the motors are driven."""
 
 
-class NotTestable(_Record):
+class NotTestable(Record):
     """An effect that could not have been seen in this recording."""
 
     effect: str
@@ -214,7 +93,7 @@ class NotTestable(_Record):
     why: str
 
 
-class SmallestDetectable(_Record):
+class SmallestDetectable(Record):
     """The size at which the alarm is raised in four of five recordings like this one.
 
     To name the effect may take more: `benchmarks/proofs/detection_limit.py` counts both.
@@ -227,7 +106,7 @@ class SmallestDetectable(_Record):
     unit: str
 
 
-class Agreement(_Record):
+class Agreement(Record):
     """One size of a finding in each recording by itself, and whether they are the same."""
 
     effect: str
@@ -241,7 +120,7 @@ class Agreement(_Record):
     """Chance of a chi-square as large, were the machine the same in all recordings."""
 
 
-class PriorSensitivity(_Record):
+class PriorSensitivity(Record):
     """Probability of an effect under priors of size three times narrower and three times wider."""
 
     effect: str
@@ -251,39 +130,7 @@ class PriorSensitivity(_Record):
     wider: float
 
 
-class Channel(_Record):
-    """One observation channel for drawings; arrays of shape (n,), NaN where nothing is valid."""
-
-    name: str
-    unit: str
-    observed: FloatArray
-    before: FloatArray
-    """Prediction of the robot file as it stands."""
-    after: FloatArray
-    """Prediction with all findings."""
-    noise: float
-    """Standard deviation of the readings' noise."""
-    counted: BoolArray | None = None
-    """Which readings the figures of the fit are of; None: all that are valid."""
-
-
-class Picture(_Record):
-    """What a drawing needs; not in the JSON."""
-
-    t_s: FloatArray
-    channels: list[Channel]
-    covariates: dict[str, FloatArray] = Field(default_factory=dict)
-    """Interpretable quantities over time to draw the mismatch against, name (with unit) -> (n,)."""
-    shift_s: tuple[float, ...] = (0.0,)
-    """By how much the times of each recording were shifted to follow each other in `t_s`."""
-
-    def shift_of(self, where: Where) -> float:
-        """What to add to the times of a place that lies in one recording."""
-        number = where.recordings[0] if where.recordings else 1
-        return self.shift_s[number - 1] if number <= len(self.shift_s) else 0.0
-
-
-class Thinned(_Record):
+class Thinned(Record):
     """A recording too long to be used whole, and how much of it was used."""
 
     recording: int
@@ -296,7 +143,7 @@ class Thinned(_Record):
     span_s: float
 
 
-class Diagnosis(_Record):
+class Diagnosis(Record):
     """The whole answer."""
 
     verdict: Verdict

@@ -59,6 +59,22 @@ def effort_unused(robot: RobotModel, recording: FlatRecording, column: str | Non
     )
 
 
+def command_unused(recording: FlatRecording, columns: tuple[str | None, str | None]) -> str:
+    """That the command beside an effort is not used, of a diagnosis of forces, and how to get the
+    other one; empty where there is none. columns: names of command and effort in the file.
+    """
+    if first_of(recording, ["command"]) is None:
+        return ""
+    command, effort = columns
+    told = f" ({command})" if command else ""
+    leave_out = f"--set effort={effort}" if effort else "the column `effort`"
+    return (
+        f"the command{told} is not used: with `inertia` in the robot file and an effort, forces are"
+        " compared (friction, mass). To compare the position with its command instead (delay,"
+        f" play, backlash), leave out {leave_out}"
+    )
+
+
 def filled(recording: FlatRecording, name: str) -> FloatArray:
     """An input column with short holes bridged; RecordingError when it is mostly empty."""
     values = recording.columns[name]

@@ -12,7 +12,7 @@ from scipy.special import expit
 from diagnosis.answer.assembly import allowing
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Agreement, Diagnosis, Finding, Picture, PriorSensitivity
-from diagnosis.answer.verdict import ALARM, seen
+from diagnosis.answer.verdict import ALARM, NAMELESS, seen
 from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.assessment.prior_sensitivity import as_found, prior_sensitivity
 from diagnosis.assessment.regression_holdout import Blocks, beyond_noise, on_blocks
@@ -91,8 +91,9 @@ class SummedColumns:
         return float(np.clip(self.selected.nothing, 0.0, 1.0))
 
     def by_priors(self, found: Sequence[Finding]) -> list[PriorSensitivity]:
-        """See Settled."""
-        return as_found(prior_sensitivity(self.searched), found)
+        """See Settled. Of what has no name there is no usual size to speak of."""
+        named = [one for one in found if one.effect != NAMELESS]
+        return as_found(prior_sensitivity(self.searched), named)
 
     def limits(self) -> Limits:
         """See Settled."""

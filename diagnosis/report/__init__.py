@@ -1,4 +1,5 @@
 """What a diagnosis says to people.
 
-In: a `Diagnosis`. Out: its sentences (`sentences`) and one HTML file (`page`, `drawing`).
+In: a `Diagnosis`. Out: its sentences (`sentences`, made of `phrases`) and one HTML file (`page`,
+`drawing`).
 """

@@ -195,7 +195,7 @@ class Slower:
 
     @property
     def matters(self) -> bool:
-        """Whether it is worth a line."""
+        """Whether it is slow enough to be told."""
         return self.top_mps < REACHED * self.asked_mps or self.mean_share < HELD_BACK
 
     def says(self) -> str:

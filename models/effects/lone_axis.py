@@ -111,8 +111,8 @@ _WORDS = {
     "resonance": "the axis rings at {frequency} after moves, with a damping of {damping}",
     "sensor_latency": "the readings are late by {time}",
     "effort_gain": "the drive gives {scale} times the force that the robot file says",
-    "effort_offset": "{offset} of the effort is there all the time, at rest and in motion either"
-    " way: it holds against a weight or a slope, or the effort's zero is off",
+    "effort_offset": "a constant {offset} of the effort is there whichever way the axis moves: it"
+    " holds against a weight or a slope, or the effort's zero is off",
     "stribeck_friction": "friction is {torque} higher near standstill, falling off within {speed}",
     "inertia": "the axis moves a mass of {inertia}",
     "sensor_scale": "the sensor reads {scale} times the distance",

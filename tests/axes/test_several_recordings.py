@@ -94,6 +94,18 @@ def test_a_faint_effect_says_how_it_hangs_on_the_priors() -> None:
         assert max(changes) > 0.1
 
 
+def test_no_size_is_usual_of_what_has_no_name() -> None:
+    """An unknown at 81 %, 27 % and 98 % by the spread of its curve: no reader can use that."""
+    rec = FollowingRig(play=0.01).record(0)
+    t_s = rec.t_s[:400]
+    columns = {name: values[:400] for name, values in rec.columns.items()}
+    columns["position"] = columns["position"] + 0.004 * np.sin(3.0 * np.pi * t_s / np.ptp(t_s))
+    robot = ServoAxis(kind="servo_axis", name="axis", motion="rotary")
+    answer = diagnose_axis(robot, [replace(rec, t_s=t_s, columns=columns, extra={})])
+    assert "unknown" in {one.effect for one in answer.findings}
+    assert "unknown" not in {one.effect for one in answer.prior_sensitivity}
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 10_000), st.floats(0.0, 0.02), st.integers(1, 4))
 def test_gross_outliers_are_found_and_nothing_else_is(seed: int, noise: float, count: int) -> None:

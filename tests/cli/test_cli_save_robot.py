@@ -38,10 +38,11 @@ def test_a_slides_file_says_offset_and_leaves_an_even_tie_out(
     (tmp_path / "slide.yaml").write_text(ROBOT, encoding="utf-8")
     words = ("diagnose", "slide.csv", "--robot", "slide.yaml", "--save-robot", "new.yaml")
     said = " ".join(deltactl(*words).stdout.split())
-    assert "robot file: new.yaml, with 2 findings" in said
+    assert "robot file: new.yaml, with 2 of 3 findings" in said
     assert "well supported (above 99 %): a wrong home position of the axis" in said
     assert "left out (--all writes it too): only" in said
     assert "to check, repeat the motion with a weight" in said
+    assert said.endswith("check it: deltactl diagnose slide.csv --robot new.yaml")
 
     text = (tmp_path / "new.yaml").read_text(encoding="utf-8")
     offset, scale = yaml.safe_load(text)["effects"]

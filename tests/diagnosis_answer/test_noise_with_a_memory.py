@@ -15,8 +15,8 @@ from diagnosis.answer.records import (
     Where,
 )
 from diagnosis.answer.verdict import Rest, verdict
+from diagnosis.report.sentences.headline import headline
 from diagnosis.report.sentences.remedies import CHANGE_NOTHING, remedies
-from diagnosis.report.sentences.summary import headline
 
 LAG = Finding(
     effect="following_lag", component="motor1",

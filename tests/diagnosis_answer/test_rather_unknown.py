@@ -14,7 +14,7 @@ from diagnosis.answer.records import (
     Where,
 )
 from diagnosis.answer.verdict import Rest, verdict
-from diagnosis.report.sentences.summary import headline
+from diagnosis.report.sentences.headline import headline
 from diagnosis.report.sentences.telling import told
 
 FIT = Fit(

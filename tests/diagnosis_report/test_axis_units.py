@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from diagnosis.api import diagnose_recordings
 from diagnosis.plants.delta.model import DeltaModel
-from diagnosis.report.page.axis_units import covariate_unit
+from diagnosis.report.phrases.axis_units import covariate_unit
 from models.robot import RangeSensor, RobotModel, ServoAxis, load_delta
 from recording.tables.flat import from_columns
+from tests.axes.axis_rigs import ForcedRig
 
 ZHAO = Path(__file__).parents[2] / "config" / "zhao-2023.yaml"
 
@@ -45,3 +48,14 @@ def test_a_lone_machine_has_units_of_its_motion_whatever_was_measured(
     assert covariate_unit("position", robot) == position
     assert covariate_unit("velocity", robot) == f"{position}/s"
     assert covariate_unit("load", robot) == load
+
+
+def test_the_tables_of_an_answer_say_what_they_are_in() -> None:
+    """Places of a slide in m beside forces in N: neither number says so by itself."""
+    robot = axis("linear").model_copy(update={"inertia": 2.0})
+    run = ForcedRig(coulomb=1.0).record(1)
+    bumps = 0.3 * np.sin(run.columns["position"] / 0.05)
+    run = replace(run, columns=run.columns | {"effort": run.columns["effort"] + bumps})
+    answer = diagnose_recordings(robot, [run]).to_json()
+    tables = [one["table"] for one in answer["findings"] if one["table"]]
+    assert [(one["follows_unit"], one["unit"]) for one in tables] == [("m", "N")]

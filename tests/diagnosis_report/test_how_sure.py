@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 
 from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
+from diagnosis.report.phrases.sureness import evidence, in_chi_square
+from diagnosis.report.sentences.finding_words import alternatives_line, share_line
+from diagnosis.report.sentences.headline import headline
 from diagnosis.report.sentences.remedies import remedies
-from diagnosis.report.sentences.summary import alternatives_line, headline, share_line
-from diagnosis.report.sentences.sureness import evidence
 
 
 def _finding(p: float, probability: float) -> Finding:
@@ -23,8 +24,7 @@ def _finding(p: float, probability: float) -> Finding:
 def test_no_weak_evidence_beside_a_high_probability() -> None:
     said = evidence(_finding(0.2, 0.97))
     assert "Weak" not in said
-    assert "Likely" in said
-    assert "97 %" in said
+    assert said.startswith("97 % sure that this is the cause.")
 
 
 def test_weak_evidence_is_still_called_weak() -> None:
@@ -38,9 +38,41 @@ def test_what_is_settled_has_no_rival_in_the_headline(
     rival = Alternative(effect="viscous_friction", component="axis", delta_chi2=2.0)
     one = _finding(1e-9, probability).model_copy(update={"alternatives": [rival]})
     assert ("(or " in headline(make("explained", findings=[one]))) == open_
-    assert alternatives_line(one).startswith(
-        "This recording cannot tell" if open_ else "Far less probable: "
+    assert ("this recording cannot tell" in evidence(one)) == open_
+    assert alternatives_line(one).startswith("" if open_ else "Far less probable: ")
+
+
+def _friction(own: float, *others: float) -> Finding:
+    rivals = [
+        Alternative(effect=effect, component="axis", delta_chi2=2.0, probability=probability)
+        for effect, probability in zip(("gear_backlash", "home_offset"), others, strict=False)
+    ]
+    update = {"effect": "joint_friction", "alternatives": rivals}
+    return _finding(1e-9, own).model_copy(update=update)
+
+
+def test_a_finding_and_what_it_may_be_instead_are_told_once_and_add_up() -> None:
+    said = evidence(_friction(0.55, 0.45))
+    assert said == (
+        "Something is there beyond doubt; whether it is this (55 %) or free play between drive and"
+        " load of the axis (45 %), this recording cannot tell."
     )
+    assert alternatives_line(_friction(0.55, 0.45)) == ""
+
+
+def test_causes_that_may_act_together_have_one_share_between_them() -> None:
+    """Two rivals that stand in the same sets: 55 %, 40 % and 30 % are no shares of one whole."""
+    said = evidence(_friction(0.55, 0.40, 0.30))
+    assert "or a wrong home position of the axis (one or several of them: 45 %)" in said
+    assert "40 %" not in said
+    assert "30 %" not in said
+
+
+def test_odds_of_a_single_test_do_not_stand_beside_a_probability() -> None:
+    """Beyond doubt in one answer and 1 in 56 in the next, of the same cause, 98 % sure in both."""
+    for p in (1e-9, 1.0 / 56.0):
+        assert evidence(_finding(p, 0.98)) == "98 % sure that this is the cause."
+        assert "its own test: noise alone" in in_chi_square(_finding(p, 0.98), explained=False)
 
 
 def test_rivals_below_one_percent_are_listed_once() -> None:
@@ -62,7 +94,7 @@ def test_rivals_below_one_percent_are_listed_once() -> None:
 def test_a_small_part_beside_a_sure_finding_is_no_contradiction(p: float, said: bool) -> None:
     line = share_line(_finding(p, 0.97).model_copy(update={"share_of_mismatch": 0.004}))
     assert "its part is small" in line.lower()
-    assert ("still more than noise adds" in line) == said
+    assert ("but more than noise" in line) == said
 
 
 def test_an_alternative_that_is_more_probable_is_named_as_such(make: Any) -> None:

@@ -17,11 +17,12 @@ from diagnosis.answer.records import (
     Unexplained,
     Where,
 )
-from diagnosis.report.sentences.fit_words import fit_lines
+from diagnosis.report.phrases.fit_words import fit_lines
+from diagnosis.report.phrases.sureness import in_chi_square
+from diagnosis.report.sentences.finding_words import finding_lines
 from diagnosis.report.sentences.lone_sentences import spoken
 from diagnosis.report.sentences.remedies import remedies
-from diagnosis.report.sentences.summary import finding_lines, plain_lines
-from diagnosis.report.sentences.sureness import in_chi_square
+from diagnosis.report.sentences.summary import plain_lines
 from diagnosis.report.sentences.telling import told as told_of
 from models.effects.lone_axis import command_effects, said
 from models.robot import EffectEntry
@@ -126,8 +127,8 @@ def test_of_a_delay_whose_parts_are_not_known_the_sum_is_told(make: Any) -> None
         return " ".join([*finding_lines(finding), *remedies(answer), *answer.says])
 
     open_one = text(lag((0.0019, 0.0, 0.129), (0.065, 0.0, 0.184)))
-    assert "Late by 67 ms in all: only this sum is known, and not how it div" in open_one
-    assert open_one.index("Late by 67 ms") < open_one.index("Time constant: 65 ms")
+    assert "Only the sum of 67 ms is known, not how it divides" in open_one
+    assert "Time constant:" not in open_one, "parts that nobody knows have no size"
     assert "it is late by 67 ms in all." in open_one
     assert "The axis follows late, by 67 ms in all" in open_one
     assert "by 63 ms in all" in text(lag((0.0515, 0.026, 0.078), (0.0118, 0.0, 0.037)))
@@ -174,10 +175,10 @@ def test_a_direction_beside_friction_is_a_gap_that_changes_along_the_travel(
     )
     answer = make("partly_explained", findings=found, fit=fit, next_experiment=None)
     told = spoken(answer, command_effects("rotary"))
-    assert ("changes along its travel" in told.findings[-1].says) == beside
+    assert ("not the same all along its travel" in told.findings[-1].says) == beside
     advice = remedies(told)[-1]
     assert ("to and fro by a little at several places" in advice) == beside
-    assert ("(0.13 degrees more or less)" in advice) == beside
+    assert ("(by about 0.13 degrees)" in advice) == beside
 
 
 def test_how_to_read_a_chi_square_is_said_once_and_where_it_shows_as_one_speaks(make: Any) -> None:
@@ -202,4 +203,4 @@ def test_what_comes_with_motion_is_said_once_and_not_as_noise(make: Any) -> None
     assert text.count("Readings at one place scatter") == 1
     assert text.count("More places make the answer surer") == 1
     assert "this noise" not in text
-    assert "the tests find nothing more (it need not be noise)" in text
+    assert "the tests cannot tell this rest from noise (it need not be noise)" in text

@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 
 from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
-from diagnosis.report.sentences import words
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.words import EFFECTS
 from diagnosis.report.sentences.advice import ADVICE, EVERYWHERE, advice
+from diagnosis.report.sentences.headline import headline
 from diagnosis.report.sentences.remedies import remedies, remedy
-from diagnosis.report.sentences.summary import headline
 from diagnosis.report.sentences.ways import TERMINAL
-from diagnosis.report.sentences.words import EFFECTS
 from firmware_py.robot_file import CONFIG_FOLDER
 from models.effects.lone_axis import effort_effects
 from models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis, load_robot_model
@@ -112,9 +112,13 @@ def test_what_looks_the_same_is_to_be_ruled_out_first() -> None:
     assert one is not None
     assert "first rule out bearing friction in motor 1" in one.line
     even = found("gear_backlash", "motor1", 0.01, "rad", "joint_friction")
-    one = remedy(even.model_copy(update={"probability": 0.55}), ROBOT)
+    even = even.model_copy(update={"probability": 0.55})
+    one = remedy(even, ROBOT, certain=False)
     assert one is not None
     assert "but this is only 55 % sure, so first rule out bearing friction" in one.line
+    one = remedy(even, ROBOT)
+    assert one is not None
+    assert "a corrected robot file is right for either, but rule out bearing friction" in one.line
 
 
 def test_nobody_is_asked_to_rule_out_what_is_in_no_list() -> None:
@@ -129,7 +133,7 @@ def test_what_is_not_certain_is_recorded_only_when_all_is_asked_for(make: Any) -
     own = found("home_offset", "motor1", 0.01, "rad")
     first, *lines = remedies(make("explained", findings=[tied, own]), ROBOT)
     assert "record the run proposed below" in first
-    assert ["NEW.yaml --all does" in line for line in lines] == [True, False]
+    assert ["NEW.yaml --all does" in line for line in lines] == [False, True], "sure ones first"
     assert all("--save-robot NEW.yaml" in line for line in lines)
 
 
@@ -190,8 +194,9 @@ def test_a_constant_force_and_dry_friction_do_not_contradict_each_other() -> Non
     todo = advice("slide", "effort_offset", "offset", -3.2) or ""
     assert "moves nothing" not in force + todo
     assert "always acts" not in force + todo
-    assert "at rest and in motion either way" in force
-    assert "at rest and in motion either way" in todo
+    assert "whichever way the axis moves" in force
+    assert "whichever way it moves" in todo
+    assert "at rest" not in force + todo, "readings at rest are not used"
     assert "against its motion" in friction
 
 

@@ -7,9 +7,9 @@ import re
 import pytest
 
 from diagnosis.answer.records import ParameterResult
-from diagnosis.report.sentences import words
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.sizes import sizes
 from diagnosis.report.sentences.advice import ADVICE
-from diagnosis.report.sentences.sizes import sizes
 from models.effects.kind import EffectKind
 from models.effects.lone_axis import command_effects, effort_effects, sensor_effects
 

@@ -15,7 +15,7 @@ from diagnosis.answer.records import (
     ParameterResult,
     Where,
 )
-from diagnosis.report.sentences.remedies import CHANGE_NOTHING
+from diagnosis.report.sentences.remedies import CHANGE_NOTHING, remedies
 from diagnosis.report.sentences.saved import support, written
 from diagnosis.report.sentences.summary import plain_lines
 from diagnosis.report.sentences.ways import PAGE, TERMINAL, Ways
@@ -50,10 +50,9 @@ def test_what_is_taken_over_says_how_sure_it_is(make: Any) -> None:
     well, only = support(answer, False)
     assert well == "- well supported (above 99 %): a wrong home angle of motor 1"
     assert only == (
-        "- above 99 % sure that this is to be corrected, not of its cause: a wrong home angle of"
-        " motor 2 (55 %), which may be free play in the gear or coupling of motor 2 (45 %) instead,"
-        " and that calls for the same correction; to tell which it is, turn the arm by hand while"
-        " its motor holds: play can be felt, a wrong home cannot"
+        "- the same correction, above 99 % sure to be right, whether the cause is a wrong home"
+        " angle of motor 2 (55 %) or free play in the gear or coupling of motor 2 (45 %); to tell"
+        " which, turn the arm by hand while its motor holds: play can be felt, a wrong home cannot"
     )
 
 
@@ -101,10 +100,37 @@ def test_an_even_tie_of_a_lone_axis_is_left_out_until_it_is_asked_for(make: Any)
     assert written(answer, False) == "unchanged: nothing is certain enough"
     (line,) = support(answer, False)
     assert line.startswith("- left out (--all writes it too): only 50 % sure: a wrong ratio")
-    assert "to check, say in the robot file what hangs on the axis" in line
+    assert "to check, measure how far it moves between two places, with its load" in line
+    assert line.index("with its load and without") < line.index("`gravity`"), "what is cheap first"
     assert written(answer, True) == "with one finding"
     (line,) = support(answer, True)
     assert line.startswith("- only 50 % sure: a wrong ratio")
+
+
+def test_a_likely_cause_of_a_lone_axis_is_not_said_to_be_corrected_whatever_it_is(
+    make: Any,
+) -> None:
+    """Its file says what is known of the cause: another cause calls for another entry."""
+    late = found("following_lag", "axis", "time", 0.82, ("viscous_friction", 0.18))
+    answer = make("explained", findings=[late], next_experiment=None)
+    (line,) = support(answer, False)
+    assert line.startswith("- 82 % sure: a drive of the axis that follows late, which may be")
+    (todo, *_) = remedies(answer)
+    assert "this is 82 % sure: friction that grows with speed in the axis would look" in todo
+    assert "rule out" not in todo
+
+
+def test_what_no_robot_file_holds_is_named_with_the_reason(make: Any) -> None:
+    nameless = found("unknown", "axis", "size_rms", 0.999)
+    nameless = nameless.model_copy(update={"depends_on": ["speed"]})
+    lost = found("lost_steps", "axis", "steps", 0.999)
+    one = found("home_offset", "axis", "angle", 0.999)
+    answer = make("explained", findings=[one, lost, nameless])
+    assert written(answer, True) == "with 1 of 3 findings"
+    _, steps, unknown = support(answer, True)
+    assert steps.startswith("- not written: steps lost by the axis (it happened once")
+    assert unknown.startswith("- not written: an unknown error at the axis that follows the speed")
+    assert unknown.endswith("(a robot file has entries only for what has a name)")
 
 
 def test_without_a_probability_a_rival_makes_it_uncertain(make: Any) -> None:
@@ -114,7 +140,7 @@ def test_without_a_probability_a_rival_makes_it_uncertain(make: Any) -> None:
     )
     plain = found("home_offset", "motor1", "angle", None)
     answer = make("explained", findings=[tied, plain], next_experiment=None)
-    assert written(answer, False) == "with one finding"
+    assert written(answer, False) == "with 1 of 2 findings"
     well, left = support(answer, False)
     assert well == "- well supported: a wrong home angle of motor 1"
     assert "not certain: a periodic error of the gear or coupling of motor 1" in left

@@ -8,7 +8,7 @@ import pytest
 
 from diagnosis.answer.records import Finding, PriorSensitivity, Unexplained
 from diagnosis.assessment.prior_sensitivity import as_found
-from diagnosis.report.sentences.fit_words import fit_lines
+from diagnosis.report.phrases.fit_words import fit_lines
 from diagnosis.report.sentences.telling import BESIDE, IS_NOISE, NOISE, told
 
 
@@ -73,7 +73,7 @@ def test_what_goes_on_is_called_no_noise_of_a_sensor(make: Any, verdict: str) ->
         return " ".join([answer.unexplained.says, *fit_lines(answer)])
 
     slow, quick = says(0.92), says(0.5)
-    assert "it goes on for about 110 ms at a time (readings 10 ms apart have a correlation" in slow
+    assert "it stays much the same for about 110 ms at a time (readings are 10 ms apart)" in slow
     assert "the noise alone" not in slow
     assert "correlation" not in quick
     assert "the noise alone is 2.10 mm" in quick

@@ -96,30 +96,22 @@ def write_json_mcap(path: Path) -> None:
 
 
 def write_bag(path: Path) -> None:
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    kinds = store.types
-    time_of, header = kinds["builtin_interfaces/msg/Time"], kinds["std_msgs/msg/Header"]
-    state, number = kinds["sensor_msgs/msg/JointState"], kinds["std_msgs/msg/Float64"]
-    with BagWriter(path, version=9) as writer:
-        on = {
-            name: writer.add_connection(name, kind.__msgtype__, typestore=store)
-            for name, kind in (("/joint_states", state), ("/target", number))
-        }
-        for row, t_s in enumerate(T_S):
-            at = START_NS + round(t_s * 1e9)
-            said = joints(row)
-            lists = {key: np.array(said[key]) for key in ("position", "velocity", "effort")}
-            message = state(header(time_of(**stamp(t_s)), ""), name=said["name"], **lists)
-            for name, one in (("/joint_states", message), ("/target", number(float(COMMAND[row])))):
-                writer.write(on[name], at, store.serialize_cdr(one, one.__msgtype__))
+    _write_bag(BagWriter(path, version=9), Stores.ROS2_HUMBLE, "serialize_cdr", [])
 
 
 def write_ros_1_bag(path: Path) -> None:
-    store = get_typestore(Stores.ROS1_NOETIC)
+    _write_bag(Ros1Writer(path), Stores.ROS1_NOETIC, "serialize_ros1", [0])
+
+
+def _write_bag(
+    bag: BagWriter | Ros1Writer, types: Stores, serialize: str, before_time: list[int]
+) -> None:
+    """before_time: what a header of these types has before its time (ROS 1: a number)."""
+    store = get_typestore(types)
     kinds = store.types
     time_of, header = kinds["builtin_interfaces/msg/Time"], kinds["std_msgs/msg/Header"]
     state, number = kinds["sensor_msgs/msg/JointState"], kinds["std_msgs/msg/Float64"]
-    with Ros1Writer(path) as writer:
+    with bag as writer:
         on = {
             name: writer.add_connection(name, kind.__msgtype__, typestore=store)
             for name, kind in (("/joint_states", state), ("/target", number))
@@ -128,9 +120,10 @@ def write_ros_1_bag(path: Path) -> None:
             at = START_NS + round(t_s * 1e9)
             said = joints(row)
             lists = {key: np.array(said[key]) for key in ("position", "velocity", "effort")}
-            message = state(header(row, time_of(**stamp(t_s)), ""), name=said["name"], **lists)
+            heading = header(*before_time, time_of(**stamp(t_s)), "")
+            message = state(heading, name=said["name"], **lists)
             for name, one in (("/joint_states", message), ("/target", number(float(COMMAND[row])))):
-                writer.write(on[name], at, store.serialize_ros1(one, one.__msgtype__))
+                writer.write(on[name], at, getattr(store, serialize)(one, one.__msgtype__))
 
 
 def protobuf_kinds() -> tuple[Any, Any]:

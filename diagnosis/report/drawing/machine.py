@@ -10,7 +10,7 @@ from diagnosis.report.drawing.culprits import marks_of
 from diagnosis.report.drawing.delta import DeltaDrawing
 from diagnosis.report.drawing.lone import axis_scene, sensor_scene, widened
 from diagnosis.report.drawing.scene import Scene, hue
-from diagnosis.report.sentences import words
+from diagnosis.report.phrases import words
 from models.robot import DeltaRobot, RangeSensor, RobotModel
 
 
@@ -36,10 +36,11 @@ def _legend(findings: Sequence[Finding], robot: RobotModel) -> str:
         return '<p class="note">Nothing is marked, because nothing was found.</p>'
     rows = []
     for number, finding in enumerate(findings, 1):
-        alone = isinstance(robot, RangeSensor) and finding.effect == "unknown"
-        part = "sensor" if alone else finding.component
-        what = html.escape(words.effect(finding.effect, part))
-        rows.append(f'<li>{badge(number)}<a href="#finding-{number}">{what}</a></li>')
+        what = words.effect(finding.effect, finding.component)
+        if finding.effect == "unknown":
+            part = "sensor" if isinstance(robot, RangeSensor) else finding.component
+            what = words.unknown(part, finding.depends_on)
+        rows.append(f'<li>{badge(number)}<a href="#finding-{number}">{html.escape(what)}</a></li>')
     found = {f.component for f in findings}
     note = ""
     if isinstance(robot, DeltaRobot):

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from diagnosis.report.sentences.sizes import Size, number, significant
+from diagnosis.report.phrases.sizes import Size, number, significant
 
 NEAR = 16.0
 """Labels closer than this [% of the line] would run into each other."""

@@ -10,11 +10,22 @@ from diagnosis.answer.records import Alternative, Diagnosis, Finding, ParameterR
 from diagnosis.report.drawing.machine import badge
 from diagnosis.report.drawing.scene import hue
 from diagnosis.report.page.bars import interval_bar
-from diagnosis.report.sentences import sureness, words
-from diagnosis.report.sentences.sizes import Size, departure, number, scale_of, sizes, told
-from diagnosis.report.sentences.summary import finding_title, share_line, where_line
-from diagnosis.report.sentences.sureness import in_chi_square
+from diagnosis.report.phrases import sureness, words
+from diagnosis.report.phrases.percent import percent
+from diagnosis.report.phrases.rivals import exclusive
+from diagnosis.report.phrases.sizes import Size, departure, number, scale_of
+from diagnosis.report.phrases.sureness import in_chi_square
+from diagnosis.report.sentences.finding_words import (
+    alternatives_line,
+    divided,
+    finding_title,
+    memory_line,
+    share_line,
+    told_sizes,
+    where_line,
+)
 from diagnosis.report.sentences.telling_apart import hint
+from diagnosis.report.sentences.ways import TERMINAL, Ways
 
 NOT_FROM_ZERO = frozenset(
     {"time", "time_constant", "period", "height", "frequency", "stiffness", "times_s", "speed"}
@@ -22,22 +33,27 @@ NOT_FROM_ZERO = frozenset(
 """Parameters for which zero is not 'nothing wrong', so that a bar from zero would mislead."""
 
 
-def finding_cards(diagnosis: Diagnosis, span: tuple[float, float]) -> list[str]:
+def finding_cards(
+    diagnosis: Diagnosis, span: tuple[float, float], ways: Ways = TERMINAL
+) -> list[str]:
     """All findings as cards, the strongest first as the answer has them."""
     return [
-        _card(number, finding, diagnosis, span)
+        _card(number, finding, diagnosis, span, ways)
         for number, finding in enumerate(diagnosis.findings, 1)
     ]
 
 
-def _card(number: int, finding: Finding, diagnosis: Diagnosis, span: tuple[float, float]) -> str:
+def _card(
+    number: int, finding: Finding, diagnosis: Diagnosis, span: tuple[float, float], ways: Ways
+) -> str:
     rows = [
         ("Size", _sizes(finding, diagnosis)),
-        ("How sure", _text(sureness.evidence(finding) + in_chi_square(finding, number == 1))),
+        ("How sure", _text(sureness.evidence(finding))),
         ("Share", _share(finding)),
         ("Where", _text(where_line(finding, span))),
         ("Depends on", _depends(finding)),
-        ("Or else", _alternatives(finding, diagnosis)),
+        ("Or else", _alternatives(finding, diagnosis, ways)),
+        ("Statistics", _text(in_chi_square(finding, number == 1))),
     ]
     body = "".join(f"<dt>{name}</dt><dd>{inside}</dd>" for name, inside in rows if inside)
     return (
@@ -47,11 +63,10 @@ def _card(number: int, finding: Finding, diagnosis: Diagnosis, span: tuple[float
 
 
 def _sizes(finding: Finding, diagnosis: Diagnosis) -> str:
-    parts = []
-    for name, result in told(finding.parameters).items():
-        for size in sizes(finding.effect, name, result):
-            text = f'<div class="size">{html.escape(f"{size.name}: {size.text}")}'
-            parts.append(f"{text}{_bar(finding, name, result, size, diagnosis)}</div>")
+    parts = [_text(divided(finding))]
+    for name, result, size in told_sizes(finding):
+        text = f'<div class="size">{html.escape(f"{size.name}: {size.text}")}'
+        parts.append(f"{text}{_bar(finding, name, result, size, diagnosis)}</div>")
     return "".join(parts)
 
 
@@ -88,33 +103,31 @@ def _depends(finding: Finding) -> str:
     follows = words.listed([words.followed(name) for name in finding.depends_on])
     if not follows and finding.has_memory is None:
         return ""
-    memory = {
-        True: "Earlier motion counts too (hysteresis).",
-        False: "Earlier motion does not count (no hysteresis).",
-        None: "",
-    }[finding.has_memory]
-    return _text(f"{words.sentence(follows)} {memory}".strip())
+    return _text(f"{words.sentence(follows)} {memory_line(finding)}".strip())
 
 
-def _alternatives(finding: Finding, diagnosis: Diagnosis) -> str:
+def _alternatives(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
+    """What else it may be: how much worse each fits, its probability standing under How sure."""
     if not finding.alternatives:
-        if finding.effect == "unknown":
-            return _text("It matches nothing in the list of known effects.")
-        return _text("No other known effect fits these readings as well.")
+        return _text(alternatives_line(finding))
+    apart = exclusive(finding)
     rows = "".join(
         f"<li>{html.escape(words.rival(finding.effect, one.effect, one.component))}"
-        f"{_worse(one)}</li>"
+        f"{_worse(one, apart)}</li>"
         for one in finding.alternatives
     )
-    apart = _told_apart(finding, diagnosis)
-    told = (
-        "Far less probable:" if sureness.settled(finding) else "This recording cannot tell it from"
-    )
-    return f"{told}<ul>{rows}</ul>{_text(apart)}"
+    told = ""
+    if sureness.settled(finding):
+        told = "Far less probable:"
+    elif alternatives_line(finding):
+        told = "This recording cannot tell it from"
+    return f"{told}<ul>{rows}</ul>{_text(_told_apart(finding, diagnosis, ways))}"
 
 
-def _worse(other: Alternative) -> str:
-    notes = [] if other.probability is None else [sureness.percent(other.probability)]
+def _worse(other: Alternative, apart: bool) -> str:
+    """apart: its probability is a share of one whole."""
+    known = other.probability is not None and apart
+    notes = [percent(other.probability or 0.0)] if known else []
     if math.isfinite(other.delta_chi2):
         notes.append(f"fits {_than(other.delta_chi2)}")
     return f' <span class="note">({"; ".join(notes)})</span>' if notes else ""
@@ -128,7 +141,7 @@ def _than(delta_chi2: float) -> str:
     return f"{size} {which} in {sureness.CHI_SQUARE}"
 
 
-def _told_apart(finding: Finding, diagnosis: Diagnosis) -> str:
+def _told_apart(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
     """What would distinguish them."""
     plan = diagnosis.next_experiment
     mine = {words.effect(finding.effect, finding.component)}
@@ -136,7 +149,7 @@ def _told_apart(finding: Finding, diagnosis: Diagnosis) -> str:
     apart = [words.spelled(name) for name in plan.tells_apart] if plan is not None else []
     if any(name in text for name in mine for text in apart):
         return "The run proposed below is made to distinguish them."
-    return hint(finding)
+    return hint(finding, ways)
 
 
 def _text(text: str) -> str:

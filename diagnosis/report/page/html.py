@@ -20,25 +20,25 @@ from diagnosis.report.drawing import machine_drawing
 from diagnosis.report.page.bars import Pair, pair_bars
 from diagnosis.report.page.cards import all_numbers, finding_cards
 from diagnosis.report.page.pictures import mismatch_sections
-from diagnosis.report.sentences import sureness, words
-from diagnosis.report.sentences.fit_words import fit_lines, fit_title
-from diagnosis.report.sentences.limit_words import smallest_text
+from diagnosis.report.phrases import sureness, words
+from diagnosis.report.phrases.fit_words import fit_lines, fit_title
+from diagnosis.report.phrases.limit_words import smallest_text
+from diagnosis.report.phrases.sizes import scale_of
+from diagnosis.report.sentences.finding_words import span_s
+from diagnosis.report.sentences.headline import headline
 from diagnosis.report.sentences.next_run_words import experiment_line
 from diagnosis.report.sentences.remedies import remedies
-from diagnosis.report.sentences.sizes import scale_of
-from diagnosis.report.sentences.summary import (
-    headline,
-    remarks,
-    span_s,
-    unexplained_line,
-)
+from diagnosis.report.sentences.summary import remarks, unexplained_line
+from diagnosis.report.sentences.ways import TERMINAL, Ways
 from foundation.errors import RecordingError
 from models.robot import RobotModel
 
 
-def write_report(diagnosis: Diagnosis, robot: RobotModel, path: Path) -> None:
+def write_report(
+    diagnosis: Diagnosis, robot: RobotModel, path: Path, ways: Ways = TERMINAL
+) -> None:
     """Write the report; an earlier one is replaced whole or not at all. Raises RecordingError."""
-    text = report_html(diagnosis, robot)
+    text = report_html(diagnosis, robot, ways)
     draft = path.with_name(f".{path.name}.part")
     try:
         draft.write_text(text, encoding="utf-8")
@@ -47,12 +47,12 @@ def write_report(diagnosis: Diagnosis, robot: RobotModel, path: Path) -> None:
         raise RecordingError(f"{path}: cannot be written ({error.strerror})") from error
 
 
-def report_html(diagnosis: Diagnosis, robot: RobotModel) -> str:
+def report_html(diagnosis: Diagnosis, robot: RobotModel, ways: Ways = TERMINAL) -> str:
     """The report as one HTML document."""
     parts = [
-        _verdict(diagnosis, robot),
+        _verdict(diagnosis, robot, ways),
         columns([machine_drawing(robot, diagnosis.findings), _improvement(diagnosis)]),
-        *_findings(diagnosis),
+        *_findings(diagnosis, ways),
         *mismatch_sections(diagnosis, robot),
         *_open_questions(diagnosis),
         *_next(diagnosis),
@@ -67,9 +67,9 @@ def _style() -> str:
     return (files("diagnosis.report.page") / "report.css").read_text(encoding="utf-8")
 
 
-def _verdict(diagnosis: Diagnosis, robot: RobotModel) -> str:
-    lines = [sureness.false_alarm(diagnosis), *remarks(diagnosis)]
-    do = "".join(f"<li>{html.escape(line)}</li>" for line in remedies(diagnosis, robot))
+def _verdict(diagnosis: Diagnosis, robot: RobotModel, ways: Ways) -> str:
+    lines = [sureness.false_alarm(diagnosis), *remarks(diagnosis, ways)]
+    do = "".join(f"<li>{html.escape(line)}</li>" for line in remedies(diagnosis, robot, ways))
     body = paragraph(headline(diagnosis))
     body += "".join(paragraph(f"Look at this first: {line}") for line in diagnosis.doubts)
     body += f'<p><strong>Do this</strong></p><ol class="do">{do}</ol>' if do else ""
@@ -99,8 +99,8 @@ def _improvement(diagnosis: Diagnosis) -> str:
     return f"{bars}{lines}{paragraph(about, 'note')}"
 
 
-def _findings(diagnosis: Diagnosis) -> list[str]:
-    cards = finding_cards(diagnosis, span_s(diagnosis))
+def _findings(diagnosis: Diagnosis, ways: Ways) -> list[str]:
+    cards = finding_cards(diagnosis, span_s(diagnosis), ways)
     if not cards:
         nothing = diagnosis.verdict == "nothing_missing"
         text = "that this recording can show" if nothing else "that could be named"

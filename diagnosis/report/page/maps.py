@@ -10,10 +10,10 @@ import numpy as np
 from scipy.special import chdtri
 
 from charts.page import columns, paragraph
-from diagnosis.answer.records import FloatArray
+from diagnosis.answer.picture import FloatArray
 from diagnosis.report.page.residuals import BoolArray, Mismatch
-from diagnosis.report.sentences import words
-from diagnosis.report.sentences.sizes import number, significant
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.sizes import number, significant
 
 IntArray = np.ndarray[Any, np.dtype[np.int_]]
 

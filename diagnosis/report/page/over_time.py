@@ -15,9 +15,9 @@ from charts.thin import keep
 from diagnosis.answer.records import Finding, Picture
 from diagnosis.report.drawing.scene import hue
 from diagnosis.report.page.residuals import Mismatch, rms, smoothed
-from diagnosis.report.sentences import words
-from diagnosis.report.sentences.sizes import scale_of
-from diagnosis.report.sentences.summary import stretches
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.sizes import scale_of
+from diagnosis.report.sentences.finding_words import stretches
 from models.robot import RangeSensor, RobotModel
 
 POINTS = 60_000
@@ -41,7 +41,7 @@ def in_order(
     if isinstance(robot, RangeSensor) and "distance" in names and "time" not in names:
         chart = _distance_chart(picture, channels[0])
         return [heading("The mismatch over distance"), paragraph(ABOUT), chart.html()]
-    return by_time(picture, channels, findings)
+    return _by_time(picture, channels, findings)
 
 
 def _distance_chart(picture: Picture, one: Mismatch) -> LineChart:
@@ -58,7 +58,7 @@ def _distance_chart(picture: Picture, one: Mismatch) -> LineChart:
     )  # fmt: skip
 
 
-def by_time(
+def _by_time(
     picture: Picture, channels: Sequence[Mismatch], findings: Sequence[Finding]
 ) -> list[str]:
     parts = [

@@ -12,8 +12,8 @@ import numpy as np
 from charts.figures import LineChart
 from charts.page import columns, heading, paragraph
 from charts.spec import Colour, Series
-from diagnosis.answer.records import Diagnosis, FloatArray, Picture
-from diagnosis.report.page.axis_units import covariate_unit
+from diagnosis.answer.picture import FloatArray
+from diagnosis.answer.records import Diagnosis, Picture
 from diagnosis.report.page.bars import Pair, pair_bars
 from diagnosis.report.page.maps import place_maps
 from diagnosis.report.page.over_time import in_order
@@ -25,8 +25,9 @@ from diagnosis.report.page.residuals import (
     explained_by,
     mismatches,
 )
-from diagnosis.report.sentences import words
-from diagnosis.report.sentences.sizes import scale_of
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.axis_units import covariate_unit
+from diagnosis.report.phrases.sizes import scale_of
 from models.robot import RobotModel
 
 SHOWN_FIRST = 4

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.answer.records import FloatArray
+from diagnosis.answer.picture import FloatArray
 from diagnosis.report.page.residuals import BoolArray, Mismatch, rms
-from diagnosis.report.sentences import words
+from diagnosis.report.phrases import words
 
 STILL_SHARE = 0.02
 """Below this share of its usual top speed a motor counts as standing."""

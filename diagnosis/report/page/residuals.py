@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.answer.records import Channel, FloatArray, Picture
-from diagnosis.report.sentences import words
-from diagnosis.report.sentences.sizes import scale_of
+from diagnosis.answer.picture import FloatArray
+from diagnosis.answer.records import Channel, Picture
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.sizes import scale_of
 from foundation.scatter import MAD_TO_SIGMA
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]

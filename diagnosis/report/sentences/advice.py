@@ -69,7 +69,7 @@ EVERYWHERE: Table = {
     "stale_reading": "look at the cable and supply of {part}: it repeats old values",
     "inertia": "enter the true inertia of {part} in the robot file: {size}",
     "effort_offset": "balance {part}, or correct the zero of its effort: the same {size} is there"
-    " at rest and in motion either way, where friction would reverse with the motion",
+    " whichever way it moves, where friction would change sign with the motion",
     "effort_gain": "set the scale between effort and force of {part}: its effort gives {size}"
     " {sign:more|less} than the robot file says",
     "unknown": "find out what the unknown error at {part} comes with: it follows {follows}; repeat"
@@ -103,9 +103,9 @@ OF_AN_AXIS: Table = {
     "unknown.effort": "record {part} with another load, and slower: an unknown part of the"
     " mismatch follows {follows}; what the drive adds by itself stays, what the load does changes",
     "unknown.direction.beside": "move {part} to and fro by a little at several places along its"
-    " travel, and record that: its two directions do not end equally far apart everywhere ({size}"
-    " more or less), and such a recording shows where; a gear worn in one place, a cable that drags"
-    " or a weight does that, friction and play that are the same everywhere do not",
+    " travel, and record that: its friction or play differs from place to place (by about {size}),"
+    " and such a recording shows where; look there for a worn gear, a cable that drags, or a"
+    " weight",
     "home_offset": "{sign:take|add} {size} {sign:off|to} the commands of {part}, or move its zero"
     " by as much: it stands that far {sign:above|below} what it is told",
     "gear_ratio.small": "divide the commands of {part} by {factor}, or correct the scale in its"

@@ -8,8 +8,9 @@ import numpy as np
 
 from diagnosis.answer.records import Diagnosis, Finding, Picture
 from diagnosis.plants.lone.options import COMMANDED_AXIS
-from diagnosis.report.sentences import sureness, words
-from diagnosis.report.sentences.sizes import quantity
+from diagnosis.report.phrases import sureness, words
+from diagnosis.report.phrases.percent import percent
+from diagnosis.report.phrases.sizes import quantity
 from diagnosis.report.sentences.telling_apart import beside_friction, telling_apart
 from models.effects.kind import EffectKind
 from models.effects.lone_axis import command_effects, effort_effects, said, sensor_effects
@@ -122,16 +123,14 @@ def _says(finding: Finding, kinds: Mapping[str, EffectKind], answer: Diagnosis) 
     unit = answer.fit.unit
     if finding.effect == "unknown":
         sizes = finding.parameters.get("size_rms")
-        size = f" of {said(sizes.components[0][0], unit)} root mean square" if sizes else ""
+        size = f" of {said(sizes.components[0][0], unit)}" if sizes else ""
         if beside_friction(finding, answer.findings):
             return (
-                "how far the two directions of the axis are apart changes along its travel: a"
-                f" mismatch{size} is left of it beside friction or play that is the same everywhere"
+                "friction or play of the axis is not the same all along its travel: taken as the"
+                f" same, it leaves a mismatch{size}"
             )
         follows = words.listed([words.followed(one) for one in finding.depends_on])
-        return (
-            f"a mismatch{size} follows {follows}, and nothing in the list of effects looks like it"
-        )
+        return f"a mismatch{size} follows {follows}, as no known effect does"
     if (late_s := sureness.late_in_all_s(finding)) is not None:
         return f"the axis follows late, by {quantity(late_s, 's', digits=2)} in all"
     values = {name: size.components[0][0] for name, size in finding.parameters.items()}
@@ -190,7 +189,7 @@ def _held_out(answer: Diagnosis) -> str:
 def _how_sure(finding: Finding) -> str:
     if finding.probability is None:
         return ""
-    return f" (probability {sureness.percent(finding.probability)})"
+    return f" (probability {percent(finding.probability)})"
 
 
 def _upper(text: str) -> str:

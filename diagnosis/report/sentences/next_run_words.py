@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 from diagnosis.answer.records import Diagnosis, OpenTie
-from diagnosis.report.sentences import words
-from diagnosis.report.sentences.sureness import CHI_SQUARE
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.sureness import CHI_SQUARE
 from diagnosis.report.sentences.telling_apart import measurement
 
 NEEDS_DRIVE = "A run that tells them apart needs `drive` in the robot file."

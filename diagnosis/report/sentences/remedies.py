@@ -7,12 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.answer.corrected_robot import sure
+from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.answer.verdict import NAMELESS, claimed, fits_worse
-from diagnosis.report.sentences import words
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.percent import percent
+from diagnosis.report.phrases.sizes import LEAST_S, number, quantity, scale_of, significant
+from diagnosis.report.phrases.sureness import late_in_all_s, likelier, settled
 from diagnosis.report.sentences.advice import advice, machine_of
-from diagnosis.report.sentences.sizes import LEAST_S, number, quantity, scale_of, significant
-from diagnosis.report.sentences.sureness import late_in_all_s, likelier, percent, settled
 from diagnosis.report.sentences.telling_apart import LONE, beside_friction
 from diagnosis.report.sentences.ways import TERMINAL, Ways
 from models.effects import VOCABULARY
@@ -57,6 +59,8 @@ WRITABLE = frozenset({
     "home_offset", "transmission_error", "upper_arm_length", "forearm_length", "motor_azimuth",
     "base_radius", "frame_tilt", "inertia", "joint_friction", "viscous_friction", "gear_ratio",
 })  # fmt: skip
+YIELDS = "joint_compliance"
+"""A cause that a look at the same place with another load rules out."""
 _ARM = re.compile(r"(?:arm|motor)([123])")
 
 
@@ -86,6 +90,7 @@ def remedies(
         return [CHANGE_NOTHING]
     late = [one for one in named if one.effect == "following_lag" and not tied(one)]
     late = late if len(late) > 1 else []
+    named = sorted(named, key=lambda one: tied(one) and not sure(one, diagnosis))
     found = (remedy(one, robot, sure(one, diagnosis), ways) for one in named if one not in late)
     lines = [_all_late(late, robot)] if late else []
     lines += [one.line for one in found if one is not None]
@@ -164,7 +169,7 @@ def unnamed(finding: Finding, robot: RobotModel | None, diagnosis: Diagnosis) ->
     machine = machine_of(robot, finding.component, finding.effect)
     text = advice(machine, finding.effect, driver, 0.0)
     follows = words.listed([words.followed(name) for name in finding.depends_on])
-    part = words.part_of(finding.effect, finding.component)
+    part = words.part_of(finding.effect, finding.component, finding.depends_on)
     size = quantity(sizes[0].components[0][0], sizes[0].unit, digits=2) if sizes else ""
     return words.sentence(text.format(part=part, follows=follows, size=size)) if text else ""
 
@@ -201,11 +206,14 @@ def remedy(
     )
     if finding.effect in WRITABLE and finding.component != LONE and (certain or ways.unsure_too):
         says += ways.describe.format(all="" if certain else " --all")
-    return Remedy(says, _first_rule_out(finding))
+    return Remedy(says, _first_rule_out(finding, certain))
 
 
-def _first_rule_out(finding: Finding) -> str:
-    """What else it could be, to be ruled out before anything is done; empty where nothing."""
+def _first_rule_out(finding: Finding, certain: bool) -> str:
+    """What else it could be, to be ruled out before anything is done; empty where nothing.
+
+    certain: the corrected file holds it, whichever of them it is.
+    """
     likely = finding.alternatives if tied(finding) else []
     nameless = any(one.effect == NAMELESS for one in likely)
     likely = [one for one in likely if one.effect != NAMELESS]
@@ -218,6 +226,13 @@ def _first_rule_out(finding: Finding) -> str:
             f"; but {only}first rule out {name}, which looks the same here and is more probable"
             f" ({percent(rival.probability or 0.0)})"
         )
+    if others and sure_of is not None and certain:
+        return _though(finding, others)
+    if len(likely) == 1 and likely[0].effect == YIELDS and sure_of is not None:
+        return (
+            f"; this is only {percent(sure_of)} sure: if it changes with the load, the cause is"
+            f" {others[0]}"
+        )
     if len(others) > 1:
         return f"; but {only}first rule out {len(others)} others that look the same here (below)"
     if others:
@@ -225,6 +240,18 @@ def _first_rule_out(finding: Finding) -> str:
     if nameless:
         return f"; but {only}it may as well be a part of something that no list has"
     return ""
+
+
+def _though(finding: Finding, others: Sequence[str]) -> str:
+    """What looks the same beside a finding that is corrected in the file all the same."""
+    same = others[0] if len(others) == 1 else f"{len(others)} others (below)"
+    own = finding.probability or 0.0
+    if own < VERDICT.sure_enough:
+        return (
+            f"; a corrected robot file is right for either, but rule out {same} before you change"
+            " the machine"
+        )
+    return f"; this is {percent(own)} sure: {same} would look the same here"
 
 
 class _Sign(float):

@@ -2,32 +2,40 @@
 
 from __future__ import annotations
 
-from diagnosis.answer.corrected_robot import lasts, sure, sure_of_correction
+from collections.abc import Sequence
+
+from diagnosis.answer.corrected_robot import corrected_alike, lasts, sure, sure_of_correction
 from diagnosis.answer.options import VERDICT
-from diagnosis.answer.records import Diagnosis, Finding
-from diagnosis.report.sentences import words
-from diagnosis.report.sentences.sureness import percent, settled
+from diagnosis.answer.records import Alternative, Diagnosis, Finding
+from diagnosis.answer.verdict import NAMELESS
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.percent import percent
+from diagnosis.report.phrases.rivals import rivals
+from diagnosis.report.phrases.sureness import settled
 from diagnosis.report.sentences.telling_apart import LONE, OTHERWISE, measurement, way_apart
 from diagnosis.report.sentences.ways import TERMINAL, Ways
+from models.effects import VOCABULARY
 
 MOST_RIVALS = 3
 
 
 def written(diagnosis: Diagnosis, all_of_them: bool) -> str:
-    """How many findings a corrected robot file holds."""
+    """How many of the findings a corrected robot file holds."""
     kept, _ = _kept_and_left(diagnosis, all_of_them)
-    return (
-        f"with {words.count(len(kept), 'finding')}"
-        if kept
-        else "unchanged: nothing is certain enough"
-    )
+    if not kept:
+        return "unchanged: nothing is certain enough"
+    of = len(diagnosis.findings)
+    if len(kept) == of:
+        return f"with {words.count(of, 'finding')}"
+    return f"with {len(kept)} of {words.count(of, 'finding')}"
 
 
 def support(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> list[str]:
-    """One line for each finding that lasts: how sure it is, and what would check it."""
+    """One line for each finding: how sure it is and what would check it, or why it is left out."""
     _, left = _kept_and_left(diagnosis, all_of_them)
     out = [f"- {ways.left_out}{_supported(one, diagnosis, ways)}" for one in left]
-    return [*supported(diagnosis, all_of_them, ways), *out]
+    never = [f"- not written: {_never(one)}" for one in diagnosis.findings if not lasts(one)]
+    return [*supported(diagnosis, all_of_them, ways), *out, *never]
 
 
 def supported(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> list[str]:
@@ -42,41 +50,50 @@ def _kept_and_left(diagnosis: Diagnosis, all_of_them: bool) -> tuple[list[Findin
     return kept, [one for one in lasting if one not in kept]
 
 
+def _never(finding: Finding) -> str:
+    """A finding that no robot file holds, and why."""
+    if finding.effect == NAMELESS:
+        name = words.unknown(finding.component, finding.depends_on)
+        return f"{name} (a robot file has entries only for what has a name)"
+    name = words.effect(finding.effect, finding.component)
+    kind = VOCABULARY.get(finding.effect)
+    if kind is not None and kind.event:
+        return f"{name} (it happened once, and is no property of the machine)"
+    return f"{name} (a robot file has no entry for it in this form)"
+
+
 def _supported(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
     name = words.effect(finding.effect, finding.component)
-    probability = finding.probability
-    if settled(finding) or (probability is None and not finding.alternatives):
-        how = f" ({percent(probability)})" if probability is not None else ""
+    own = finding.probability
+    if settled(finding) or (own is None and not finding.alternatives):
+        how = f" ({percent(own)})" if own is not None else ""
         return f"well supported{how}: {name}"
-    together = sure_of_correction(finding)
-    if probability is not None and together >= VERDICT.sure_enough:
+    check = _check(finding, diagnosis, ways)
+    together, alike = sure_of_correction(finding), corrected_alike(finding)
+    if own is not None and alike and together >= VERDICT.sure_enough:
         return (
-            f"{percent(together)} sure that this is to be corrected, not of its cause: {name}"
-            f" ({percent(probability)}){_or_else(finding)}, and that calls for the same"
-            f" correction; to tell which it is, {_check(finding, diagnosis, ways)}"
+            f"the same correction, {percent(together)} sure to be right, whether the cause is"
+            f" {name} ({percent(own)}) or {_likeliest(finding, alike)}; to tell which, {check}"
         )
-    sure_of = "not certain" if probability is None else f"only {percent(probability)} sure"
-    return f"{sure_of}: {name}{_or_else(finding)}; to check, {_check(finding, diagnosis, ways)}"
+    sure_of = "not certain"
+    if own is not None:
+        only = "" if own >= VERDICT.sure_enough else "only "
+        sure_of = f"{only}{percent(own)} sure"
+    instead = f", which may be {_likeliest(finding, finding.alternatives)} instead"
+    return f"{sure_of}: {name}{instead if finding.alternatives else ''}; to check, {check}"
 
 
-def _or_else(finding: Finding) -> str:
-    """The likeliest of what it may be instead."""
-    others = sorted(finding.alternatives, key=lambda one: -(one.probability or 0.0))
-    named = [
-        words.rival(finding.effect, one.effect, one.component)
-        + (f" ({percent(one.probability)})" if one.probability is not None else "")
-        for one in others[:MOST_RIVALS]
-    ]
-    if len(others) > MOST_RIVALS:
-        named.append(f"one of {len(others) - MOST_RIVALS} others")
-    return f", which may be {words.listed(named, 'or')} instead" if named else ""
+def _likeliest(finding: Finding, others: Sequence[Alternative]) -> str:
+    """The likeliest of what it may be instead; the rest are counted."""
+    first = sorted(others, key=lambda one: -(one.probability or 0.0))
+    return rivals(finding, first[:MOST_RIVALS], max(len(first) - MOST_RIVALS, 0))
 
 
 def _check(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
     plan = diagnosis.next_experiment
     if plan is not None and f"{finding.effect} {finding.component}" in plan.tells_apart:
         return ways.run
-    if way := way_apart(finding):
+    if way := way_apart(finding, ways):
         return way
     if finding.component == LONE or not finding.alternatives:
         return OTHERWISE + ", and diagnose both recordings"

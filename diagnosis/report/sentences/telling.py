@@ -9,16 +9,16 @@ from typing import Any
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding, Fit
 from diagnosis.answer.verdict import goes_on, seen
-from diagnosis.report.sentences import words
-from diagnosis.report.sentences.fit_words import MORE_PLACES, persists, said_of_rest
-from diagnosis.report.sentences.sizes import quantity
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.fit_words import MORE_PLACES, persists, said_of_rest
+from diagnosis.report.phrases.sizes import quantity
+from diagnosis.report.phrases.sureness import by_noise, late_in_all_s
 from diagnosis.report.sentences.summary import plain_lines
-from diagnosis.report.sentences.sureness import by_noise, late_in_all_s
 from models.effects import VOCABULARY
 from models.effects.kind import EffectKind
 
 LEFT = "What is left"
-BESIDE = "What is left beside all of these, also those without a name,"
+BESIDE = "What is left beside all of these"
 IS_NOISE = "is consistent with measurement noise."
 NOISE = f"{LEFT} {IS_NOISE}"
 

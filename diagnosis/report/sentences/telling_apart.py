@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from diagnosis.answer.records import Finding
+from diagnosis.report.sentences.ways import TERMINAL, Ways
 
 Pair = frozenset[str]
 _AXES: dict[Pair, str] = {
     frozenset({"gear_backlash", "joint_friction"}): (
-        "repeat the motion with a weight that always pulls one way (play closes, friction stays), "
-        "or record the effort as well"
+        "repeat the motion with a weight that always pulls one way (play closes, friction stays)"
+        "{or_effort}"
     ),
     frozenset({"transmission_error", "encoder_error"}): (
         "read the angle by other means at a few places (a second encoder, or a laser on a mirror "
@@ -25,12 +26,12 @@ _AXES: dict[Pair, str] = {
         "readings show it late, a late drive does not"
     ),
     frozenset({"following_lag", "viscous_friction"}): (
-        "record the effort, or change the drive's gain: friction lags less behind a stiffer drive"
+        "change the drive's gain (friction lags less behind a stiffer drive){or_effort}"
     ),
     frozenset({"gear_ratio", "joint_compliance"}): (
-        "say in the robot file what hangs on the axis, as gravity: {torque_nm: 1.7, zero_rad: 0} "
-        "(kg x 9.81 x metres, and the angle at which it hangs), or record it as load, and diagnose "
-        "again: a wrong ratio is the same at every load"
+        "measure how far it moves between two places, with its load and without: a wrong ratio "
+        "stays, what yields does not. Or say in the robot file what pulls at it, as `gravity` "
+        "('deltactl init' has --hanging-nm and --slope-n for it), and diagnose again"
     ),
     frozenset({"gear_ratio", "unknown"}): (
         "record again at another speed: the error of a wrong ratio grows with the way, a drift (of "
@@ -136,10 +137,10 @@ HYSTERESIS = frozenset({"joint_friction", "gear_backlash"})
 OTHERWISE = "repeat the motion with other speeds, spans and rests"
 
 
-def _ways(table: Mapping[Pair, str], finding: Finding) -> list[str]:
+def _ways(table: Mapping[Pair, str], finding: Finding, ways: Ways = TERMINAL) -> list[str]:
     """What separates a finding from each alternative; empty where the table has nothing."""
     pairs = (frozenset({finding.effect, one.effect}) for one in finding.alternatives)
-    return [table.get(pair, "") for pair in pairs]
+    return [table.get(pair, "").format(or_effort=ways.or_effort) for pair in pairs]
 
 
 def beside_friction(finding: Finding, findings: Sequence[Finding]) -> bool:
@@ -162,15 +163,25 @@ def telling_apart(findings: Sequence[Finding]) -> list[str]:
     return list(lines.values())
 
 
-def way_apart(finding: Finding) -> str:
+def way_apart(finding: Finding, ways: Ways = TERMINAL) -> str:
     """How a lone machine's finding is told from what it is tied with; empty where no row says."""
-    return next(filter(None, _ways(_AXES, finding)), "") if finding.component == LONE else ""
+    return next(filter(None, _ways(_AXES, finding, ways)), "") if finding.component == LONE else ""
 
 
-def hint(finding: Finding) -> str:
+def asks_for_effort(findings: Sequence[Finding]) -> bool:
+    """Whether an effort would tell one of them from what it is tied with."""
+    return any(
+        "{or_effort}" in _AXES.get(frozenset({finding.effect, one.effect}), "")
+        for finding in findings
+        if finding.component == LONE
+        for one in finding.alternatives
+    )
+
+
+def hint(finding: Finding, ways: Ways = TERMINAL) -> str:
     """What would distinguish a finding from its alternatives; empty where no line says."""
     if finding.component == LONE:
-        said = way_apart(finding)
+        said = way_apart(finding, ways)
         return f"To tell them apart: {said}." if said else ""
     return next(filter(None, _ways(_DELTAS, finding)), "")
 

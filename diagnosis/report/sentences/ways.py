@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+OR_EFFORT = ", or record the effort as well"
+
 
 @dataclass(frozen=True, slots=True)
 class Ways:
@@ -25,6 +27,8 @@ class Ways:
     """Before a finding that the corrected robot file does not hold."""
     all_compared: str
     """What compares the rest where the search ended early."""
+    or_effort: str
+    """How the effort tells causes apart, after another way; empty where nothing reads one."""
     table: str
     """Where the numbers of a table are; {unit} is what they are in."""
 
@@ -32,8 +36,8 @@ class Ways:
 TERMINAL = Ways(
     describe=" (deltactl diagnose ... --save-robot NEW.yaml{all} does)",
     keep=(
-        "For what is to stay as it is, 'deltactl diagnose ... --save-robot NEW.yaml{all}' makes a"
-        " robot file that knows it, so that the next diagnosis looks beyond it."
+        "What you leave as it is can be entered in the robot file, so that the next diagnosis looks"
+        " for more: run 'deltactl diagnose' once more with --save-robot NEW.yaml{all}."
     ),
     unsure_too=True,
     run_first=(
@@ -45,13 +49,14 @@ TERMINAL = Ways(
     on_top="It comes on top of what the robot file has of it already; --save-robot adds both.",
     left_out="left out (--all writes it too): ",
     all_compared="--thorough compares the rest, which takes longer",
+    or_effort=OR_EFFORT,
     table="--json FILE writes them as `table`, in {unit}",
 )
 PAGE = Ways(
     describe=" (the corrected robot file does: the buttons below)",
     keep=(
-        "For what is to stay as it is, save the corrected robot file (the button below): it knows"
-        " what was found, so that the next diagnosis looks beyond it."
+        "What you leave as it is can be entered in the robot file, so that the next diagnosis looks"
+        " for more: save the corrected robot file (the button below)."
     ),
     unsure_too=False,
     run_first=(
@@ -62,5 +67,6 @@ PAGE = Ways(
     on_top="It comes on top of what the robot file has of it already; the corrected file has both.",
     left_out="left out, as it is not certain: ",
     all_compared="in a terminal, 'deltactl diagnose --thorough' compares the rest",
+    or_effort=OR_EFFORT,
     table="in a terminal, 'deltactl diagnose --json FILE' writes them as `table`, in {unit}",
 )

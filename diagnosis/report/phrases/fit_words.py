@@ -7,7 +7,7 @@ import math
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Fit
 from diagnosis.answer.verdict import goes_on
-from diagnosis.report.sentences.sizes import quantity
+from diagnosis.report.phrases.sizes import quantity
 from models.effects import VOCABULARY
 
 ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)
@@ -66,8 +66,8 @@ def _floor(fit: Fit, left: str, floor: str) -> str:
     if not doubtful_floor(fit):
         return f"; the noise alone is {floor}"
     if left == floor:
-        return "; in that the tests find nothing more (it need not be noise)"
-    return f"; below {floor} the tests find nothing more (it need not be noise)"
+        return "; the tests cannot tell this rest from noise (it need not be noise)"
+    return f"; {floor} of it cannot be told from noise by the tests (it need not be noise)"
 
 
 def doubtful_floor(fit: Fit) -> bool:
@@ -81,10 +81,7 @@ def persists(fit: Fit) -> str:
         quantity(time_s or math.nan, "s", digits=2)
         for time_s in (fit.left_lasts_s, fit.left_apart_s)
     )
-    return (
-        f"it goes on for about {lasts} at a time (readings {apart} apart have a correlation of"
-        f" {fit.left_correlation:.2f}, where 1 would be the same again)"
-    )
+    return f"it stays much the same for about {lasts} at a time (readings are {apart} apart)"
 
 
 def _by_place(diagnosis: Diagnosis) -> list[str]:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 
+from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Alternative, Diagnosis, Finding, PriorSensitivity
 from diagnosis.answer.verdict import NAMELESS, rather_unknown
-from diagnosis.report.sentences import words
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.percent import CERTAIN, percent
+from diagnosis.report.phrases.rivals import rivals
 
 BEYOND_DOUBT_P = 1e-6
 VERY_SURE_P = 1e-3
@@ -14,16 +17,15 @@ SURE_P = 0.01
 LIKELY_P = 0.05
 SETTLED = 0.95
 """A finding more probable than this is not called open, whatever its alternatives."""
-FEW = (
-    "Likely by all that was weighed together; no single test on so few independent readings shows"
-    " it"
-)
-"""Where the evidence as a whole is sure and the test alone sees nothing."""
+UNNAMED = ". There is an effect of this kind; which of the causes below it is remains open"
+THERE = {
+    "Beyond doubt": "Something is there beyond doubt",
+    "Very sure": "Something is very surely there",
+    "Sure": "Something is surely there",
+    "Likely": "Something is probably there",
+}
+"""By the word for its p: that something acts, whatever it is."""
 FEW_READINGS = "No single test on so few independent readings shows it; all of them together do."
-CERTAIN = 0.995
-"""A probability that would be rounded to all or nothing is said to lie above or below one percent
-of it: no engine knows its own mistakes better."""
-
 CHI_SQUARE = "chi-square"
 OF_NOISE = ", where noise alone makes up to about 10"
 """How to read what a fit gains or loses, said once: 10 is what one or two sizes gain by
@@ -59,13 +61,6 @@ def odds(p: float) -> str:
     return f"about 1 in {round(each / power) * power:,.0f}"
 
 
-def percent(probability: float) -> str:
-    """A probability in percent, never 0 or 100."""
-    if probability > CERTAIN:
-        return "above 99 %"
-    return "below 1 %" if negligible(probability) else f"{100.0 * probability:.0f} %"
-
-
 def by_priors(one: PriorSensitivity) -> str:
     """How a probability depends on the priors of sizes."""
     now, narrower, wider = (percent(x) for x in (one.probability, one.narrower, one.wider))
@@ -77,24 +72,27 @@ def by_priors(one: PriorSensitivity) -> str:
     )
 
 
-def negligible(probability: float | None) -> bool:
-    """Whether it rounds to less than one percent."""
-    return probability is not None and probability < 1.0 - CERTAIN
-
-
 def evidence(finding: Finding) -> str:
-    """How sure a finding is, in words and figures."""
-    p = finding.evidence.p
-    few = p >= LIKELY_P and settled(finding)
-    said = FEW if few else word(p)
-    if math.isfinite(p) and not few:
-        said += f": {by_noise(p)}"
-    if _is_open(finding):
-        said += ". There is an effect of this kind; which of the causes below it is remains open"
-    if finding.probability is not None:
-        cause = "no known effect" if finding.effect == "unknown" else "this"
-        said += f". Probability that {cause} is the cause: {percent(finding.probability)}"
-    return f"{said}."
+    """How sure a finding is, in a sentence; where it is open, with what else it may be.
+
+    The p of its own test is for statisticians (`in_chi_square`): beside the probability of all that
+    was weighed together it reads as another answer.
+    """
+    p, own = finding.evidence.p, finding.probability
+    if own is None:
+        said = f"{word(p)}: {by_noise(p)}" if math.isfinite(p) else word(p)
+        return f"{said}{UNNAMED if is_open(finding) else ''}."
+    if is_open(finding):
+        this = "something that no list has" if finding.effect == NAMELESS else "this"
+        return (
+            f"{THERE[word(p)]}; whether it is {this} ({percent(own)}) or {rivals(finding)}, this"
+            " recording cannot tell."
+        )
+    cause = "no known effect is the cause" if finding.effect == NAMELESS else "this is the cause"
+    said = f"{percent(own)} sure that {cause}"
+    if p >= LIKELY_P and not settled(finding):
+        return f"Weak evidence: {said}, and no single test shows it."
+    return f"{_upper(said)}. {FEW_READINGS}" if p >= LIKELY_P else f"{_upper(said)}."
 
 
 def in_chi_square(finding: Finding, explained: bool) -> str:
@@ -104,7 +102,10 @@ def in_chi_square(finding: Finding, explained: bool) -> str:
         return ""
     much = f"{gain:,.0f}".replace(",", "\u00a0")
     how = OF_NOISE if explained else ""
-    return f" For statisticians: without it the fit is worse by {much} in {CHI_SQUARE}{how}."
+    p = finding.evidence.p
+    told = math.isfinite(p) and finding.probability is not None
+    alone = f"; its own test: {by_noise(p)}" if told else ""
+    return f"Without it the fit is worse by {much} in {CHI_SQUARE}{how}{alone}."
 
 
 def by_noise(p: float) -> str:
@@ -112,7 +113,7 @@ def by_noise(p: float) -> str:
     return f"noise alone would look like this in {odds(p)} recordings"
 
 
-def _is_open(finding: Finding) -> bool:
+def is_open(finding: Finding) -> bool:
     """Whether something acts, and the finding is not settled against its alternatives."""
     several = bool(finding.alternatives) and not rather_unknown(finding)
     return several and finding.evidence.p < LIKELY_P and not settled(finding)
@@ -154,10 +155,7 @@ def late_in_all_s(finding: Finding) -> float | None:
 
 def divided(total: str) -> str:
     """What is said of a delay of which only the sum is known."""
-    return (
-        f"late by {total} in all: only this sum is known, and not how it divides into dead time and"
-        " time constant"
-    )
+    return f"only the sum of {total} is known, not how it divides into dead time and time constant"
 
 
 def false_alarm(diagnosis: Diagnosis) -> str:
@@ -165,10 +163,15 @@ def false_alarm(diagnosis: Diagnosis) -> str:
     p = diagnosis.false_alarm_p
     if not math.isfinite(p):
         return "How often a machine without a fault would look like this could not be computed."
-    said = f"If the machine were exactly as the robot file says, {by_noise(p)}."
     nothing = diagnosis.probability_nothing_missing
     if nothing is None:
-        return said
-    complete = f"Probability that the robot file is complete: {percent(nothing)}."
+        return f"If the machine were exactly as the robot file says, {by_noise(p)}."
+    if nothing >= VERDICT.even:
+        return f"{_upper(percent(nothing))} sure that the robot file is complete: {by_noise(p)}."
+    incomplete = f"{_upper(percent(1.0 - nothing))} sure that the robot file is incomplete"
     few = p >= LIKELY_P and nothing < 1.0 - SETTLED
-    return f"{complete} {FEW_READINGS}" if few else f"{said} {complete}"
+    return f"{incomplete}. {FEW_READINGS}" if few else f"{incomplete}: {by_noise(p)}."
+
+
+def _upper(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from diagnosis.answer.records import Diagnosis, SmallestDetectable
-from diagnosis.report.sentences import words
-from diagnosis.report.sentences.sizes import departure, quantity, scale_of
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.sizes import departure, quantity, scale_of
 
 LIMITS = (
     "Detection limits (sizes at which 4 of 5 recordings show that something is missing; naming it "

@@ -124,9 +124,12 @@ def part(component: str) -> str:
     return component.replace("_", " ") or "an unknown place"
 
 
-def part_of(effect: str, component: str) -> str:
-    """A component as the place of an effect: a range sensor alone is no axis."""
-    alone = component == "axis" and effect in _OF_A_SENSOR
+def part_of(effect: str, component: str, follows: Sequence[str] = ()) -> str:
+    """A component as the place of an effect: a range sensor alone is no axis.
+
+    follows: what an unknown error follows; the distance only where there is nothing but a sensor.
+    """
+    alone = component == "axis" and (effect in _OF_A_SENSOR or "distance" in follows)
     return "the sensor" if alone else part(component)
 
 
@@ -146,7 +149,17 @@ def parts(components: Sequence[str]) -> str:
 def effect(name: str, *components: str) -> str:
     """What is wrong and where, as a noun phrase: 'free play in the gear or coupling of motor 2'."""
     where = part_of(name, components[0]) if len(components) == 1 else parts(components)
-    phrases = EFFECTS | OF_AN_AXIS if components == ("axis",) else EFFECTS
+    return _phrase(name, components, where)
+
+
+def unknown(component: str, follows: Sequence[str]) -> str:
+    """An error without a name, by its place and by what it follows."""
+    name = _phrase("unknown", [component], part_of("unknown", component, follows))
+    return f"{name} that follows {listed([followed(one) for one in follows])}" if follows else name
+
+
+def _phrase(name: str, components: Sequence[str], where: str) -> str:
+    phrases = EFFECTS | OF_AN_AXIS if list(components) == ["axis"] else EFFECTS
     if len(components) > 1:
         phrases = EFFECTS | OF_SEVERAL
     if name in phrases:

@@ -1,9 +1,10 @@
-"""The units that covariates have on the axes of charts, by the machine."""
+"""The units that covariates have, on the axes of charts and of tables, by the machine."""
 
 from __future__ import annotations
 
 import re
 
+from diagnosis.answer.records import Diagnosis, Finding
 from models.robot import DeltaRobot, RangeSensor, RobotModel, ServoAxis
 
 _OF_A_DELTA: tuple[tuple[str, str], ...] = (
@@ -30,6 +31,21 @@ def covariate_unit(name: str, robot: RobotModel) -> str:
         if re.fullmatch(pattern, name):
             return known
     return ""
+
+
+def with_units(answer: Diagnosis, robot: RobotModel) -> Diagnosis:
+    """The same answer, whose tables say what their places and sizes are in."""
+    findings = [_with_units(one, robot) for one in answer.findings]
+    return answer.model_copy(update={"findings": findings})
+
+
+def _with_units(finding: Finding, robot: RobotModel) -> Finding:
+    table, size = finding.table, next(iter(finding.parameters.values()), None)
+    if table is None or size is None:
+        return finding
+    follows = "s" if table.follows == "time" else covariate_unit(table.follows, robot)
+    units = {"follows_unit": follows, "unit": size.unit}
+    return finding.model_copy(update={"table": table.model_copy(update=units)})
 
 
 def _of_a_lone_machine(robot: RobotModel) -> dict[str, str]:

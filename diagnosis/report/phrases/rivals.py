@@ -1,0 +1,46 @@
+"""What a finding may be instead, with probabilities that are shares of one whole."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from diagnosis.answer.records import Alternative, Finding
+from diagnosis.report.phrases import words
+from diagnosis.report.phrases.percent import percent
+
+ROUNDED = 0.005
+"""Half a percent: what a sum of shares may be above one before the sentence would show it."""
+
+
+def rivals(finding: Finding, shown: Sequence[Alternative] | None = None, more: int = 0) -> str:
+    """'a (30 %) or b (15 %)'; shown: those to name, more: how many are only counted.
+
+    A set of causes may hold several of them, so that their probabilities may come to more than what
+    the finding leaves: then one share is told, of all of them.
+    """
+    named = list(finding.alternatives if shown is None else shown)
+    apart = exclusive(finding)
+    names = [_with_share(finding, one) if apart else _name(finding, one) for one in named]
+    names += [f"one of {more} others"] if more else []
+    text = words.listed(names, "or")
+    return text if apart else f"{text} ({_of_all(finding, len(names))})"
+
+
+def exclusive(finding: Finding) -> bool:
+    """Whether the probabilities of a finding and its alternatives are shares of one whole."""
+    given = [finding.probability, *(one.probability for one in finding.alternatives)]
+    return sum(one or 0.0 for one in given) <= 1.0 + ROUNDED
+
+
+def _name(finding: Finding, other: Alternative) -> str:
+    return words.rival(finding.effect, other.effect, other.component)
+
+
+def _with_share(finding: Finding, other: Alternative) -> str:
+    told = "" if other.probability is None else f" ({percent(other.probability)})"
+    return f"{_name(finding, other)}{told}"
+
+
+def _of_all(finding: Finding, count: int) -> str:
+    left = percent(max(1.0 - (finding.probability or 0.0), 0.0))
+    return left if count == 1 else f"one or several of them: {left}"

@@ -1,0 +1,47 @@
+"""Columns of command, position and effort: which were used, and which would tell more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import numpy as np
+
+from tests.axes.axis_rigs import ForcedRig
+from tests.cli.test_cli_save_robot import ROBOT, slide
+
+Deltactl = Callable[..., CompletedProcess[str]]
+FORCED = f"{ROBOT}inertia: 2.0\n"
+
+
+def test_a_command_that_is_not_used_beside_an_effort_is_told(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    run = ForcedRig(coulomb=1.0).record(1)
+    read = run.columns["position"]
+    table = np.column_stack([run.t_s, read, read, run.columns["effort"]])
+    head = "t,Soll,position,U"
+    np.savetxt(tmp_path / "log.csv", table, "%.9g", ",", header=head, comments="")
+    (tmp_path / "slide.yaml").write_text(FORCED, encoding="utf-8")
+    words = ("diagnose", "log.csv", "--robot", "slide.yaml", "--set", "command=Soll")
+    (line,) = deltactl(*words, "--set", "effort=U").stderr.splitlines()
+    assert line.startswith("log.csv: the command (Soll) is not used: with `inertia` in the robot")
+    assert line.endswith("leave out --set effort=U")
+    assert not deltactl(*words).stderr
+
+
+def test_an_effort_that_is_there_is_named_with_what_to_type(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    slide(tmp_path / "plain.csv")
+    table = np.loadtxt(tmp_path / "plain.csv", delimiter=",", skiprows=1)
+    table = np.column_stack([table, np.sign(np.gradient(table[:, 1]))])
+    head = "t,command,position,Stellgröße [V]"
+    np.savetxt(tmp_path / "log.csv", table, "%.9g", ",", header=head, comments="", encoding="utf-8")
+    (tmp_path / "slide.yaml").write_text(ROBOT, encoding="utf-8")
+    said = deltactl("diagnose", "log.csv", "--robot", "slide.yaml", "--report", "page.html").stdout
+    said = " ".join(said.split())
+    assert "or record the effort" not in said
+    assert "or have the effort read as well: --set 'effort=Stellgröße', with `inertia`" in said
+    assert "have the effort read as well" in (tmp_path / "page.html").read_text(encoding="utf-8")

@@ -1,0 +1,116 @@
+"""The verdict in one sentence, and how surely it is said."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from diagnosis.answer.records import Evidence, Fit, Unexplained
+from diagnosis.report.sentences.headline import NOT_TOLD, headline
+from diagnosis.report.sentences.summary import (
+    SO_LITTLE,
+    plain_lines,
+)
+
+VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")
+NAN = math.nan
+
+
+@pytest.mark.parametrize(
+    ("verdict", "says"),
+    [
+        ("nothing_missing", "Nothing is missing"),
+        ("explained", "The mismatch is explained by free play in the gear or coupling of motor 2"),
+        (
+            "partly_explained",
+            "Part of the mismatch is explained by free play in the gear or coupling",
+        ),
+        ("unexplained", "enters at motor 3 and follows the angle of arm 3"),
+    ],
+)
+def test_the_verdict_comes_first(make: Any, verdict: str, says: str) -> None:
+    lines = plain_lines(make(verdict))
+    assert lines[0] == headline(make(verdict))
+    assert says in lines[0]
+    assert len(lines) > 4
+
+
+def test_where_most_is_left_the_headline_says_so(make: Any) -> None:
+    answer = make("partly_explained")
+    most = answer.unexplained.model_copy(update={"share_of_mismatch": 0.9})
+    says = headline(answer.model_copy(update={"unexplained": most}))
+    assert says.startswith("Only a small part of the mismatch is explained by")
+    assert "90 % of it is left" in says
+
+
+def test_many_findings_are_counted_in_the_headline(make: Any, parts: Any) -> None:
+    kinds = ["gear_backlash", "joint_friction", "home_offset", "gear_ratio"]
+    many = [parts["backlash"](effect=kinds[k // 3], component=f"motor{k % 3 + 1}")
+            for k in range(12)]  # fmt: skip
+    assert "and 2 more, named below" in headline(make("explained", findings=many))
+    assert "more" not in headline(make("explained", findings=many[:3]))
+    assert "couplings of motors 1, 2 and 3" in headline(make("explained", findings=many[:3]))
+    numbered = [
+        x for x in plain_lines(make("explained", findings=many)) if x[:2].strip(".").isdigit()
+    ]
+    assert len(numbered) == 12
+
+
+def test_so_little_that_it_calls_for_nothing(make: Any) -> None:
+    rest = Unexplained(share_of_mismatch=0.004, p=1e-9, depends_on=["pos_z"])
+    assert SO_LITTLE in "\n".join(plain_lines(make("explained", unexplained=rest)))
+    rest = rest.model_copy(update={"share_of_mismatch": 0.04})
+    assert SO_LITTLE not in "\n".join(plain_lines(make("partly_explained", unexplained=rest)))
+
+
+def test_more_than_noise_that_nothing_names_is_not_called_improbable(make: Any) -> None:
+    faint = make("unexplained", findings=[], false_alarm_p=0.6, probability_nothing_missing=0.995)
+    assert headline(faint) == NOT_TOLD
+    assert "below 1 %" not in headline(faint)
+
+
+@pytest.mark.parametrize(
+    ("sure", "says"), [(0.99, "Nothing is missing: "), (0.68, "Probably nothing is missing (68 %")]
+)
+def test_nothing_is_as_sure_as_it_is_said_to_be(make: Any, sure: float, says: str) -> None:
+    answer = make("nothing_missing", findings=[], probability_nothing_missing=sure)
+    assert headline(answer).startswith(says)
+
+
+def test_nothing_missing_beside_a_rest_of_no_noise_speaks_of_no_noise(make: Any) -> None:
+    fit = make("nothing_missing").fit.model_copy(update={"scatter_within_m": 1e-6})
+    says = headline(make("nothing_missing", findings=[], fit=fit))
+    assert says.endswith("as far as this recording shows.")
+
+
+def test_odds_that_the_rest_of_the_evidence_denies_are_not_told(make: Any, parts: Any) -> None:
+    """A test on few readings may see nothing in what all of them together make sure."""
+    evidence = Evidence(delta_chi2=30.0, p=0.11)
+    finding = parts["backlash"](evidence=evidence, probability=0.97, alternatives=[])
+    answer = make(
+        "explained", findings=[finding], false_alarm_p=0.4, probability_nothing_missing=0.001
+    )
+    text = " ".join(plain_lines(answer))
+    assert "of 100 recordings" not in text
+    assert "No single test on so few independent readings shows it" in text
+    assert "97 %" in text
+
+
+@pytest.mark.parametrize(
+    ("share", "says"),
+    [(0.004, "Nearly all of the mismatch is"), (0.3, "Part of the mismatch is")],
+)
+def test_an_unknown_of_next_to_nothing_makes_no_part_of_the_headline(
+    make: Any, parts: Any, share: float, says: str
+) -> None:
+    fit = Fit(
+        rms_before_m=0.04, rms_after_m=0.0006, noise_floor_m=0.0006,
+        holdout_rms_before_m=0.04, holdout_rms_after_m=0.0006,
+    )  # fmt: skip
+    found = [parts["backlash"](), parts["unknown"](share_of_mismatch=share)]
+    rest = Unexplained(share_of_mismatch=0.0)
+    said = headline(make("partly_explained", findings=found, fit=fit, unexplained=rest))
+    assert said.startswith(says)
+    assert ("a small rest is real" in said) == (share < 0.05)

@@ -1,0 +1,255 @@
+"""The figures behind the charts: means, regimes and maps of the mismatch."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from diagnosis.answer.records import Channel, Picture
+from diagnosis.report.page.maps import CELLS, grid_of, place_maps
+from diagnosis.report.page.pictures import _ranked, mismatch_sections
+from diagnosis.report.page.regimes import regimes
+from diagnosis.report.page.residuals import binned, explained_by, mismatches, smoothed
+from models.robot import ServoAxis
+
+
+def channel(observed: Any, before: Any, after: Any) -> Channel:
+    return Channel(
+        name="range_x", unit="m", observed=observed, before=before, after=after, noise=0.001
+    )
+
+
+def picture_of_reversals(n: int = 4000) -> Picture:
+    """A motor to and fro every 10 s, 0.5 s late by 2 mm after each reversal; noise 0.1 mm."""
+    t_s = np.arange(n) * 0.02
+    speed = np.where((t_s // 10) % 2 == 0, 1.0, -1.0)
+    miss = np.where((t_s % 10 < 0.5) & (t_s >= 10), 0.002, 0.0)
+    noise = 1e-4 * np.random.default_rng(3).standard_normal(n)
+    return Picture(
+        t_s=t_s,
+        channels=[channel(miss + noise, np.zeros(n), miss)],
+        covariates={"speed_1": speed, "theta_1": np.cumsum(speed)},
+    )
+
+
+def test_the_mismatch_after_reversals_is_told_from_the_rest() -> None:
+    picture = picture_of_reversals()
+    found = {one.name: one for one in regimes(picture.t_s, picture.covariates, mismatches(picture))}
+    after = found["within 1 s after motor 1 reversed"]
+    # Half of that second is 2 mm off: sqrt(0.5) * 2 mm.
+    assert after.before == pytest.approx(np.sqrt(0.5) * 2.0, rel=0.02)
+    assert after.after == pytest.approx(0.1, rel=0.1)
+    assert found["motor 1 moves forward"].before < 0.5
+    assert "motor 1 stands" not in found
+
+
+def test_what_a_delta_was_doing_names_its_motors_and_its_platform_each_once() -> None:
+    picture = picture_of_reversals()
+    (way,) = (v for n, v in picture.covariates.items() if n == "speed_1")
+    moving = {f"speed_range_{axis}": way * k for k, axis in enumerate("xyz", 1)}
+    found = regimes(picture.t_s, picture.covariates | moving, mismatches(picture))
+    names = [one.name for one in found]
+    assert len(names) == len(set(names))
+    assert not [name for name in names if "the axis" in name]
+    assert {"motor 1 moves forward", "the platform moves towards -z"} <= set(names)
+    assert "within 1 s after the platform reversed along y" in names
+    alone = regimes(picture.t_s, {"velocity": way}, mismatches(picture))
+    assert "the axis moves forward" in [one.name for one in alone]
+
+
+def test_far_outliers_are_left_out_and_counted() -> None:
+    picture = picture_of_reversals()
+    picture.channels[0].observed[[100, 200]] = 5.0
+    (one,) = mismatches(picture)
+    assert one.far_out >= 2
+    assert np.nanmax(one.before) < 100.0
+
+
+def test_smoothing_keeps_gaps_and_means() -> None:
+    t_s = np.concatenate([np.arange(0.0, 20.0, 0.02), np.arange(40.0, 60.0, 0.02)])
+    n = len(t_s)
+    picture = Picture(t_s=t_s, channels=[channel(np.full(n, 0.003), np.zeros(n), np.zeros(n))])
+    curve = smoothed(t_s, mismatches(picture)[0])
+    inside = (curve.x > 21.0) & (curve.x < 39.0)
+    assert np.isnan(curve.before[inside]).all()
+    assert curve.before[np.isfinite(curve.before)] == pytest.approx(3.0)
+
+
+def test_a_channel_with_few_readings_is_a_curve_all_the_same() -> None:
+    """Of an effort only every tenth sample counts, or so: a point between two gaps is not drawn."""
+    t_s = 0.01 * np.arange(4000)
+    seldom = np.where(np.arange(4000) % 16 == 0, 0.003, np.nan)
+    picture = Picture(t_s=t_s, channels=[channel(seldom, np.zeros(4000), np.zeros(4000))])
+    curve = smoothed(t_s, mismatches(picture)[0])
+    assert len(curve.x) > 100
+    assert np.isfinite(curve.before).mean() > 0.95
+
+
+def test_times_of_a_clock_begin_near_zero_on_the_page(make: Any, parts: Any) -> None:
+    early, robot = make("explained"), parts["delta"]()
+    moved = early.picture.model_copy(update={"t_s": early.picture.t_s + 1.6e9})
+    late = early.model_copy(update={"picture": moved})
+    assert "time [s]" in "".join(mismatch_sections(early, robot))
+    page = "".join(mismatch_sections(late, robot))
+    assert "time - 1600000000 [s]" in page
+    assert "time [s]" not in page
+
+
+def test_smoothing_takes_noise_off_and_leaves_clear_curves_alone() -> None:
+    n = 6000
+    t_s = np.arange(n) * 0.02
+    wave = 0.002 * np.sign(np.sin(2 * np.pi * t_s / 7.0))
+    noise = np.random.default_rng(2).standard_normal(n)
+
+    def drawn(sigma: float) -> Any:
+        one = Channel(
+            name="range_x", unit="m", observed=wave + sigma * noise, before=0 * wave, after=wave,
+            noise=sigma,
+        )  # fmt: skip
+        return smoothed(t_s, mismatches(Picture(t_s=t_s, channels=[one]))[0])
+
+    assert float(np.std(drawn(0.004).after)) < 0.3 * 4.0
+    # A step falls into one cell, so that it takes two strides at most; smoothed it takes six.
+    strides = np.abs(np.diff(drawn(1e-6).before))
+    jumps = int(2 * 120.0 / 7.0)
+    assert jumps <= np.count_nonzero(strides > 0.1) <= 2 * jumps
+
+
+def test_a_dependence_stands_out_of_the_noise_band_and_chance_does_not() -> None:
+    random = np.random.default_rng(5)
+    covariate = random.uniform(-1.0, 1.0, 6000)
+    other = random.uniform(-1.0, 1.0, 6000)
+    noise = 1e-3 * random.standard_normal(6000)
+    miss = 1e-3 * np.sign(covariate)
+    picture = Picture(t_s=np.arange(6000.0), channels=[channel(miss + noise, np.zeros(6000), miss)])
+    (one,) = mismatches(picture)
+    curve = binned(covariate, one)
+    assert curve.before[0] == pytest.approx(-1.0, abs=4 * curve.spread[0])
+    assert np.mean(np.abs(curve.after) < 2 * curve.spread) > 0.8
+    assert explained_by(curve) > 20 * explained_by(binned(other, one))
+    assert explained_by(binned(other, one)) < 3.0
+
+
+def test_a_driver_that_stands_still_draws_nothing() -> None:
+    picture = picture_of_reversals()
+    (one,) = mismatches(picture)
+    assert len(binned(np.zeros(4000), one).x) == 0
+    assert len(binned(np.full(4000, np.nan), one).x) == 0
+    mostly = np.zeros(4000)
+    mostly[:100] = np.linspace(0, 1, 100)
+    assert len(binned(mostly, one).x) == 0
+    mostly[:1000] = np.linspace(0, 1, 1000)
+    assert 2 <= len(binned(mostly, one).x) <= 24
+    assert len(binned(20.0 + 1e-9 * np.arange(4000), one).x) == 0
+
+
+def test_noise_alone_stays_within_the_band_at_all_points_together() -> None:
+    random = np.random.default_rng(8)
+    covariate = np.tile(np.arange(24.0), 20)
+    held = []
+    for _ in range(200):
+        noise = 1e-3 * random.standard_normal(len(covariate))
+        t_s = np.arange(float(len(noise)))
+        (one,) = mismatches(Picture(t_s=t_s, channels=[channel(noise, 0 * noise, 0 * noise)]))
+        curve = binned(covariate, one)
+        held.append(bool(np.all(np.abs(curve.before) < curve.band)))
+    assert 0.9 < np.mean(held) < 0.99
+
+
+def test_the_figures_of_regimes_count_readings_that_lie_too_far_out_to_be_drawn() -> None:
+    t_s = np.arange(2000.0)
+    miss = 1e-3 * np.sin(t_s)
+    miss[::400] = 0.1
+    picture = Picture(t_s=t_s, channels=[channel(miss, 0 * miss, 0 * miss)])
+    channels = mismatches(picture)
+    assert channels[0].far_out == 5
+    (all_the_time,) = regimes(t_s, {}, channels)
+    assert all_the_time.before == pytest.approx(1e3 * np.sqrt(np.mean(miss**2)))
+
+
+def test_the_figures_of_regimes_leave_out_what_the_fit_took_for_outliers() -> None:
+    t_s = np.arange(2000.0)
+    miss = 1e-3 * np.sin(t_s)
+    miss[::400] = 0.1
+    counted = np.abs(miss) < 0.05
+    one = channel(miss, 0 * miss, 0 * miss).model_copy(update={"counted": counted})
+    channels = mismatches(Picture(t_s=t_s, channels=[one]))
+    (all_the_time,) = regimes(t_s, {}, channels)
+    assert all_the_time.before == pytest.approx(1e3 * np.sqrt(np.mean(miss[counted] ** 2)))
+
+
+def workspace() -> tuple[Any, Any, Any]:
+    """Positions all over a square, a mismatch of 3 mm in its right half; noise 0.5 mm."""
+    random = np.random.default_rng(11)
+    x, y = random.uniform(-0.1, 0.1, (2, 30_000))
+    miss = np.where(x > 0.0, 0.003, 0.0)
+    observed = miss + 5e-4 * random.standard_normal(len(x))
+    picture = Picture(t_s=np.arange(len(x)) * 0.02, channels=[channel(observed, 0 * x, miss)])
+    return x, y, mismatches(picture)
+
+
+def test_a_map_shows_where_the_mismatch_is() -> None:
+    x, y, channels = workspace()
+    grid = grid_of(x, y, channels)
+    assert grid is not None
+    assert grid.before.shape == (CELLS, CELLS)
+    right, left = grid.before[:, CELLS // 2 + 1 :], grid.before[:, : CELLS // 2 - 1]
+    assert np.nanmean(right) == pytest.approx(3.0, abs=0.05)
+    assert np.nanmean(left) < 0.2
+    assert np.nanmean(grid.after) < 0.2
+
+
+def test_a_map_of_nothing_but_noise_is_not_red() -> None:
+    x, y, channels = workspace()
+    grid = grid_of(x, y, channels)
+    assert grid is not None
+    left = np.s_[:, : CELLS // 2 - 1]
+    assert np.mean(grid.before[left] > grid.noise[left]) < 0.02
+    assert np.all(grid.before[:, CELLS // 2 + 1 :] > grid.noise[:, CELLS // 2 + 1 :])
+    assert "no more than noise" in place_maps({"range_x": x, "range_y": y}, channels)
+
+
+def test_a_map_draws_all_of_a_path_that_was_passed_once() -> None:
+    """Two readings in each cell on the way round a square, and a corner reached in one leap."""
+    way = np.linspace(-0.03, 0.03, 2 * CELLS)
+    end = np.full(len(way), 0.03)
+    x = np.concatenate([way, end, -way, -end, [0.0]])
+    y = np.concatenate([-end, way, end, -way, [0.0]])
+    miss = 0.02 * x
+    picture = Picture(t_s=np.arange(len(x)) * 0.02, channels=[channel(miss, 0 * x, miss)])
+    grid = grid_of(x, y, mismatches(picture))
+    assert grid is not None
+    for side in (grid.before[0], grid.before[-1], grid.before[:, 0], grid.before[:, -1]):
+        assert np.isfinite(side).all()
+    assert grid.before[CELLS // 2, -1] == pytest.approx(0.6, abs=0.05)
+    assert np.isnan(grid.before[4:-4, 4:-4]).all()
+    assert grid.passed.sum() == 1
+
+
+def test_maps_need_positions_that_change() -> None:
+    x, y, channels = workspace()
+    drawn = place_maps({"range_x": x, "range_y": y}, channels)
+    assert drawn.count("<svg") == 2
+    assert (
+        place_maps({"range_x [m]": x, "range_y [m]": y, "range_z [m]": y}, channels).count("<svg")
+        == 4
+    )
+    assert place_maps({"theta_1": x}, channels) == ""
+    assert place_maps({"range_x": x, "range_y": np.zeros_like(x)}, channels) == ""
+    assert place_maps({"range_x": np.full_like(x, np.nan), "range_y": y}, channels) == ""
+
+
+def test_two_means_of_a_direction_are_no_chart() -> None:
+    t_s = 0.02 * np.arange(4000)
+    way = np.round(1.2 * np.sin(t_s))  # there, back, and standing
+    seen = 0.01 * way + 0.001 * np.random.default_rng(0).standard_normal(len(t_s))
+    channel = Channel(
+        name="position", unit="rad", observed=seen, before=0.0 * seen, after=0.0 * seen, noise=1e-3
+    )
+    covariates = {"direction": way, "position": np.sin(t_s)}
+    picture = Picture(t_s=t_s, channels=[channel], covariates=covariates)
+    axis = ServoAxis(kind="servo_axis", name="a", motion="rotary")
+    drawn = _ranked(covariates, mismatches(picture), axis)
+    assert [chart.title for chart in drawn] == ["Against the position"]
