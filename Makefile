@@ -8,8 +8,8 @@ BIN    := $(VENV)/bin
 JOB    ?= config/heart.yaml
 
 # On a PC the diagnosis and the page are installed too; a Raspberry Pi stays small: it runs the robot, and
-# recordings are diagnosed elsewhere. `make extras WITH=diagnosis` adds it there, `make run WITH=`
-# leaves it out here.
+# recordings are diagnosed elsewhere. `make extras WITH=diagnosis` adds it there. pip alone brings the
+# diagnosis to the processors of PCs only (pyproject.toml), and an ARM PC with Linux is none to it.
 ON_A_PI := $(shell grep -qs 'Raspberry Pi' /proc/device-tree/model && echo yes)
 COMMA   := ,
 WITH    ?= $(if $(ON_A_PI),,diagnosis$(COMMA)web)

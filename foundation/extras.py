@@ -22,9 +22,14 @@ def needs(extras: str, what: str) -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as error:
-        raise MissingExtra(
-            f"{what} needs {error.name}, which is not installed; type: {how_to_install(extras)}"
-        ) from error
+        raise missing(what, error, extras) from error
+
+
+def missing(what: str, error: ModuleNotFoundError, extras: str) -> MissingExtra:
+    """What to say of a package that was not found, and what to type."""
+    return MissingExtra(
+        f"{what} needs {error.name}, which is not installed; type: {how_to_install(extras)}"
+    )
 
 
 def how_to_install(extras: str) -> str:

@@ -30,8 +30,8 @@ UNTYPED: dict[str, tuple[str, ...]] = {
         """echo '{"id": 1, "do": "status"}' | socat - UNIX:/run/deltactl/deltactl.sock""",
     ),
     "installs outside the clone; make run installs the same on a clean clone": (
-        'pipx install ".[diagnosis,web]" --pip-args="-c $PWD/constraints.txt"',
-        'pip install ".[diagnosis,web]" -c constraints.txt',
+        'pipx install ".[web]" --pip-args="-c $PWD/constraints.txt"',
+        'pip install ".[web]" -c constraints.txt',
     ),
     "runs the tests, of which this is one": ("make test", "make newcomer"),
     "runs until it is stopped; started and used in tests/web": (

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from foundation.errors import DeltactlError
+from foundation.extras import missing
 
 NICE = 10
 
@@ -139,7 +140,7 @@ def main(arguments: list[str]) -> None:
     except (DeltactlError, OSError) as error:
         _say({"error": " ".join(str(error).split())})
     except ModuleNotFoundError as error:
-        _say({"error": f"this needs the extra 'diagnosis' of deltactl ({error.name} is missing)"})
+        _say({"error": str(missing("this", error, "diagnosis"))})
 
 
 def _progress(text: str) -> None:
