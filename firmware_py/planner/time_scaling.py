@@ -25,7 +25,7 @@ _PACES = 8
 
 
 @dataclass(frozen=True, slots=True)
-class _Pace:
+class Pace:
     """From run time `run_ns` on the rate goes evenly from `rate` to `goal`, then stays there."""
 
     run_ns: int
@@ -98,8 +98,8 @@ class TimeScaledMotion:
     def __init__(self, chunks: Iterator[Chunk], ramp_s: float):
         self._chunks = chunks
         self._ramp_ns = ns(ramp_s)
-        self._pace = _Pace(0, 0, 1.0, 1.0, 0)
-        self._earlier: deque[_Pace] = deque(maxlen=_PACES)
+        self._pace = Pace(0, 0, 1.0, 1.0, 0)
+        self._earlier: deque[Pace] = deque(maxlen=_PACES)
         self._taken_ns = 0
         self._ready: list[Chunk] = []
         self._rest: Chunk | None = None
@@ -128,19 +128,18 @@ class TimeScaledMotion:
                 break
         return pace.motion_at(run_ns)
 
-    def pause(self, run_ns: int) -> None:
-        """Begin to slow down."""
-        self._change(run_ns, goal=0.0)
+    def pause(self, run_ns: int) -> Pace:
+        """Begin to slow down. This and the two below return the pace that holds from there on."""
+        return self._change(run_ns, goal=0.0)
 
-    def resume(self, run_ns: int) -> None:
+    def resume(self, run_ns: int) -> Pace:
         """Begin to go on, also in the middle of slowing down; does nothing once cancelled."""
-        if not self._cancelled:
-            self._change(run_ns, goal=1.0)
+        return self._pace if self._cancelled else self._change(run_ns, goal=1.0)
 
-    def cancel(self, run_ns: int) -> None:
+    def cancel(self, run_ns: int) -> Pace:
         """Slow down and drop the rest."""
         self._cancelled = True
-        self._change(run_ns, goal=0.0)
+        return self._change(run_ns, goal=0.0)
 
     def take(self, until_ns: int) -> Chunk:
         """Everything due after the last `take` and up to run time `until_ns`.
@@ -175,14 +174,15 @@ class TimeScaledMotion:
             int(self._pace.run_at(until)[0]),
         )
 
-    def _change(self, run_ns: int, goal: float) -> None:
+    def _change(self, run_ns: int, goal: float) -> Pace:
         run_ns = max(run_ns, self._taken_ns)
         # What is due before keeps the pace that holds now.
         self._ready = [self.take(run_ns)]
         rate = self._pace.rate_at(run_ns)
         motion_ns = self._pace.motion_at(run_ns)
         self._earlier.appendleft(self._pace)
-        self._pace = _Pace(run_ns, motion_ns, rate, goal, round(self._ramp_ns * abs(goal - rate)))
+        self._pace = Pace(run_ns, motion_ns, rate, goal, round(self._ramp_ns * abs(goal - rate)))
+        return self._pace
 
 
 def _joined(chunks: list[Chunk], until_ns: int) -> Chunk:

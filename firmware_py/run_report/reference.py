@@ -2,7 +2,7 @@
 
 Targets are recorded where they lie on the path and when they are due, and once more when a rest at
 one of them is over. Between two of them the platform is asked to go straight: at an even speed, or
-from and to a rest with the speed growing evenly, as it is planned.
+from and to a rest with the speed growing evenly, as it is planned. A pause stretches both alike.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from firmware_py.run_report.pace import planned_s
 from models.robot import FloatArray
 from recording.reading.columns import Int64Array
 from recording.reading.run import BoolArray, Run
@@ -89,7 +90,8 @@ def targets_at(run: Run, t_s: FloatArray) -> FloatArray:
         if not len(known_s) or not inside.any():
             continue
         right = {} if window.done else {"right": np.nan}
-        columns = [np.interp(t_s[inside], known_s, column, **right) for column in known_m.T]
+        along_s = planned_s(run, t_s[inside])
+        columns = [np.interp(along_s, known_s, column, **right) for column in known_m.T]
         asked_m[inside] = np.stack(columns, axis=1)
     return asked_m
 
@@ -100,12 +102,12 @@ def _stands(position_m: FloatArray) -> BoolArray:
 
 
 def _knots(run: Run, rows: Int64Array, done: bool) -> Knots:
-    """Times [s] and places [m], (k,) and (k, 3), between which a line is the path by targets.
+    """Planned times [s] and places [m], (k,) and (k, 3): a line between them is the path.
 
     done: whether the last of them is where the path ends.
     """
     t_ns = run.targets.t_ns[rows]
-    t_s, position_m = seconds(t_ns), run.targets.position_m[rows]
+    t_s, position_m = planned_s(run, seconds(t_ns)), run.targets.position_m[rows]
     number = run.targets.index[rows]
     stands = _stands(position_m)
     back = (number[1:] == 0) & (number[:-1] > 0) & ~stands

@@ -179,6 +179,17 @@ SETTINGS = Channel(
     "What holds from this time on.",
     _fields(TIME, ("t_pwm_s", "number", "step period; left out where motors have their own [s]")),
 )
+PACE = Channel(
+    "/pace",
+    "Pace",
+    "A pause, its end or a cancellation: from this time on the path is followed at another pace.",
+    _fields(
+        TIME,
+        ("rate", "number", "pace there, as a part of the planned one, 0 to 1"),
+        ("goal", "number", "pace after the ramp: 0 stands, 1 is as planned"),
+        ("ramp_s", "number", "how long the pace changes evenly from one to the other [s]"),
+    ),
+)
 CONFIGURATION = Channel(
     "/configuration",
     "Configuration",
@@ -207,6 +218,7 @@ CHANNELS: tuple[Channel, ...] = (
     *READINGS.values(),
     TRUTH,
     SERVO,
+    PACE,
 )
 
 WRITTEN: tuple[Channel | ViewedChannel, ...] = (*CHANNELS, *VIEWED)

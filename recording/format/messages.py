@@ -119,6 +119,11 @@ def servo(t_ns: int, sample: ServoLike) -> Message:
     return {"t_ns": t_ns} | _numbers(dict(zip(_SERVO, values, strict=True)))
 
 
+def pace(t_ns: int, rate: float, goal: float, ramp_s: float) -> Message:
+    """Fields of `/pace`."""
+    return {"t_ns": t_ns, "rate": float(rate), "goal": float(goal), "ramp_s": float(ramp_s)}
+
+
 def settings(t_ns: int, t_pwm_s: float | None) -> Message:
     """Fields of `/settings`."""
     return {"t_ns": t_ns} | _numbers({"t_pwm_s": t_pwm_s})

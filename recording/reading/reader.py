@@ -17,6 +17,7 @@ from recording.format.channels import (
     CONFIGURATION,
     EDGES,
     EVENT,
+    PACE,
     READINGS,
     SERVO,
     SETTINGS,
@@ -28,6 +29,7 @@ from recording.reading.run import (
     Commanded,
     Edges,
     Event,
+    Paces,
     Readings,
     Run,
     Servo,
@@ -89,6 +91,7 @@ def _build(scan: Scan, columns: dict[str, Columns]) -> Run:
             truth=_truth(columns[TRUTH.topic]),
             servo=_servo(columns[SERVO.topic]),
             settings=_settings(columns[SETTINGS.topic]),
+            paces=_paces(columns[PACE.topic]),
             share=scan.share,
         )
     except ValueError as error:
@@ -203,3 +206,9 @@ def _servo(columns: Columns) -> Servo:
 def _settings(columns: Columns) -> Settings:
     t_ns, order = _order(columns)
     return Settings(t_ns, columns.numbers("t_pwm_s")[order])
+
+
+def _paces(columns: Columns) -> Paces:
+    t_ns, order = _order(columns)
+    rate, goal, ramp_s = columns.numbers("rate", "goal", "ramp_s")[order].T
+    return Paces(t_ns, rate, goal, ramp_s)

@@ -135,6 +135,19 @@ class Settings:
 
 
 @dataclass(frozen=True, slots=True)
+class Paces:
+    """Changes of pace along the path: from each time on from `rate` to `goal` within `ramp_s`.
+
+    Parts of the planned pace: 1 as planned, 0 standing. Arrays (n,).
+    """
+
+    t_ns: Int64Array
+    rate: FloatArray
+    goal: FloatArray
+    ramp_s: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
 class Run:
     """Everything one recording holds.
 
@@ -154,6 +167,7 @@ class Run:
     truth: Truth
     servo: Servo
     settings: Settings
+    paces: Paces
     share: float = 1.0
     """How much of the file was read; less than 1 where stretches of a long one were asked for."""
 

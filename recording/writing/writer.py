@@ -21,6 +21,7 @@ from recording.format.channels import (
     EDGES,
     EVENT,
     FORMAT,
+    PACE,
     READINGS,
     SERVO,
     SETTINGS,
@@ -146,6 +147,10 @@ class RunRecorder:
     def settings(self, t_ns: int, t_pwm_s: float | None) -> None:
         """The step period from `t_ns` on; None where every motor has its own."""
         self._add(SETTINGS, messages.settings(self._run_ns(t_ns), t_pwm_s))
+
+    def pace(self, t_ns: int, rate: float, goal: float, ramp_s: float) -> None:
+        """From `t_ns` on the pace of the path goes from `rate` to `goal` within `ramp_s`."""
+        self._add(PACE, messages.pace(self._run_ns(t_ns), rate, goal, ramp_s))
 
     def wall_ns(self, t_ns: int) -> int:
         """Nanoseconds since 1970 at a time of the run's clock."""

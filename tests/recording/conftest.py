@@ -95,6 +95,7 @@ def recorded(tmp_path: Path) -> Callable[[int], Path]:
             path, CONFIGURATION, start_ns=START_NS, start_epoch_ns=EPOCH_NS, wait_when_behind=True
         ) as opened:
             opened.settings(START_NS, 0.006)
+            opened.pace(START_NS, 1.0, 0.0, 0.1)
             opened.event(START_NS, "path_start", "heart")
             for number in range(rounds):
                 record_round(opened, number)

@@ -120,7 +120,7 @@ class ActiveJob:
         """Decelerate on the path; where the arms stand, stop the time of the wait."""
         self._paused = True
         if self._moving is not None:
-            self._moving.motion.pause(self._moving.feeder.run_ns(now_ns))
+            self._moving.feeder.pause(now_ns)
         if self._standing is not None:
             self._standing.pause(now_ns)
         self._journal.event(now_ns, "pause", "")
@@ -129,7 +129,7 @@ class ActiveJob:
         """Go on."""
         self._paused = False
         if self._moving is not None:
-            self._moving.motion.resume(self._moving.feeder.run_ns(now_ns))
+            self._moving.feeder.resume(now_ns)
         if self._standing is not None:
             self._standing.resume(now_ns)
         self._journal.event(now_ns, "resume", "")
@@ -138,7 +138,7 @@ class ActiveJob:
         """Decelerate, drop the rest, and put outputs safe once the arms stand."""
         self.cancelled, self.why = True, why
         if self._moving is not None:
-            self._moving.motion.cancel(self._moving.feeder.run_ns(now_ns))
+            self._moving.feeder.cancel(now_ns)
         self._journal.event(now_ns, "cancel", why)
 
     def _go_on(self, now_ns: int) -> None:

@@ -10,7 +10,7 @@ from drivers.steps.contract import OutputState, OutputStatus, StepOutput, Ticks
 from firmware_py.controller.jobs.journal import Journal
 from firmware_py.feedback.feedback import Feedback
 from firmware_py.planner.motion import Reached
-from firmware_py.planner.time_scaling import Pacing, TimeScaledMotion
+from firmware_py.planner.time_scaling import Pace, Pacing, TimeScaledMotion
 from foundation.clock import NS_PER_S, Clock, ns
 from foundation.errors import PulseFault
 
@@ -55,6 +55,18 @@ class Feeder:
         """How far the motion has come, in the time of its plan."""
         return max(0, self._motion.motion_ns(self.run_ns(now_ns)))
 
+    def pause(self, now_ns: int) -> None:
+        """Begin to slow down along the path."""
+        self._note_pace(self._motion.pause(self.run_ns(now_ns)))
+
+    def resume(self, now_ns: int) -> None:
+        """Begin to go on."""
+        self._note_pace(self._motion.resume(self.run_ns(now_ns)))
+
+    def cancel(self, now_ns: int) -> None:
+        """Slow down along the path, and drop the rest of it."""
+        self._note_pace(self._motion.cancel(self.run_ns(now_ns)))
+
     def feed(self, now_ns: int) -> None:
         """Queue what is due within the look-ahead. Raises MotionError, PulseFault."""
         seen = self._output.status()
@@ -67,6 +79,10 @@ class Feeder:
             self._check_awake(now_ns)
             self._output.push(ticks)
         self._note(chunk.reached, self._start_ns + self._slip_ns(seen))
+
+    def _note_pace(self, pace: Pace) -> None:
+        begins_ns = pace.run_ns + self._start_ns + self._slip_ns(self._output.status())
+        self._journal.pace(begins_ns, pace.rate, pace.goal, pace.ramp_ns / NS_PER_S)
 
     def _check_awake(self, now_ns: int) -> None:
         """The pulses ran dry while we hung, after the control loop had looked: do not go on."""

@@ -92,6 +92,11 @@ class Journal:
             if (view := self._view) is not None:
                 view.target(t_ns, position_m)
 
+    def pace(self, t_ns: int, rate: float, goal: float, ramp_s: float) -> None:
+        """The path is followed at another pace from there on."""
+        if self._recorder is not None:
+            self._recorder.pace(t_ns, rate, goal, ramp_s)
+
     def reading(self, reading: Reading) -> None:
         """A sample of a ranging sensor."""
         if self._recorder is not None:
