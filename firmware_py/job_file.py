@@ -19,7 +19,7 @@ from firmware_py.job_steps import (
     Step,
 )
 from firmware_py.job_timing import Accelerated, Timing, Together
-from firmware_py.path_file import PathSpec, StraightTo, Way
+from firmware_py.path_file import Joints, PathSpec, StraightTo, Way
 from foundation.errors import ConfigError
 from foundation.rules import valid_keys_of
 from foundation.strict_yaml import Document, StrictModel
@@ -80,6 +80,17 @@ def _clashes(sections: Mapping[str, Any]) -> Iterator[Clash]:
         yield ("path",), "start_m is missing: only in 'steps' a way may go on from another"
     if isinstance(timing, Together) and any(leg.speed_mps for leg in path.legs):
         yield ("timing",), "legs with speed_mps need timing mode accelerated"
+
+
+def way_in_mps(job: JobFile) -> float | None:
+    """How fast a job is that has no path but its way in: straight to a place, or to one pose.
+
+    None for every other job: its way in is as slow as the robot file says.
+    """
+    one = isinstance(job.path, StraightTo) or (
+        isinstance(job.path, Joints) and len(job.path.angles_deg) == 1
+    )
+    return job.timing.speed_mps if one and isinstance(job.timing, Accelerated) else None
 
 
 def load_job(path: Path) -> JobFile:

@@ -28,6 +28,8 @@ from models.robot import ARMS, FloatArray
 
 SLOWER = 0.95
 """Share of a platform's speed that is used: how fast arms move it is known every two degrees."""
+STILL_TICKS = 1e-6
+"""Less than this is rounding, not movement."""
 GENTLE = 0.05
 """A platform that rings is brought to its path with this share of the acceleration."""
 
@@ -38,12 +40,13 @@ def approach(
     goal_rad: FloatArray,
     preload_rad: FloatArray | None = None,
     speed_mps: float = math.inf,
+    speed_radps: float | None = None,
 ) -> MoveSchedule | TogetherSchedule:
-    """Moves from one pose to another at `limits.approach_speed_radps`; angles (3,), commanded.
+    """Moves from one pose to another; angles (3,), commanded.
 
     preload_rad: the last of the way comes from so far beside the goal, (3,) [rad]. speed_mps: the
-    platform is no faster. Where the backend cannot step motors one shortly after the other, all
-    step together, and it may be.
+    platform is no faster; speed_radps: no arm is, `limits.approach_speed_radps` where it is absent.
+    Where the backend cannot step motors one shortly after the other, all step together.
 
     Raises UnreachablePoint when no way is found.
     """
@@ -52,24 +55,42 @@ def approach(
         way_rad = find_way(robot, start_rad, goal_rad)
     else:
         way_rad = np.vstack([find_way(robot, start_rad, goal_rad - preload_rad), goal_rad])
+    asked_radps = limits.approach_speed_radps if speed_radps is None else speed_radps
+    steepest_m = np.zeros(len(way_rad) - 1)
+    if math.isfinite(speed_mps):
+        steepest_m = reach.moves(Linkage.of(robot.geometry), way_rad).steepest_m
     if robot.steps.backend == "gpiozero":
-        speed_radps = min(limits.approach_speed_radps, limits.joint_speed_radps)
-        slowest = max(robot.steps.shortest_period_s, 1.0 / limits.step_rate_hz)
-        counts = np.rint(way_rad / step_rad).astype(np.int64)
-        period_s = max(slowest, step_rad / speed_radps)
-        return TogetherSchedule(counts, np.zeros(len(way_rad)), period_s)
+        return all_together(robot, way_rad, steepest_m / SLOWER, speed_mps, asked_radps)
     motors = MotorLimits(
-        speed_radps=min(limits.approach_speed_radps, limits.joint_speed_radps),
+        speed_radps=min(asked_radps, limits.joint_speed_radps),
         acceleration_radps2=limits.joint_acceleration_radps2 * (GENTLE if rings(robot) else 1.0),
         step_rate_hz=limits.step_rate_hz,
         rad_per_step=step_rad,
         tick_s=robot.tick_s,
     )
-    fastest = None
-    if math.isfinite(speed_mps):
-        steepest_m = reach.moves(Linkage.of(robot.geometry), way_rad).steepest_m
-        fastest = SLOWER * speed_mps / np.maximum(steepest_m, 1e-12)
+    fastest = SLOWER * speed_mps / np.maximum(steepest_m, 1e-12)
     return MoveSchedule(way_rad, np.zeros(len(way_rad)), motors, fastest)
+
+
+def all_together(
+    robot: RobotFile, way_rad: FloatArray, far_m: FloatArray, speed_mps: float, speed_radps: float
+) -> TogetherSchedule:
+    """All motors at the same ticks along arm angles (n, 3), at the shortest period that will do.
+
+    far_m: how far the platform goes between them, (n - 1,); it is no faster than speed_mps, and no
+    arm than speed_radps.
+    """
+    limits, step_rad = robot.limits, robot.drive.rad_per_step
+    counts = np.rint(way_rad / step_rad).astype(np.int64)
+    ticks = np.abs(np.diff(way_rad, axis=0)).max(axis=1) / step_rad
+    far_m, ticks = far_m[ticks > STILL_TICKS], ticks[ticks > STILL_TICKS]
+    period_s = max(
+        robot.steps.shortest_period_s,
+        1.0 / limits.step_rate_hz,
+        step_rad / min(speed_radps, limits.joint_speed_radps),
+        float((far_m / ticks).max(initial=0.0)) / speed_mps,
+    )
+    return TogetherSchedule(counts, np.zeros(len(way_rad)), period_s)
 
 
 def find_way(robot: RobotFile, start_rad: FloatArray, goal_rad: FloatArray) -> FloatArray:

@@ -7,9 +7,8 @@ from pathlib import Path
 
 from drivers.steps.contract import Counts
 from firmware_py.compensation.remembering import Remembering
-from firmware_py.job_file import Accelerated, JobFile, load_job
+from firmware_py.job_file import JobFile, load_job
 from firmware_py.kinematics_of_job import kinematics_of
-from firmware_py.path_file import StraightTo
 from firmware_py.path_of_job import path_of
 from firmware_py.paths.path import Space
 from firmware_py.planner.lap_memory import LapMemory
@@ -48,17 +47,7 @@ def make_plan(job: JobFile, robot: RobotFile, kinematics: InverseKinematics) -> 
     if job.repeats > 1:
         # A closed path is the same every time round.
         again = first if path.is_closed else _timed(job, robot, limits, builder.again(path), 2)
-    return Plan(
-        job, robot, kinematics, first, again, float(path.dwell_s[0]),
-        straight_mps=_straight_mps(job),
-    )  # fmt: skip
-
-
-def _straight_mps(job: JobFile) -> float | None:
-    """How fast the way to the path may be, where it is to be straight in space."""
-    if isinstance(job.path, StraightTo) and isinstance(job.timing, Accelerated):
-        return job.timing.speed_mps
-    return None
+    return Plan(job, robot, kinematics, first, again, float(path.dwell_s[0]))
 
 
 def _with_memory(
@@ -77,10 +66,8 @@ def _with_memory(
         again = _timed(job, robot, limits, built, 2)
         for _ in range(TIMED_AGAIN):
             again = _timed(job, robot, limits, (memory.again(again, first), None), 2)
-    return Plan(
-        job, robot, kinematics, first, again, float(path.dwell_s[0]), memory.preload_rad(),
-        _straight_mps(job),
-    )  # fmt: skip
+    dwell_s, preload_rad = float(path.dwell_s[0]), memory.preload_rad()
+    return Plan(job, robot, kinematics, first, again, dwell_s, preload_rad)
 
 
 TIMED_AGAIN = 2

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from firmware_py.job_file import Accelerated, JobFile, Together
+from firmware_py.job_file import Accelerated, JobFile, Together, way_in_mps
 from firmware_py.paths import reach
 from firmware_py.paths.path import BoolArray, Space
 from firmware_py.paths.reach import Reach
@@ -187,7 +187,7 @@ class PathLimits:
                     f" {steps.shortest_period_s:g} s that steps.backend {steps.backend} takes;"
                     " use a longer one, or the pulse backend in the robot file"
                 )
-        elif steps.backend == "gpiozero":
+        elif steps.backend == "gpiozero" and way_in_mps(self._job) is None:
             raise LimitExceeded(
                 f"{self._job.name}: accelerated timing steps motors one shortly after the other,"
                 " which steps.backend gpiozero cannot; use timing mode together, or the pulse"

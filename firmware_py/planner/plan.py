@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from drivers.steps.contract import Counts
-from firmware_py.job_file import JobFile, Together
+from firmware_py.job_file import JobFile, Together, way_in_mps
 from firmware_py.job_timing import SLOWEST_MPS
 from firmware_py.paths.path import Space
 from firmware_py.paths.reach import Reach
@@ -57,8 +57,11 @@ class Plan:
     """Rest at the first target, before the first lap."""
     preload_rad: FloatArray | None = None
     """How far before the start of the path the way to it begins, (3,): play is taken up then."""
-    straight_mps: float | None = None
-    """Speed of the way to the first target, where that is to be straight in space."""
+
+    @property
+    def way_in_mps(self) -> float | None:
+        """Speed of the way to the first target, where there is no other path."""
+        return way_in_mps(self.job)
 
     def laps(self) -> Iterator[tuple[int, TimedLap]]:
         """The laps with their repeat, from 1."""
@@ -73,11 +76,14 @@ class Plan:
         Raises UnreachablePoint, or LimitExceeded on a way that is to be straight.
         """
         start_rad = np.array(from_counts) * self.robot.drive.rad_per_step
-        if self.straight_mps is None:
-            goal_rad = self.first.lap.angles_rad[0]
+        goal_rad, speed_mps = self.first.lap.angles_rad[0], self.way_in_mps
+        if speed_mps is None:
             return WayIn(approach(self.robot, start_rad, goal_rad, self.preload_rad))
         motors = motor_limits(self.job, self.robot)
-        straight = StraightWay(self.job, self.robot, self.kinematics, motors, self.straight_mps)
+        if self.first.lap.space is Space.JOINT:
+            fastest = motors.speed_radps
+            return WayIn(approach(self.robot, start_rad, goal_rad, None, speed_mps, fastest))
+        straight = StraightWay(self.job, self.robot, self.kinematics, motors, speed_mps)
         return straight.way(start_rad, self.first.lap, self.preload_rad)
 
     @property
@@ -93,8 +99,14 @@ class Plan:
     @property
     def jump_hz(self) -> float:
         """By so much step rates may change at once: stepping together has full speed or none."""
-        timing = self.job.timing
-        return 2.0 / timing.t_pwm_s if isinstance(timing, Together) else 0.0
+        if isinstance(self.job.timing, Together):
+            return 2.0 / self.job.timing.t_pwm_s
+        return 2.0 / self.robot.steps.shortest_period_s if self._all_together else 0.0
+
+    @property
+    def _all_together(self) -> bool:
+        """Whether all motors step at the same ticks, without ramps."""
+        return isinstance(self.job.timing, Together) or self.robot.steps.backend == "gpiozero"
 
     @property
     def ramp_s(self) -> float:
@@ -105,12 +117,12 @@ class Plan:
         """
         limits = motor_limits(self.job, self.robot)
         spare = limits.acceleration_radps2 - limits.planned_acceleration_radps2
-        if isinstance(self.job.timing, Together):
+        if self._all_together:
             return TOGETHER_RAMP_S
         laps = [self.first] if self.again is None else [self.first, self.again]
         peak_hz = max(float(timed.schedule.peak_rate_hz.max()) for timed in laps)
         speed_radps = max(peak_hz * limits.rad_per_step, self.robot.limits.approach_speed_radps)
-        if self.straight_mps is not None:
+        if self.way_in_mps is not None:
             speed_radps = max(speed_radps, limits.planned_speed_radps)
         return max(TOGETHER_RAMP_S, speed_radps / spare)
 

@@ -14,7 +14,7 @@ import numpy as np
 from firmware_py.compensation.ringing import rings
 from firmware_py.job_file import JobFile
 from firmware_py.paths.path import curve, line
-from firmware_py.planner.approach import GENTLE, approach
+from firmware_py.planner.approach import GENTLE, all_together, approach
 from firmware_py.planner.limits import PathLimits
 from firmware_py.planner.motion import Schedule
 from firmware_py.planner.targets import Lap, LapBuilder
@@ -71,6 +71,10 @@ class StraightWay:
             rest = np.append(rest, True)
             angles_rad = np.vstack([angles_rad, goal_rad])
             position_m = np.vstack([position_m, goal_m + at[1] - at[0]])
+        if self.robot.steps.backend == "gpiozero":
+            far_m = np.linalg.norm(np.diff(position_m, axis=0), axis=1)
+            fastest_radps = self.motors.speed_radps
+            return WayIn(all_together(self.robot, angles_rad, far_m, self.speed_mps, fastest_radps))
         schedule = CurveSchedule(
             angles_rad, position_m, rest, np.zeros(len(rest)), self.speed_mps, self._gentle()
         )

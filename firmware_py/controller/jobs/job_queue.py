@@ -32,12 +32,12 @@ class QueuedJob:
         return self.program.job
 
     def check_way_in(self, counts: Counts) -> None:
-        """Refuse at once a straight line, from where the arms are, that breaks a limit.
+        """Refuse at once a move by hand, from where the arms are, that breaks a limit.
 
         That of a job that waits is checked when it begins. Raises UnreachablePoint, LimitExceeded.
         """
         plan = self.program.first
-        if plan is not None and plan.straight_mps is not None:
+        if plan is not None and plan.way_in_mps is not None:
             plan.way_in(counts)
 
 
