@@ -29,7 +29,10 @@ Knots = tuple[FloatArray, FloatArray]
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """From a `path_start` to its `path_end`, or to the end of the recording, in run time."""
+    """From a `path_start` to its `path_end`, or to the end of the recording, in run time.
+
+    A path of one place ends as it begins: there it is as long as the platform stays at the place.
+    """
 
     start_ns: int
     end_ns: int
@@ -45,11 +48,26 @@ def windows(run: Run) -> tuple[Window, ...]:
         if event.kind == "path_start":
             start_ns = event.t_ns
         elif event.kind == "path_end" and start_ns is not None:
-            found.append(Window(start_ns, event.t_ns, event.text == DONE))
+            done = event.text == DONE
+            stays = done and _one_place(run, start_ns, event.t_ns)
+            end_ns = _leaves_ns(run, event.t_ns) if stays else event.t_ns
+            found.append(Window(start_ns, end_ns, done))
             start_ns = None
     if start_ns is not None:
         found.append(Window(start_ns, max(start_ns, run.end_ns), False))
     return tuple(found)
+
+
+def _one_place(run: Run, start_ns: int, end_ns: int) -> bool:
+    t_ns = run.targets.t_ns
+    places_m = run.targets.position_m[(t_ns >= start_ns - LATE_NS) & (t_ns <= end_ns)]
+    return len(places_m) > 0 and bool((places_m == places_m[0]).all())
+
+
+def _leaves_ns(run: Run, after_ns: int) -> int:
+    """When the way to the next path begins, or the recording ends."""
+    ways = (one.t_ns for one in run.events if one.kind == "approach" and one.t_ns >= after_ns)
+    return max(after_ns, next(ways, run.end_ns))
 
 
 def path_windows(run: Run) -> tuple[tuple[int, int], ...]:
