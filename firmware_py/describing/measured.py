@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_py.describing.questions import Answers
+from firmware_py.describing.questions import MICROSTEPS, Answers, numbers
 from foundation.errors import RecordingError
 from recording.tables.flat import FlatRecording
 
@@ -27,7 +27,7 @@ def _gear(recording: FlatRecording, known: Answers) -> tuple[Answers, list[str]]
     steps, theta = recording.column("steps_1"), recording.column("theta_1")
     both = np.isfinite(steps) & np.isfinite(theta)
     rad_per_step = float(np.polyfit(steps[both], theta[both], 1)[0])
-    microsteps = float(known.get("microsteps_per_rev", "1600"))
+    (microsteps,) = numbers({MICROSTEPS.key: "1600"} | known, MICROSTEPS.key)
     gear = 2.0 * np.pi / (abs(rad_per_step) * microsteps)
     said = (
         f"gear_ratio {gear:.6g}: {abs(rad_per_step):.4g} rad a step, measured; a diagnosis of this "

@@ -15,14 +15,26 @@ SETTINGS = (128.0, 256.0)
 
 _RATIO = re.compile(r"([.\d]+) ?: ?([.\d]+)")
 """A gear's ratio as its maker writes it, 5:1, or as its user does, 1:5."""
+_BOTH = re.compile(r"([1-9]\d{0,5}) ?[x*×] ?([1-9]\d{0,3})", re.IGNORECASE)
+"""Full steps of a turn, and the microsteps of each: 200x16."""
+TIN_CAN_STEPS = 32
+"""Of the motor in a 28BYJ-48, before its gear of 63.68:1."""
 
 
 def too_few_pulses(pulses: float) -> str:
     """What is said of pulses for one turn that can only be microsteps of one full step."""
     return (
         f"{pulses:g} microsteps a full step? Of a motor with {USUAL_STEPS:g} steps a turn that is"
-        f" --microsteps-per-rev {USUAL_STEPS * pulses:g}"
+        f" --microsteps-per-rev {USUAL_STEPS * pulses:g}. Of a motor with fewer, write both: a"
+        f" 28BYJ-48 has {TIN_CAN_STEPS}, in half steps --microsteps-per-rev {TIN_CAN_STEPS}x2"
+        " --gear-ratio 63.68"
     )
+
+
+def of_both(text: str) -> float | None:
+    """Pulses for one turn from 200x16, full steps and microsteps of each; None for other texts."""
+    found = _BOTH.fullmatch(text.strip())
+    return float(int(found[1]) * int(found[2])) if found else None
 
 
 def of_ratio(text: str) -> float | None:
@@ -50,8 +62,10 @@ def ratio_remark(text: str) -> list[str]:
     ]
 
 
-def pulses_remark(pulses: float) -> list[str]:
-    """What is seldom meant, and may be right."""
+def pulses_remark(text: str, pulses: float) -> list[str]:
+    """How full steps and microsteps were read, and what is seldom meant, and may be right."""
+    if of_both(text) is not None:
+        return [f"--microsteps-per-rev: {text.strip()} is read as {pulses:g} pulses for one turn"]
     if pulses in FULL_STEPS:
         return [
             f"look here:       {pulses:g} pulses for one turn are full steps; if the drive makes"

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from firmware_py.describing.motors import (
     LEAST_PULSES,
+    of_both,
     of_ratio,
     pulses_remark,
     ratio_remark,
@@ -46,7 +47,9 @@ class Question:
         found = _read(answer, self.count, self.key)
         if isinstance(found, str):
             return f"{answer!r}: {found}"
-        if (smallest := min(found)) < self.least:
+        # Whoever writes both does not mean the one by the other.
+        least = 1.0 if self.key == "microsteps_per_rev" and of_both(answer) else self.least
+        if (smallest := min(found)) < least:
             said = self.too_small(smallest) if self.too_small else ""
             return f"{answer!r}: {said or f'must not be below {self.least:g}'}"
         return f"{answer!r}: must not be above {self.most:g}" if max(found) > self.most else ""
@@ -70,7 +73,8 @@ NAME = Question("name", "Name of the machine", "my-robot")
 MICROSTEPS = Question(
     "microsteps_per_rev",
     "Step pulses for one turn of the motor, as set at the drive (200 full steps of 8 microsteps:"
-    " 1600). With servo drives, or where recordings hold angles and no steps, 1600 will do",
+    " 1600, or 200x8). With servo drives, or where recordings hold angles and no steps, 1600 will"
+    " do",
     "1600",
     least=LEAST_PULSES,
     too_small=too_few_pulses,
@@ -247,7 +251,7 @@ def remarks(questions: tuple[Question, ...], given: Answers, answers: Answers) -
         said.append(f"assumed:         {names}")
     if MICROSTEPS in questions:
         said += ratio_remark(answers[GEAR.key])
-        said += pulses_remark(numbers(answers, MICROSTEPS.key)[0])
+        said += pulses_remark(answers[MICROSTEPS.key], numbers(answers, MICROSTEPS.key)[0])
     return said
 
 
@@ -263,6 +267,8 @@ def _read(text: str, count: int, key: str = "") -> tuple[float, ...] | str:
     """So many numbers, or why they are not; in one number alone a comma is a decimal one."""
     if key == GEAR.key and (turns := of_ratio(text)) is not None:
         return (turns,)
+    if key == MICROSTEPS.key and (pulses := of_both(text)) is not None:
+        return (pulses,)
     if count == 1 and (found := _THOUSANDS.fullmatch(text.strip())):
         whole = "".join(found.groups())
         return f"is it {whole} or {'.'.join(found.groups())}? Write it without a comma"

@@ -266,12 +266,30 @@ def test_a_decimal_comma_is_one_and_a_doubtful_answer_is_asked_for_again() -> No
             "microsteps_per_rev",
             "16",
             "'16': 16 microsteps a full step? Of a motor with 200 steps a turn that is"
-            " --microsteps-per-rev 3200",
+            " --microsteps-per-rev 3200. Of a motor with fewer, write both: a 28BYJ-48 has 32, in"
+            " half steps --microsteps-per-rev 32x2 --gear-ratio 63.68",
         ),
         ("step_pins", "17 27", "'17 27': must be 3 numbers, with spaces between"),
         ("arm_deg", "-20 to 110", "'-20 to 110': must be 2 numbers"),
     ):
         assert asked[key].wrong(answer) == wrong
+
+
+@pytest.mark.parametrize(
+    ("said", "pulses"), [("32x2", 64), ("32 x 1", 32), ("200*16", 3200), ("1600", 1600)]
+)
+def test_a_motor_may_have_few_full_steps_where_that_is_said(
+    deltactl: Deltactl, tmp_path: Path, said: str, pulses: int
+) -> None:
+    """A geared tin-can motor has 32; its file was taken, but not written."""
+    asked = DELTA | {"microsteps_per_rev": said, "gear_ratio": "63.68"}
+    shown = deltactl("init", "m.yaml", *options(asked)).stdout
+    assert load_robot(tmp_path / "m.yaml").drive.microsteps_per_rev == pulses
+    assert "look here" not in shown
+    read = f"--microsteps-per-rev: {said} is read as {pulses} pulses for one turn"
+    assert (read in shown) is (said != "1600")
+    refused = deltactl("init", "n.yaml", *options(asked | {"microsteps_per_rev": "0x2"}), status=2)
+    assert "0x2" in refused.stderr
 
 
 @pytest.mark.parametrize("said", ["4:1", "1:4", "1 : 4"])
