@@ -7,7 +7,7 @@ from pathlib import Path
 
 from drivers.steps.contract import Counts
 from firmware_py.compensation.remembering import Remembering
-from firmware_py.job_file import JobFile, load_job
+from firmware_py.job_file import JobFile, load_job, way_in_mps
 from firmware_py.kinematics_of_job import kinematics_of
 from firmware_py.path_of_job import path_of
 from firmware_py.paths.path import Space
@@ -47,7 +47,9 @@ def make_plan(job: JobFile, robot: RobotFile, kinematics: InverseKinematics) -> 
     if job.repeats > 1:
         # A closed path is the same every time round.
         again = first if path.is_closed else _timed(job, robot, limits, builder.again(path), 2)
-    return Plan(job, robot, kinematics, first, again, float(path.dwell_s[0]))
+    return Plan(
+        job, robot, kinematics, first, again, float(path.dwell_s[0]), way_in_mps=way_in_mps(job)
+    )
 
 
 def _with_memory(
@@ -66,8 +68,10 @@ def _with_memory(
         again = _timed(job, robot, limits, built, 2)
         for _ in range(TIMED_AGAIN):
             again = _timed(job, robot, limits, (memory.again(again, first), None), 2)
-    dwell_s, preload_rad = float(path.dwell_s[0]), memory.preload_rad()
-    return Plan(job, robot, kinematics, first, again, dwell_s, preload_rad)
+    return Plan(
+        job, robot, kinematics, first, again, float(path.dwell_s[0]), memory.preload_rad(),
+        way_in_mps(job),
+    )  # fmt: skip
 
 
 TIMED_AGAIN = 2

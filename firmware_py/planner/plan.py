@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from drivers.steps.contract import Counts
-from firmware_py.job_file import JobFile, Together, way_in_mps
+from firmware_py.job_file import JobFile, Together
 from firmware_py.job_timing import SLOWEST_MPS
 from firmware_py.paths.path import Space
 from firmware_py.paths.reach import Reach
@@ -57,11 +57,8 @@ class Plan:
     """Rest at the first target, before the first lap."""
     preload_rad: FloatArray | None = None
     """How far before the start of the path the way to it begins, (3,): play is taken up then."""
-
-    @property
-    def way_in_mps(self) -> float | None:
-        """Speed of the way to the first target, where there is no other path."""
-        return way_in_mps(self.job)
+    way_in_mps: float | None = None
+    """Speed of the way to the first target, where there is no other path."""
 
     def laps(self) -> Iterator[tuple[int, TimedLap]]:
         """The laps with their repeat, from 1."""

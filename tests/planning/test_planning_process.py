@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from firmware_py.planner.check import home_counts
 from firmware_py.planner.stream import MotionStream
 from firmware_py.planning.packed import pack, unpack
 from firmware_py.planning.prepared import InForce, Prepared, prepare_here
@@ -65,6 +66,22 @@ effects:
 - {effect: gear_backlash, component: motor1, parameters: {width: 0.004}}
 - {effect: gear_backlash, component: motor3, parameters: {width: 0.003}}
 """
+
+
+@pytest.mark.parametrize(
+    "path", ["{shape: joints, angles_deg: [[40, 50, 60]]}", "{shape: straight, to_m: [0, 0, -0.5]}"]
+)
+def test_a_move_by_hand_keeps_its_speed(tmp_path: Path, path: str) -> None:
+    job = tmp_path / "hand.yaml"
+    own = ACCELERATED.splitlines()
+    own = [f"path: {path}" if one.startswith("path:") else one for one in own]
+    job.write_text("\n".join(one for one in own if not one.startswith("repeats:")) + "\n")
+    here = prepare_here(job, ROBOT)
+    there = unpack(pack(here), ROBOT, job)
+    start = home_counts(ROBOT.robot)
+    assert there.plan.ramp_s == here.plan.ramp_s
+    ways = [MotionStream(one.plan, start).approach.duration_ns for one in (here, there)]
+    assert ways[0] == ways[1]
 
 
 def test_a_robot_with_play_that_is_compensated(tmp_path: Path) -> None:
