@@ -14,6 +14,7 @@ from firmware_py.controller.contract import JobResult, Status
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.job_file import load_job
 from firmware_py.machine import is_raspberry_pi
+from firmware_py.program.includes import read_whole
 from firmware_py.robot_file import JOB_KEY, ROBOT_KEY, find
 from foundation.errors import (
     ConfigError,
@@ -49,7 +50,11 @@ def run_job(
     `seed`: of the simulated sensors' noise, instead of the robot's own.
     """
     path = find(str(job), key=JOB_KEY)
-    load_job(path)
+    try:
+        load_job(path)
+    except ConfigError:
+        read_whole(path)  # tells the mistakes of what it includes beside its own
+        raise
     if record is not None and record.suffix != ".mcap":
         raise ConfigError(
             f"--record {record}: a recording's name ends in .mcap;"

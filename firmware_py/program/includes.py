@@ -12,8 +12,8 @@ from typing import Any
 
 import yaml
 
-from firmware_py.file_access import FileAccess, without_quoting
-from firmware_py.job_file import JobFile, job_in
+from firmware_py.file_access import FileAccess
+from firmware_py.job_file import JobFile
 from firmware_py.job_steps import (
     IncludeStep,
     InnerJob,
@@ -23,7 +23,7 @@ from firmware_py.job_steps import (
     RepeatStep,
 )
 from firmware_py.path_file import PathSpec
-from firmware_py.program.names_used import wrong_names
+from firmware_py.program.one_file import read_one, with_those_of_all
 from firmware_py.robot_file import RobotFile, find
 from foundation.errors import ConfigError
 from foundation.strict_yaml import Document
@@ -50,7 +50,14 @@ def read_whole(
     robot: whose outputs and inputs it names, where that is not the robot of its file.
     """
     how = how or FileAccess()
-    document, job = _read(path, how, robot)
+    try:
+        return _read_whole(path, how, robot)
+    except ConfigError as error:
+        raise with_those_of_all(error, path, how, robot) from None
+
+
+def _read_whole(path: Path, how: FileAccess, robot: RobotFile | None) -> WholeJob:
+    document, job = read_one(path, how, robot)
     if not any(isinstance(one, IncludeStep) for one in _flat(job.steps or ())):
         return WholeJob(job, document.text)
     reader = _Reader(how, job.robot, path, robot)
@@ -58,19 +65,6 @@ def read_whole(
     text = yaml.safe_dump(whole, sort_keys=False, allow_unicode=True)
     written_out = Document(path, text)
     return WholeJob(written_out.check(JobFile), text)
-
-
-def _read(path: Path, how: FileAccess, robot: RobotFile | None) -> tuple[Document, JobFile]:
-    with without_quoting(path, how):
-        document = Document.read(path, how.follow, how.most_bytes)
-        names = wrong_names(document, how, robot)
-        try:
-            job = job_in(document)
-        except ConfigError as error:
-            raise ConfigError(*error.args, *document.fail_all(names).args) from None
-        if names:
-            raise document.fail_all(names)
-        return document, job
 
 
 def paths_of(job: JobFile) -> Iterator[PathSpec]:
@@ -149,7 +143,7 @@ class _Reader:
             raise document.fail(
                 place, f"jobs include each other more than {DEEPEST} deep, or too often"
             )
-        inner, job = _read(path, self._how.named, self._given)
+        inner, job = read_one(path, self._how.named, self._given)
         self._check_fits(inner, job)
         kept = ("name", "path", "timing", "inverse_kinematics", "repeats")
         values = {key: inner.data[key] for key in kept if key in inner.data}

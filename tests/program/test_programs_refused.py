@@ -75,6 +75,24 @@ def test_contradictions_come_with_the_other_mistakes(write: Write) -> None:
         assert any(said in one for one in mistakes)
 
 
+def test_mistakes_of_all_files_come_at_once(write: Write) -> None:
+    """Those of the second included file came only once the first was right."""
+    path = write("  - include: first.yaml\n  - repeat: 2\n    steps: [{include: second.yaml}]\n")
+    first, second = path.with_name("first.yaml"), path.with_name("second.yaml")
+    first.write_text(HEAD + "colour: red\nsteps: [{include: third.yaml}, {include: steps.yaml}]\n")
+    second.write_text(HEAD + "steps: [{wait_s: -1}, {set: {griper: on}}]\n")
+    path.with_name("third.yaml").write_text("name: [\n")
+    robot = path.with_name("gripper-delta.yaml")
+    robot.write_text(robot.read_text() + "weight: 3\n")
+    path.write_text(path.read_text() + "size: 1\n")
+    with pytest.raises(ConfigError) as error:
+        check_job(path)
+    mistakes = [str(one) for one in error.value.args]
+    for name in ("steps", "first", "second", "third", "gripper-delta"):
+        assert any(f"{name}.yaml:" in one for one in mistakes), name
+    assert len(mistakes) == len(set(mistakes))
+
+
 def test_jobs_that_include_each_other_for_ever_are_refused(write: Write) -> None:
     path = write("  - include: b.yaml\n")
     path.with_name("b.yaml").write_text(HEAD + "steps: [{include: steps.yaml}]\n")
