@@ -134,6 +134,7 @@ def convert(
     from firmware_py.importing.by_line import told_by_line
     from firmware_py.importing.drawn import TABLES, held, job_text, rounded
     from firmware_py.importing.gcode import read_gcode
+    from firmware_py.importing.origin import with_an_origin
     from firmware_py.importing.points_table import read_points
     from firmware_py.robot_file import ROBOT_KEY, find
     from foundation.counting import count
@@ -153,6 +154,7 @@ def convert(
         warn(note)
     with (
         written_if_right(job, text, "no job was written"),
+        with_an_origin(drawn, robot, zero, speed / 1e3, corner / 1e3),
         told_by_line(source, drawn, job, text),
     ):
         check_job(job, None, False)

@@ -27,7 +27,7 @@ def write_first_job(robot: RobotFile, robot_file: Path, job_file: Path) -> str |
     Raises ConfigError when the robot file itself is refused.
     """
     arm_m = float(per_arm(robot.geometry.upper_arm_m).min())
-    for z_m, share in itertools.product(_heights_m(robot), SHARES):
+    for z_m, share in itertools.product(heights_m(robot), SHARES):
         radius_m = float(f"{share * arm_m:.2g}")
         job_file.write_text(_text(robot_file, job_file, z_m, radius_m), encoding="utf-8")
         try:
@@ -70,7 +70,7 @@ def cannot_be_built(robot: RobotFile) -> str:
     return ""
 
 
-def _heights_m(robot: RobotFile) -> list[float]:
+def heights_m(robot: RobotFile) -> list[float]:
     """Where the platform hangs in the poses that can be assembled."""
     linkage = Linkage.of(robot.geometry)
     poses = [forward(linkage, np.full(3, np.deg2rad(level))) for level in LEVELS_DEG]
