@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -19,15 +20,33 @@ BY_UNIT = {"s": 12.5, "rad": 0.1, "m": 0.1, "Hz": 6.0, "1": 1.0}
 
 
 def entries() -> dict[str, Schema]:
-    """The entry of each kind of machine, by the name of its definition."""
+    """The entry of each kind of machine, by the name of its definition, and what they share."""
     deltas = [*VOCABULARY.values(), *TABLES.values()]
-    return {
+    made = {
         "DeltaEffect": _entry(deltas),
         "StepperAxisEffect": _entry(command_effects("rotary").values()),
         "RotaryAxisEffect": _entry(_of_servo_axis("rotary")),
         "LinearAxisEffect": _entry(_of_servo_axis("linear"), IN_FILE),
         "RangeSensorEffect": _entry(sensor_effects().values()),
     }
+    return made | _shared(made)
+
+
+def _shared(made: dict[str, Schema]) -> dict[str, Schema]:
+    """Definitions of what several entries demand of an effect; the entries then refer to them."""
+    places: dict[str, list[Schema]] = {}
+    for entry in made.values():
+        for one in entry["allOf"]:
+            places.setdefault(json.dumps(one["if"]) + json.dumps(one["then"]), []).append(one)
+    shared: dict[str, Schema] = {}
+    for alike in places.values():
+        if len(alike) > 1:
+            effect = alike[0]["if"]["properties"]["effect"]["const"]
+            name = f"{effect}_{sum(one.startswith(effect) for one in shared) + 1}"
+            shared[name] = alike[0]["then"]
+            for one in alike:
+                one["then"] = {"$ref": f"#/$defs/{name}"}
+    return shared
 
 
 def _of_servo_axis(motion: Motion) -> list[EffectKind]:
