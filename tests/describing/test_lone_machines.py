@@ -1,0 +1,99 @@
+"""Axes and sensors described by `deltactl init`, and what a recording tells of them."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firmware_py.describing.questions import QUESTIONS
+from firmware_py.describing.robot_text import robot_text
+from models.robot import KINDS, ServoAxis, load_robot_model
+from recording.tables.flat import FlatRecording
+from recording.tables.flat_files import write_flat
+from tests.describing.conftest import Deltactl
+
+
+def _weight(deltactl: Deltactl, file: str, *said: str) -> ServoAxis:
+    words = ("--kind", "servo_axis", "--recorded", "effort", "--inertia", "1", *said)
+    deltactl("init", file, *words)
+    robot = load_robot_model(Path(file))
+    assert isinstance(robot, ServoAxis)
+    return robot
+
+
+def test_a_weight_on_an_axis_is_asked_for_where_there_is_an_effort(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    path = str(tmp_path / "axis.yaml")
+    hung = _weight(deltactl, path, "--hanging-nm", "12", "--hanging-deg", "90").gravity
+    assert hung is not None
+    assert (hung.torque_nm, hung.force_n) == (12.0, 0.0)
+    assert hung.zero_rad == pytest.approx(np.pi / 2)
+    path = str(tmp_path / "slide.yaml")
+    slope = _weight(deltactl, path, "--motion", "linear", "--slope-n", "-30").gravity
+    assert slope is not None
+    assert (slope.torque_nm, slope.force_n) == (0.0, -30.0)
+    assert _weight(deltactl, str(tmp_path / "level.yaml")).gravity is None
+    says = (tmp_path / "level.yaml").read_text(encoding="utf-8")
+    assert "only where a weight hangs on the axis: N m that hold it level; the angle in rad" in says
+
+
+def test_a_weight_that_was_given_is_written(deltactl: Deltactl, tmp_path: Path) -> None:
+    """Beside commands alone it was left out without a word."""
+    deltactl("init", "a.yaml", "--kind", "servo_axis", "--motion", "rotary", "--hanging-nm", "1.72")
+    assert "\ngravity: {torque_nm: 1.72, zero_rad: 0" in (tmp_path / "a.yaml").read_text()
+
+
+@pytest.mark.parametrize("kind", sorted(set(KINDS) - {"delta"}))
+def test_every_kind_with_what_enter_means(tmp_path: Path, kind: str) -> None:
+    answers = {one.key: one.default or "12" for one in QUESTIONS[kind]}
+    (tmp_path / "one.yaml").write_text(robot_text(kind, answers, wired=False))
+    assert load_robot_model(tmp_path / "one.yaml").kind == kind
+
+
+def test_a_torque_per_ampere_is_kept_where_the_inertia_is_not_known(tmp_path: Path) -> None:
+    answers = {one.key: one.default or "joint" for one in QUESTIONS["servo_axis"]}
+    answers["effort_gain"] = "0.12"
+    path = tmp_path / "joint.yaml"
+    path.write_text(robot_text("servo_axis", answers, wired=False))
+    axis = load_robot_model(path)
+    assert isinstance(axis, ServoAxis)
+    assert (axis.inertia, axis.effort_gain) == (None, 0.12)
+
+
+def test_the_gear_is_measured_from_steps_and_angle(deltactl: Deltactl, tmp_path: Path) -> None:
+    t_s = 0.01 * np.arange(500)
+    steps = np.round(20_000 * np.sin(t_s))
+    rad = steps * 2 * np.pi / (3200 * 50.0) + 0.2
+    write_flat(FlatRecording(t_s, {"steps_1": steps, "theta_1": rad}), tmp_path / "run.csv")
+    deltactl(
+        "init", "table.yaml", "--kind", "stepper_axis", "--measure", "run.csv",
+        "--microsteps-per-rev", "3200",
+    )  # fmt: skip
+    robot = load_robot_model(tmp_path / "table.yaml")
+    assert robot.drive.gear_ratio == pytest.approx(50.0, rel=1e-4)
+
+
+def spreadsheet(path: Path) -> None:
+    """What a spreadsheet writes in half of Europe, of a slide that is driven by steps."""
+    t_s = 0.05 * np.arange(400)
+    command_mm = 100.0 * np.sin(t_s)
+    rows = [
+        f"{1e3 * t:.1f};{round(80.0 * x)};{1.002 * x:.4f}".replace(".", ",")
+        for t, x in zip(t_s, command_mm, strict=True)
+    ]
+    path.write_text("\n".join(["Zeit [ms];steps;Laser_mm", *rows]), encoding="utf-8")
+
+
+def test_a_recording_is_measured_as_inspect_reads_it(deltactl: Deltactl, tmp_path: Path) -> None:
+    spreadsheet(tmp_path / "log.csv")
+    words = ("--kind", "servo_axis", "--motion", "linear", "--measure", "log.csv")
+    done = deltactl("init", "slide.yaml", *words)
+    read = "--set 't=Zeit[ms]'"
+    assert f"next: deltactl diagnose log.csv --robot slide.yaml {read}" in done.stdout
+    assert "write 1 divided by the steps per mm that are set" in done.stderr
+    next_one = done.stdout.splitlines()[-1].removeprefix("next: deltactl ")
+    deltactl(*shlex.split(next_one))
