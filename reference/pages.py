@@ -11,7 +11,7 @@ import yaml
 from pydantic import BaseModel
 
 from diagnosis.columns.mapping import Mapping
-from diagnosis.columns.names import IN_SI
+from diagnosis.columns.units import IN_SI
 from firmware_py.daemon.protocol import ARGUMENTS, SLOW, Argument
 from firmware_py.job_file import JobFile
 from firmware_py.robot_file import SAID_FOR_HARDWARE, RobotFile

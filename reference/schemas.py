@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from diagnosis.columns.mapping import Mapping
-from diagnosis.columns.names import IN_SI
+from diagnosis.columns.units import IN_SI
 from firmware_py.daemon.protocol import ARGUMENTS, Argument
 from firmware_py.job_file import JobFile
 from foundation.schema_keys import models_in

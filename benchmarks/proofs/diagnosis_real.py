@@ -16,7 +16,8 @@ from pathlib import Path
 
 from diagnosis.answer.records import Diagnosis
 from diagnosis.api import diagnose
-from diagnosis.columns.mapping import Mapping, load_mapping, read_mapped
+from diagnosis.columns.mapping import Mapping, load_mapping
+from diagnosis.columns.reading import read_mapped
 from diagnosis.pipelines.lone_machine import diagnose_axis
 from models.robot import RangeSensor
 

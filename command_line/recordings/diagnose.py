@@ -107,5 +107,5 @@ def read_with(
     if not columns:
         return partial(read_plain, robot=robot)
     with needs("diagnosis", "--set"):
-        from diagnosis.columns.mapping import read_mapped
+        from diagnosis.columns.reading import read_mapped
     return partial(read_mapped, mapping=mapping_of(columns), tell=warn)

@@ -162,7 +162,7 @@ def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
     except RecordingError as error:
         wrong = error
     with needs("diagnosis", "init --measure"):
-        from diagnosis.columns.mapping import read_mapped
+        from diagnosis.columns.reading import read_mapped
         from diagnosis.inspection.inspection import inspect
     try:
         seen = inspect(path, mapping_of(columns))

@@ -20,7 +20,7 @@ from foundation.extras import needs
 
 if TYPE_CHECKING:
     from diagnosis.columns.names import Guess
-    from diagnosis.inspection.inspection import Inspection
+    from diagnosis.inspection.found import Inspection
     from diagnosis.observations.readings import FloatArray
 
 ROBOT = "my-robot.yaml"

@@ -42,7 +42,8 @@ def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
         raise wrong
     ours = "t" in first_cells(path)
     with needs("diagnosis", "tables of others"):
-        from diagnosis.columns.mapping import Mapping, read_mapped
+        from diagnosis.columns.mapping import Mapping
+        from diagnosis.columns.reading import read_mapped
     told: list[str] = []
     try:
         recording = read_mapped(path, Mapping(), told.append)

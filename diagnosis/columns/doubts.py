@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from diagnosis.columns.names import LINEAR, ROTARY
 from diagnosis.columns.options import GUESSES
+from diagnosis.columns.units import LINEAR, ROTARY
 from diagnosis.observations.readings import FloatArray
 
 TURNS_RAD = 4.0 * np.pi

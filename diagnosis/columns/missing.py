@@ -6,7 +6,8 @@ import difflib
 from collections.abc import Collection
 from pathlib import Path
 
-from diagnosis.columns.names import A_FACTOR, IN_SI, read_name, without_unit
+from diagnosis.columns.names import read_name, without_unit
+from diagnosis.columns.units import A_FACTOR, IN_SI
 from foundation.errors import RecordingError
 from recording.tables.table_format import IN_OPTIONS, SEPARATORS, guess_marks
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.columns.names import IN_SI
 from diagnosis.columns.options import GUESSES
+from diagnosis.columns.units import IN_SI
 from diagnosis.observations.readings import FloatArray
 from foundation.errors import RecordingError
 from recording.tables.flat import GAP_PERIODS, FlatRecording

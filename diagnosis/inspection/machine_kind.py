@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.columns.mapping import as_option
-from diagnosis.columns.names import LINEAR, ROTARY, Guess, pulls, read_name, without_unit
+from diagnosis.columns.names import Guess, pulls, read_name, without_unit
+from diagnosis.columns.units import LINEAR, ROTARY
 from diagnosis.inspection.by_values import ASKED
 from diagnosis.inspection.guess import MOTIONS, guess_columns
 from diagnosis.inspection.units import with_units

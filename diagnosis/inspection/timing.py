@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from diagnosis.columns.names import IN_SI, Guess, read_name, without_unit
+from diagnosis.columns.names import Guess, read_name, without_unit
 from diagnosis.columns.options import GUESSES
+from diagnosis.columns.units import IN_SI
 from diagnosis.observations.readings import FloatArray
 from recording.tables.flat import GAP_PERIODS
 

@@ -10,7 +10,10 @@ import numpy as np
 
 from diagnosis.columns.doubts import ANGULAR
 from diagnosis.columns.mapping import as_option
-from diagnosis.columns.names import (
+from diagnosis.columns.names import Guess, without_unit
+from diagnosis.columns.options import GUESSES
+from diagnosis.columns.slope import slope_ratio
+from diagnosis.columns.units import (
     IN_SI,
     LINEAR,
     LINEAR_SPEEDS,
@@ -19,11 +22,7 @@ from diagnosis.columns.names import (
     SPEEDS,
     UNIT_OF,
     UNIT_WORDS,
-    Guess,
-    without_unit,
 )
-from diagnosis.columns.options import GUESSES
-from diagnosis.columns.slope import slope_ratio
 from diagnosis.inspection.motion_units import PAIRS, of_one_unit, unit_of_motion
 from diagnosis.inspection.shapes import same_range
 from diagnosis.observations.needed_columns import travel

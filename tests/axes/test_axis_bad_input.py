@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from diagnosis.admission.regression_plausibility import lead_s
-from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.columns.mapping import load_mapping
+from diagnosis.columns.reading import read_mapped
 from diagnosis.pipelines.lone_machine import diagnose_axis
 from foundation.errors import ConfigError, RecordingError
 from models.robot import ServoAxis

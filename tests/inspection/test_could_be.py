@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.columns.mapping import load_mapping
+from diagnosis.columns.reading import read_mapped
 from diagnosis.inspection.inspection import inspect
 from tests.inspection.logs_of_makers import PERIOD_S, T_S, asked, current, seen
 

@@ -17,7 +17,8 @@ pytest.importorskip("pyarrow", reason=needs.LOGS)
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.columns.mapping import load_mapping
+from diagnosis.columns.reading import read_mapped
 from diagnosis.inspection.inspection import inspect
 from foundation.errors import RecordingError
 

@@ -25,7 +25,8 @@ from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.typesys import Stores, get_typestore
 
-from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.columns.mapping import load_mapping
+from diagnosis.columns.reading import read_mapped
 from diagnosis.inspection.inspection import inspect
 from foundation.errors import RecordingError
 

@@ -11,8 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.columns.mapping import load_mapping, read_mapped
-from diagnosis.inspection.inspection import Inspection, inspect
+from diagnosis.columns.mapping import load_mapping
+from diagnosis.columns.reading import read_mapped
+from diagnosis.inspection.found import Inspection
+from diagnosis.inspection.inspection import inspect
 from foundation.errors import RecordingError
 from recording.tables.flat import FlatRecording
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from diagnosis.columns.names import read_name
-from diagnosis.inspection.inspection import Inspection, inspect
+from diagnosis.inspection.found import Inspection
+from diagnosis.inspection.inspection import inspect
 
 ROWS = 600
 T_S = 0.01 * np.arange(ROWS)

@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.columns.mapping import load_mapping
 from diagnosis.columns.names import read_name
+from diagnosis.columns.reading import read_mapped
 from diagnosis.inspection.inspection import inspect
 from foundation.errors import RecordingError
 

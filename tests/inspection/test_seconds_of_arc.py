@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from diagnosis.admission.joint_ranges import far_for_a_joint
-from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.columns.mapping import load_mapping
+from diagnosis.columns.reading import read_mapped
 from diagnosis.inspection.inspection import inspect
 from foundation.errors import ConfigError
 from models.robot import ServoAxis

@@ -11,8 +11,9 @@ import pytest
 
 from diagnosis.admission.joint_ranges import far_for_a_joint
 from diagnosis.api import diagnose_recordings
-from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.columns.mapping import load_mapping
 from diagnosis.columns.names import unit_said
+from diagnosis.columns.reading import read_mapped
 from diagnosis.inspection.inspection import inspect
 from diagnosis.report.sentences.summary import plain_lines
 from foundation.errors import RecordingError

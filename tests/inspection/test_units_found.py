@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from diagnosis.columns.doubts import other_motion
-from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.columns.mapping import load_mapping
+from diagnosis.columns.reading import read_mapped
 from diagnosis.columns.slope import check_velocity, slope_ratio
 from diagnosis.inspection.inspection import inspect
 from foundation.errors import ConfigError, RecordingError

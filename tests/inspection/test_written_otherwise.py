@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.columns.mapping import load_mapping, read_mapped
+from diagnosis.columns.mapping import load_mapping
+from diagnosis.columns.reading import read_mapped
 from diagnosis.inspection.inspection import inspect
 from foundation.errors import RecordingError
 

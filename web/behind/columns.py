@@ -34,7 +34,7 @@ def inspected(path: Path) -> dict[str, Any]:
 
     Raises RecordingError.
     """
-    from diagnosis.columns.names import UNITS_OF
+    from diagnosis.columns.units import UNITS_OF
     from diagnosis.inspection.inspection import inspect
     from recording.tables.flat import UNITS
 
@@ -69,7 +69,8 @@ def mapping_text(guessed: str, chosen: Iterable[Chosen]) -> str:
 
 def reader() -> Callable[[Path], Any]:
     """What reads recordings: those whose columns were chosen by that choice."""
-    from diagnosis.columns.mapping import load_mapping, read_mapped
+    from diagnosis.columns.mapping import load_mapping
+    from diagnosis.columns.reading import read_mapped
     from recording.tables.flat_files import read_flat
 
     def read(path: Path) -> Any:
