@@ -12,7 +12,7 @@ from command_line.called_otherwise import Commands
 from command_line.mistyped import typed_command, unknown_option
 from command_line.networks import collect, evaluate, reproduce, train
 from command_line.recordings import correct, demo, init, prove, robotless
-from command_line.robot import jobs, moves, service
+from command_line.robot import converting, jobs, moves, service
 from command_line.services import check_runs, foxglove, web
 
 
@@ -67,6 +67,7 @@ def deltactl(
 
 jobs.register(app)
 moves.register(app)
+converting.register(app)
 service.register(app)
 robotless.register(app)
 correct.register(app)

@@ -1,4 +1,4 @@
-"""Commands for single moves and for paths of other programs: goto, jog, teach, convert."""
+"""Commands for single moves: goto, jog."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import Annotated
 import typer
 
 from command_line.robot.jobs import AcceptOption, JsonOption, SocketOption
-from firmware_py.importing.drawn import CORNER_MM
 
 Place = tuple[float, float, float]
 WHAT = {"stopped": "stop", "fault": "fault"}
@@ -28,8 +27,6 @@ def register(app: typer.Typer) -> None:
     """Add the commands of this file."""
     app.command(context_settings={"ignore_unknown_options": True})(goto)
     app.command()(jog)
-    app.command()(teach)
-    app.command()(convert)
 
 
 def goto(
@@ -78,90 +75,9 @@ def jog(
 
     if not (x or y or z):
         raise ConfigError("say how far: --x, --y or --z, in mm")
-    here = _position_m(socket)
+    here = platform_m(socket)
     there = (here[0] + x / 1e3, here[1] + y / 1e3, here[2] + z / 1e3)
     _go("jog", there, speed, robot, False, json_out, socket)
-
-
-def teach(
-    points: Annotated[Path, typer.Argument(help="Table to add to (.csv); created if missing.")],
-    dwell: Annotated[float, typer.Option(min=0.0, help="Wait there, s.")] = 0.0,
-    socket: SocketOption = None,
-) -> None:
-    """Save the platform's position as the next point of a table; `convert` turns it into a job.
-
-    ```
-    deltactl teach pick.csv
-    deltactl convert pick.csv pick.yaml --robot zhao-2023.yaml
-    ```
-    """
-    from command_line.output import say
-    from firmware_py.importing.teaching import add_point
-
-    place_m = _position_m(socket)
-    add_point(points, place_m, dwell)
-    say(f"{points}: {', '.join(f'{1e3 * value:z.4f}' for value in place_m)} mm")
-
-
-def convert(
-    source: Annotated[Path, typer.Argument(help="G-code, or a table of points (.csv, mm).")],
-    job: Annotated[Path, typer.Argument(help="Job file to write (.yaml).")],
-    robot: Annotated[str, typer.Option(help="Robot file that the job is for.")],
-    speed: SpeedOption = 50.0,
-    corner: Annotated[
-        float, typer.Option(min=0.0, max=100.0, help="May cut corners by so many mm; 0 stops.")
-    ] = CORNER_MM,
-    spline: Annotated[
-        bool, typer.Option("--spline", help="A smooth curve through the points of a table.")
-    ] = False,
-    origin: Annotated[
-        str, typer.Option(help="Where the file's 0 0 0 is in the robot's frame, mm.")
-    ] = "0 0 0",
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
-) -> None:
-    """Turn G-code or a table of points into a job, and check it.
-
-    ```
-    deltactl convert part.gcode part.yaml --robot zhao-2023.yaml --origin "0 0 -450"
-    deltactl convert points.csv path.yaml --robot zhao-2023.yaml --corner 1
-    deltactl convert points.csv path.yaml --robot zhao-2023.yaml --spline
-    ```
-    """
-    from command_line.output import say, warn
-    from command_line.overwriting import written_if_right
-    from command_line.robot.check import check_job
-    from firmware_py.describing.questions import numbers
-    from firmware_py.importing.by_line import told_by_line
-    from firmware_py.importing.drawn import TABLES, held, job_text, rounded
-    from firmware_py.importing.gcode import read_gcode
-    from firmware_py.importing.origin import with_an_origin
-    from firmware_py.importing.points_table import read_points
-    from firmware_py.robot_file import ROBOT_KEY, find
-    from foundation.counting import count
-    from foundation.errors import ConfigError
-
-    find(robot, key=ROBOT_KEY)
-    if job.exists() and not force:
-        raise ConfigError(f"{job}: exists already; name another file, or add --force")
-    x_mm, y_mm, z_mm = numbers({"origin": origin}, "origin", 3)
-    zero = (x_mm / 1e3, y_mm / 1e3, z_mm / 1e3)
-    table = source.suffix.lower() in TABLES
-    if spline and not table:
-        raise ConfigError(f"--spline is for tables of points; the curves of {source} are its own")
-    drawn = read_points(source, zero, spline) if table else read_gcode(source, zero)
-    text = job_text(drawn, job.stem, robot, speed / 1e3, corner / 1e3)
-    for note in filter(None, (*drawn.notes, held(drawn, speed / 1e3))):
-        warn(note)
-    with (
-        written_if_right(job, text, "no job was written"),
-        with_an_origin(drawn, robot, zero, speed / 1e3, corner / 1e3),
-        told_by_line(source, drawn, job, text),
-    ):
-        check_job(job, None, False)
-    say(f"job: {job}, {count(len(drawn.legs), 'leg')}")
-    if said := rounded(drawn, corner):
-        say(said)
-    say(f"next: deltactl run {job}")
 
 
 def _go(
@@ -280,7 +196,8 @@ def _go_through_daemon(
     refuse_unless_done(result)
 
 
-def _position_m(socket: Path | None) -> Place:
+def platform_m(socket: Path | None) -> Place:
+    """Where the platform of the daemon's robot is. Raises NotReady while nobody knows."""
     from firmware_py.controller.states import State, way_out
     from firmware_py.daemon.client import Client
     from foundation.errors import NotReady
