@@ -64,7 +64,8 @@ def demo(
     from firmware_py.robot_file import find
 
     path = find(job)
-    robot_file = find(load_job(path).robot, beside=path)
+    robot = load_job(path).robot
+    robot_file = find(robot, beside=path)
     effects = [name.strip() for name in conceal.split(",") if name.strip()]
     replaces = make_room(out, (PAGE, RECORDING, CORRECTED), force)
     if replaces:
@@ -80,6 +81,7 @@ def demo(
     say(f"page:       {page}")
     say(f"robot file: {shown.corrected}")
     say(f"recording:  {shown.recording}")
+    say(f"diagnosis:  deltactl diagnose {shown.recording} --robot {robot}")
 
 
 def make_room(out: Path, names: Sequence[str], force: bool) -> bool:
@@ -99,10 +101,14 @@ def make_room(out: Path, names: Sequence[str], force: bool) -> bool:
 
 
 def _say(shown: Demonstration) -> None:
+    from diagnosis.report.phrases import words
+    from diagnosis.report.phrases.rivals import rivals
+
     for one in shown.answers:
-        say(f"concealed:  {one.effect} on {one.where}")
+        say(f"concealed:  {words.effect(one.effect, one.where)}")
     for finding in shown.diagnosis.findings:
-        say(f"found:      {finding.says}")
+        instead = f", or {rivals(finding)}" if finding.alternatives else ""
+        say(f"found:      {finding.says}{instead}")
     if not shown.diagnosis.findings:
         say("found:      nothing")
     from rich.box import SIMPLE_HEAD
