@@ -35,13 +35,15 @@ class Limit:
 
     steps_m: what whole microsteps and their moments leave, with all that is compensated
     compensated. sizes_m: what the intervals of the sizes in the robot file leave open. left_m:
-    what is known and not compensated. rms_m: all together.
+    what is known and not compensated. rms_m: all together, where rotors turn evenly from step to
+    step. counted_m: all together as the table after a run counts, which knows whole steps only.
     """
 
     rms_m: float
     steps_m: float
     sizes_m: float
     left_m: float
+    counted_m: float
 
     def as_json(self) -> dict[str, float]:
         """Plain types."""
@@ -64,6 +66,7 @@ def limit_of(
     met = tuple(one for one in believed if (one.effect, one.component) not in left)
     at_best_m, reached_m = (_reached_m(robot, effects, path) for effects in (met, believed))
     known_m = _rms_m(reached_m - path.target_m)
+    counted_m = _rms_m(_reached_m(robot, believed, path, whole=True) - path.target_m)
     opened_m = [
         _rms_m(_reached_m(robot, moved, path) - reached_m) for moved in _moved_by_sigma(believed)
     ]
@@ -73,14 +76,22 @@ def limit_of(
         steps_m=_rms_m(at_best_m - path.target_m),
         sizes_m=sizes_m,
         left_m=_rms_m(reached_m - at_best_m),
+        counted_m=float(np.hypot(counted_m, sizes_m)),
     )
 
 
-def _reached_m(robot: DeltaRobot, effects: tuple[EffectEntry, ...], path: Played) -> FloatArray:
-    """Where the platform is when targets are due if the robot is so, (k, 3) [m]."""
+def _reached_m(
+    robot: DeltaRobot, effects: tuple[EffectEntry, ...], path: Played, whole: bool = False
+) -> FloatArray:
+    """Where the platform is when targets are due if the robot is so, (k, 3) [m].
+
+    whole: of the whole steps that were sent until then, not of rotors that turn evenly.
+    """
     assert robot.drive is not None
     t_s = np.arange(0.0, path.target_s[-1] + SAMPLE_S, SAMPLE_S)
-    commands = Commands.of_counts(t_s, path.smooth(t_s), robot.drive)
+    t_s = np.union1d(t_s, path.target_s) if whole else t_s
+    counts = path.at(t_s).astype(np.float64) if whole else path.smooth(t_s)
+    commands = Commands.of_counts(t_s, counts, robot.drive)
     plain = robot.model_copy(update={"effects": ()})
     position_m = Chain(plain).simulate(commands, effects).position
     columns = [np.interp(path.target_s, t_s, column) for column in position_m.T]

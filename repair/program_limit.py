@@ -88,4 +88,5 @@ def _together(found: list[tuple[Limit, float]]) -> Limit:
         steps_m=mean([one.steps_m for one, _ in found]),
         sizes_m=mean([one.sizes_m for one, _ in found]),
         left_m=mean([one.left_m for one, _ in found]),
+        counted_m=mean([one.counted_m for one, _ in found]),
     )

@@ -25,9 +25,6 @@ from repair.coverage import Coverage, coverage_of
 from repair.limit import Limit
 from repair.program_limit import limit_of_program, microstep_m
 
-EVENLY = "motors turn evenly between their steps, and the table after a run counts whole steps"
-"""Why that table's figures lie above the limit."""
-
 
 def check_job(job: Path, robot: str | None, json_out: bool) -> None:
     """Print the dry run. Raises any DeltactlError when the job must not run."""
@@ -75,9 +72,14 @@ def limit_rows(limit: Limit | str, path_m: float = 0.0) -> list[tuple[str, str]]
     """
     if isinstance(limit, str):
         return [("error at best", limit)]
-    judged = error_judged(limit.rms_m, path_m)
+    best, counted = millimetres(limit.rms_m), millimetres(limit.counted_m)
+    evenly = f"{best} RMS{error_judged(limit.rms_m, path_m)}, {errors_from(limit)}"
     return [
-        ("error at best", f"{millimetres(limit.rms_m)} RMS{judged}, {errors_from(limit)}; {EVENLY}")
+        ("error at best", f"{evenly}, if motors turn evenly from step to step"),
+        (
+            "in whole steps",
+            f"{counted} RMS in x, y and z together, as the table after a simulated run counts",
+        ),
     ]
 
 

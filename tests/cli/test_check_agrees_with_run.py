@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
+
+import pytest
 
 from firmware_py.run_report.reference import arrivals
 from recording.reading.reader import read_run
@@ -28,7 +31,10 @@ def test_targets_and_largest_errors(deltactl: Deltactl, tmp_path: Path) -> None:
     targets = int(arrivals(read_run(tmp_path / "rings.mcap")).sum())
     assert targets == said["targets_in_all"] == 3 * said["targets"] - 2
     assert f"{targets} in 3 repeats" in deltactl("check", "rings.yaml").stdout
-    truth = json.loads(run.stdout)["tracking"]["simulated truth"]
+    tracking = json.loads(run.stdout)["tracking"]
+    commanded_m = math.hypot(*(tracking["commanded"][axis]["rms_m"] for axis in "xyz"))
+    assert said["limit"]["counted_m"] == pytest.approx(commanded_m, rel=0.1)
+    truth = tracking["simulated truth"]
     for axis, moved_m in zip("xyz", said["microstep_m"], strict=True):
         above_m = truth[axis]["max_m"] - said["limit"]["rms_m"]
         assert 0.3 * moved_m < above_m < 1.2 * moved_m
