@@ -47,13 +47,16 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     # A weight that the file leaves out bends a rotary servo nearly in proportion to its angle.
     rotary = isinstance(axis.robot, ServoAxis) and axis.robot.motion == "rotary"
     yields = Equivalent("joint_compliance", ODDS.unknown_load_for_ratio)
-    drifts = [Equivalent("unknown", ODDS.drift_for_ratio)] if axis.steady else []
+    of_ratio = [Equivalent("unknown", ODDS.drift_for_ratio)] if axis.steady else []
+    of_ratio += [yields] if rotary and not known_pull else []
+    # A rotary servo reads the encoder that it closes its loop over.
+    of_ratio += [] if rotary else [Equivalent("sensor_scale", ODDS.scale_for_ratio)]
     found = [
         Regressor(
             "ratio",
             "gear_ratio",
             ODDS.ratio_of_stepper if stepper else ODDS.ratio_of_servo,
-            equivalents=(*drifts, *([yields] if rotary and not known_pull else [])),
+            equivalents=tuple(of_ratio),
         ),
         Regressor("lag", "following_lag", ODDS.everyday, sizes=lag, equivalents=late),
     ]

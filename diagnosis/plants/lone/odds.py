@@ -63,6 +63,9 @@ class LoneOddsOptions:
     drift_for_ratio: float = 0.0
     """Of an axis that turns at one speed: what it stands on, or its clock, drifts about as often as
     a ratio is typed wrong."""
+    scale_for_ratio: float = -2.0
+    """Of an axis that another device measures: those are calibrated, though figures for them are
+    typed into files too."""
     late_sensor_for_lag: float = -1.0
     """A drive lags more often than a reading is late."""
     late_sensor_for_late_effort: float = -0.5

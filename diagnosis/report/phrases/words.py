@@ -173,6 +173,8 @@ def rival(finding: str, other: str, component: str) -> str:
         return f"{effect(other, component)} that is stronger one way"
     if (finding, other) == ("gear_ratio", "unknown"):
         return f"a drift of {part(component)} with time"
+    if (finding, other) == ("gear_ratio", "sensor_scale"):
+        return f"a wrong scale of what measures {part(component)}"
     return effect(other, component)
 
 

@@ -33,6 +33,9 @@ _AXES: dict[Pair, str] = {
         "stays, what yields does not. Or say in the robot file what pulls at it, as `gravity` "
         "('deltactl init' has --hanging-nm and --slope-n for it), and diagnose again"
     ),
+    frozenset({"gear_ratio", "sensor_scale"}): (
+        "measure one long move of the axis by other means (gauge blocks, a tape, a second encoder)"
+    ),
     frozenset({"gear_ratio", "unknown"}): (
         "record again at another speed: the error of a wrong ratio grows with the way, a drift (of "
         "what the axis stands on, of its clock) with the time"
