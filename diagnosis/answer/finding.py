@@ -128,6 +128,11 @@ class Finding(Record):
     where: Where
     evidence: Evidence
     share_of_mismatch: float
+    """How much of the mismatch's power that all findings take away comes back without it, with the
+    others fitted again."""
+    own_share: float | None = None
+    """Power of what it does by itself, as a share of the mismatch's; the others may be able to take
+    it over, or make up for it. None where it was not computed."""
     probability: float | None = None
     """Posterior that this effect acts at this component (unknown: that something outside the
     vocabulary does); None where it was not computed."""

@@ -71,6 +71,7 @@ def _finding(
         where=_where(regressor, readings, best, axes),
         evidence=Evidence(delta_chi2=gain, p=chance(selected, best, without)),
         share_of_mismatch=_share(selected, without),
+        own_share=_own_share(selected, regressor),
         probability=float(probability * share[0]),
         alternatives=alternatives,
         depends_on=list(regressor.follows),
@@ -88,6 +89,16 @@ def _share(selected: Selected, without: Explanation) -> float:
         rms_left(one, rows) ** 2 for one in (selected.empty, selected.best, without)
     )
     return float(np.clip((left - after) / max(before - after, 1e-300), 0.0, 1.0))
+
+
+def _own_share(selected: Selected, regressor: Regressor) -> float:
+    """Of the mismatch's power what one effect of the set does by itself."""
+    plant, best, key = selected.plant, selected.best, regressor.key
+    base = plant.base(best.keys, best.sizes)
+    own = base - plant.base(best.keys - {key}, best.sizes)
+    own = own + plant.columns(key, base, best.sizes).values @ best.linear[key]
+    whole = rms_left(selected.empty, selected.noise.rows)
+    return float(np.mean(own[selected.noise.rows] ** 2)) / max(whole**2, 1e-300)
 
 
 def _table(selected: Selected, regressor: Regressor) -> Table | None:
