@@ -59,6 +59,8 @@ WRITABLE = frozenset({
     "home_offset", "transmission_error", "upper_arm_length", "forearm_length", "motor_azimuth",
     "base_radius", "frame_tilt", "inertia", "joint_friction", "viscous_friction", "gear_ratio",
 })  # fmt: skip
+MINOR_SHARE = 0.01
+"""Of the mismatch: what does less is told last, as `finding_words` calls its part small."""
 YIELDS = "joint_compliance"
 """A cause that a look at the same place with another load rules out."""
 _ARM = re.compile(r"(?:arm|motor)([123])")
@@ -80,7 +82,8 @@ class Remedy:
 def remedies(
     diagnosis: Diagnosis, robot: RobotModel | None = None, ways: Ways = TERMINAL
 ) -> list[str]:
-    """One sentence for each finding that can be remedied, the surest and largest first.
+    """One sentence for each finding that can be remedied, the surest and largest first, what does
+    hardly anything last.
 
     Before them, where causes are tied, the run that would tell them apart. None where the fit as a
     whole is no better for what was found.
@@ -90,7 +93,7 @@ def remedies(
         return [CHANGE_NOTHING]
     late = [one for one in named if one.effect == "following_lag" and not tied(one)]
     late = late if len(late) > 1 else []
-    named = sorted(named, key=lambda one: tied(one) and not sure(one, diagnosis))
+    named = sorted(named, key=lambda one: (_minor(one), tied(one) and not sure(one, diagnosis)))
     found = (remedy(one, robot, sure(one, diagnosis), ways) for one in named if one not in late)
     lines = [_all_late(late, robot)] if late else []
     lines += [one.line for one in found if one is not None]
@@ -109,6 +112,12 @@ def remedies(
     if lines and plan is not None and any(tied(one) for one in named):
         lines.insert(0, ways.run_first)
     return list(dict.fromkeys(lines))
+
+
+def _minor(finding: Finding) -> bool:
+    """Whether the mismatch would hardly change without it, nor is much of it its doing."""
+    own = finding.own_share
+    return own is not None and max(own, finding.share_of_mismatch) < MINOR_SHARE
 
 
 def _all_late(late: Sequence[Finding], robot: RobotModel | None) -> str:
