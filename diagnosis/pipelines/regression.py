@@ -121,13 +121,17 @@ def _together(selected: Selected, blocks: dict[str, float]) -> dict[str, float]:
 def _widened(selected: Selected) -> tuple[Selected, Blocks]:
     """The same with the discrepancy of its sizes, and what it leaves of blocks left out.
 
-    Less doubtful corrections of the file, and then unknowns that no test sees.
+    Less doubtful corrections of the file, and then unknowns that no test sees and that do not
+    foretell blocks left out either.
     """
     known, blocks = _less_doubtful(selected)
-    seen_alone = _without_unseen(known)
-    if seen_alone.best.keys == known.best.keys:
+    fewer = _without_unseen(known)
+    if fewer.best.keys == known.best.keys:
         return known, blocks
-    return _widened(replace(seen_alone, shift=selected.shift))
+    trimmed, left = _widened(replace(fewer, shift=selected.shift))
+    if blocks.after < ASSESSMENT.foretold * left.after:
+        return known, blocks
+    return trimmed, left
 
 
 def _less_doubtful(selected: Selected) -> tuple[Selected, Blocks]:
