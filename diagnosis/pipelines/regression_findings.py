@@ -205,7 +205,7 @@ def parameter(
         # One over a number that may be zero: the stiffness has no upper end.
         positive = drawn[drawn > 0.0]
         low, high = float(np.quantile(positive, 0.025)), math.inf
-    if not low < high:
+    if not low < high or value == shown.as_without:
         return None
     return ParameterResult(value=value, ci95=[min(low, value), max(high, value)], unit=shown.unit)
 

@@ -105,6 +105,8 @@ class Shown:
     of: Callable[[Draws], FloatArray]
     nothing: float = 0.0
     """Value with which the effect vanishes."""
+    as_without: float | None = None
+    """Value that says the same as no such parameter, and is left out."""
 
 
 class RegressionPlant(Protocol):

@@ -198,7 +198,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
         table["play"] = table["friction"] = [Shown("width", unit, lambda v: v["width"])]
         table["rubbing"] = [
             Shown("width", unit, lambda v: v["width"] + load * v["grip"]),
-            Shown("unloaded", "1", lambda v: _share(v["width"], load * v["grip"])),
+            Shown("unloaded", "1", lambda v: _share(v["width"], load * v["grip"]), as_without=1.0),
         ]
         return table.get(key, [])
 
