@@ -65,11 +65,11 @@ def tempered(
 ) -> TemperedNoise:  # fmt: skip
     """Noise of a saturated residual (n,).
 
-    kinds: (n,) among which single readings stand out. noises: (n,) which share one noise. least:
-    standard deviation of rounding, below which no noise is believed. fitted: numbers the saturated
-    model took. once: (m,) number of the run of equal values each row lies in. took: (m, p) the
-    model's shapes in standard deviations of the noise and of their sizes, where what they took of
-    noise with a memory is to be given back.
+    kinds: (n,) among which single readings stand out. noises: (n,) which have the noise of the
+    noisiest kind among them. least: standard deviation of rounding, below which no noise is
+    believed. fitted: numbers the saturated model took. once: (m,) number of the run of equal values
+    each row lies in. took: (m, p) the model's shapes in standard deviations of the noise and of
+    their sizes, where what they took of noise with a memory is to be given back.
     """
     left = residual[rows]
     if once is None:
@@ -77,10 +77,13 @@ def tempered(
     single = 1.0 / np.sqrt(np.bincount(once)[once])
     weight = spike_weights(left, kinds[rows]) * single
     sigma = np.empty(len(rows))
-    for noise in np.unique(noises[rows]):
-        own = noises[rows] == noise
+    for kind in np.unique(kinds[rows]):
+        own = kinds[rows] == kind
         power = np.sum((weight[own] * left[own]) ** 2) / max(float(np.sum(weight[own] ** 2)), 1.0)
         sigma[own] = max(float(np.sqrt(power)), least)
+    for noise in np.unique(noises[rows]):
+        own = noises[rows] == noise
+        sigma[own] = float(sigma[own].max())
     sigma = np.maximum(sigma, EVIDENCE.least_of_largest * float(sigma.max()))
     standard = left / sigma
     count = float(once[-1]) + 1.0
