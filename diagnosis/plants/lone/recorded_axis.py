@@ -160,7 +160,7 @@ class RecordedAxis:
 
     @cached_property
     def noises(self) -> IntArray:
-        """By `kinds`, if there are rests enough to show a noise of their own; that of motion if not."""
+        """By `kinds`, where there are rests enough to show a noise of their own; else one."""
         rests = rests_under_loads(self.stays[self.rows], self.pull[self.rows])
         return self.kinds if rests >= COMMANDED_AXIS.fewest_rests else np.zeros_like(self.kinds)
 
