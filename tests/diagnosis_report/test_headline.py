@@ -58,6 +58,17 @@ def test_many_findings_are_counted_in_the_headline(make: Any, parts: Any) -> Non
     assert len(numbered) == 12
 
 
+def test_both_frictions_of_an_axis_are_one_phrase(make: Any, parts: Any) -> None:
+    dry, viscous = (
+        parts["backlash"](effect=effect, component="axis", probability=0.999, alternatives=[])
+        for effect in ("joint_friction", "viscous_friction")
+    )
+    says = headline(make("explained", findings=[dry, viscous]))
+    assert says == "The mismatch is explained by dry and viscous friction in the axis."
+    alone = headline(make("explained", findings=[viscous]))
+    assert alone == "The mismatch is explained by viscous friction in the axis."
+
+
 def test_so_little_that_it_calls_for_nothing(make: Any) -> None:
     rest = Unexplained(share_of_mismatch=0.004, p=1e-9, depends_on=["pos_z"])
     assert SO_LITTLE in "\n".join(plain_lines(make("explained", unexplained=rest)))

@@ -47,7 +47,8 @@ OF_AN_AXIS: dict[str, str] = {
     "gear_backlash": "free play between drive and load of {part}",
     "gear_ratio": "a wrong ratio between command and motion of {part}",
     "transmission_error": "a periodic error of the gear, screw or belt of {part}",
-    "joint_friction": "friction in {part}",
+    "joint_friction": "dry friction in {part}",
+    "viscous_friction": "viscous friction in {part}",
     "joint_compliance": "parts of {part} that yield under load",
 }
 """What is called otherwise where nothing need turn, and no gear be."""

@@ -10,6 +10,7 @@ from diagnosis.answer.verdict import NAMELESS, claimed, fits_worse, seen
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.fit_words import doubtful_floor
 from diagnosis.report.phrases.percent import percent
+from diagnosis.report.sentences.telling_apart import LONE
 
 MOST_NAMED = 4
 """Unknown errors that the headline names; all have their own title below it."""
@@ -22,6 +23,8 @@ MOSTLY_LEFT = 0.5
 """Share of the mismatch that nothing explains, from which on the headline says so first."""
 CHECK_FIRST = "first check that each column and the robot file are the right ones"
 FINE_COURSE = "the fine course of the readings points to"
+BOTH_FRICTIONS = frozenset({"joint_friction", "viscous_friction"})
+"""Of an axis, in one phrase: they are two parts of what its bearings need."""
 IN_HEADLINE = 3
 """Findings that the headline names; of more it names two, and all have their own title below."""
 
@@ -87,16 +90,32 @@ def _much_unknown(findings: Sequence[Finding]) -> bool:
 def _named(findings: Sequence[Finding]) -> list[str]:
     """Findings by name, those of one kind at several parts as one where nothing else is open."""
     alike: dict[str, list[Finding]] = {}
+    rubbing = [one for one in findings if one.effect in BOTH_FRICTIONS and _lone_and_certain(one)]
+    both = rubbing if len(rubbing) == len(BOTH_FRICTIONS) else []
     for finding in findings:
-        certain = not finding.alternatives or sureness.settled(finding)
+        if finding in both:
+            alike.setdefault("friction", []).append(finding)
+            continue
+        certain = _certain(finding)
         own = f"{finding.effect}@{finding.component}"
         alike.setdefault(finding.effect if certain else own, []).append(finding)
     return [
-        words.effect(same[0].effect, *dict.fromkeys(one.component for one in same))
+        f"dry and viscous friction in {words.part(same[0].component)}"
+        if same == both
+        else words.effect(same[0].effect, *dict.fromkeys(one.component for one in same))
         if len(same) > 1
         else _either(same[0])
         for same in alike.values()
     ]
+
+
+def _certain(finding: Finding) -> bool:
+    """Whether nothing else is open."""
+    return not finding.alternatives or sureness.settled(finding)
+
+
+def _lone_and_certain(finding: Finding) -> bool:
+    return finding.component == LONE and _certain(finding)
 
 
 def _nothing_missing(diagnosis: Diagnosis) -> str:
