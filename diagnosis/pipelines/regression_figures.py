@@ -55,6 +55,7 @@ def fit_of(
         holdout_rms_before_m=before,
         holdout_rms_after_m=after,
         unit=selected.plant.unit,
+        done_by_known_m=_done_by_known(selected),
         scatter_within_m=_within(selected),
         holdout="run" if others else "blocks",
     )
@@ -70,6 +71,12 @@ def left_by_known(selected: Selected, fit: Fit, excused: bool) -> float:
     parts = [share * np.mean(alone[rows] ** 2) for share, alone in selected.plant.left_by_known]
     above = fit.rms_after_m**2 - fit.noise_floor_m**2 if excused else 0.0
     return math.sqrt(max(sum(map(float, parts)), above))
+
+
+def _done_by_known(selected: Selected) -> float:
+    """How large what effects of the file do is, root mean square over the rows that count."""
+    done = selected.plant.done_by_known
+    return 0.0 if done is None else float(np.sqrt(np.mean(done[selected.noise.rows] ** 2)))
 
 
 def _within(selected: Selected) -> float | None:

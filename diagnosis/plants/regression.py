@@ -144,6 +144,8 @@ class RegressionPlant(Protocol):
     left_by_known: Sequence[tuple[float, FloatArray]]
     """Of each effect that the robot file has from an earlier diagnosis the share of its power that
     it may leave, and what it does (n,)."""
+    done_by_known: FloatArray | None
+    """What all of them do (n,); None where the file has none."""
     drawn_on: FloatArray
     """(n,) what drawings add to `observed` and to every prediction of it."""
 
