@@ -41,6 +41,9 @@ class VerdictOptions:
     sure_enough: float = 0.8
     """A finding less probable than this is written into the corrected robot file only when
     everything is asked for."""
+    as_well: float = 1.0
+    """Chi-square by which an alternative may be worse and still fit as well: what one size more or
+    less makes by chance."""
     outweighed: float = 4.0
     """Times as probable as a name that something unknown must be for the name to count as a part of
     it: four to one, as `sure_enough`."""

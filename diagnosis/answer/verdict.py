@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.answer.options import VERDICT
-from diagnosis.answer.records import Finding, Fit, Verdict
+from diagnosis.answer.records import Alternative, Finding, Fit, Verdict
 from models.effects import VOCABULARY
 
 ALARM = VERDICT.alarm
@@ -80,6 +80,11 @@ def rather_unknown(finding: Finding) -> bool:
     others = [one.probability or 0.0 for one in finding.alternatives if one.effect == NAMELESS]
     least = VERDICT.outweighed * (finding.probability or 0.0)
     return finding.effect != NAMELESS and max(others, default=0.0) > least
+
+
+def as_well(other: Alternative) -> bool:
+    """Whether an alternative fits as well, so that its probability is only how usual it is."""
+    return abs(other.delta_chi2) < VERDICT.as_well
 
 
 def claimed(finding: Finding) -> bool:

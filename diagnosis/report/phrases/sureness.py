@@ -10,7 +10,7 @@ from diagnosis.answer.verdict import NAMELESS, rather_unknown, seen
 from diagnosis.report.phrases import words
 from diagnosis.report.phrases.fit_words import doubtful_floor
 from diagnosis.report.phrases.percent import CERTAIN, percent
-from diagnosis.report.phrases.rivals import rivals
+from diagnosis.report.phrases.rivals import by_usage, rivals
 
 BEYOND_DOUBT_P = 1e-6
 VERY_SURE_P = 1e-3
@@ -88,7 +88,7 @@ def evidence(finding: Finding) -> str:
         this = "something that no list has" if finding.effect == NAMELESS else "this"
         return (
             f"{THERE[word(p)]}; whether it is {this} ({percent(own)}) or {rivals(finding)}, this"
-            " recording cannot tell."
+            f" recording cannot tell{by_usage(finding)}."
         )
     cause = "no known effect is the cause" if finding.effect == NAMELESS else "this is the cause"
     said = f"{percent(own)} sure that {cause}"
