@@ -119,8 +119,13 @@ def rms_left(explanation: Explanation, rows: IntArray) -> float:
 
 
 def detection_limits(selected: Selected) -> list[SmallestDetectable]:
-    """Size of each absent effect that raises the alarm with 80 % power, from its covariance."""
+    """Size of each absent effect that raises the alarm with 80 % power, from its covariance.
+
+    It must gain what effects of the file may leave as well: so much is not held against a file.
+    """
     best, found = selected.best, []
+    charged = charge(selected.plant, selected.noise, best)
+    at_sigma = math.hypot(REGRESSION.found_at_sigma, math.sqrt(charged))
     for regressor in selected.plant.regressors:
         if regressor.key in best.keys or regressor.left_over or regressor.beside:
             continue
@@ -128,11 +133,12 @@ def detection_limits(selected: Selected) -> list[SmallestDetectable]:
         with_it = best.keys | {regressor.key}
         if not shown or len(regressor.sizes) > 0 or with_it not in selected.evidence:
             continue
-        more = selected.evidence(with_it)
+        beside = {one.key for one in selected.plant.regressors if one.key in regressor.apart_from}
+        more = selected.evidence(with_it | beside, [best])
         at = [i for i, name in enumerate(more.names) if name.startswith(f"{regressor.key}.")]
         if len(at) != 1:
             continue
-        spread = REGRESSION.found_at_sigma * float(np.sqrt(scaled_covariance(more)[at[0], at[0]]))
+        spread = at_sigma * float(np.sqrt(scaled_covariance(more, beside)[at[0], at[0]]))
         name = more.names[at[0]][len(regressor.key) + 1 :]
         size = abs(float(shown[0].of({name: np.asarray(spread)})) - shown[0].nothing)
         found.append(

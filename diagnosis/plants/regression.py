@@ -64,6 +64,9 @@ class Regressor:
     equivalents: tuple[Equivalent, ...] = ()
     beside: tuple[str, ...] = ()
     follows: tuple[str, ...] = ()
+    apart_from: tuple[str, ...] = ()
+    """Regressors that it must be told from to be seen as what it is: of a ratio the offset, which
+    shows as the same over a short stroke far from zero."""
     alone: bool = True
     """Whether it is tried with any other as a pair from the start."""
     saturated: bool = True
