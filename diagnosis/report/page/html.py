@@ -22,7 +22,7 @@ from diagnosis.report.page.cards import all_numbers, finding_cards
 from diagnosis.report.page.pictures import mismatch_sections
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.fit_words import doubtful_floor, fit_lines, fit_title
-from diagnosis.report.phrases.limit_words import smallest_text
+from diagnosis.report.phrases.limit_words import limit_name, limit_size
 from diagnosis.report.phrases.sizes import scale_of
 from diagnosis.report.sentences.finding_words import span_s
 from diagnosis.report.sentences.headline import headline
@@ -54,7 +54,7 @@ def report_html(diagnosis: Diagnosis, robot: RobotModel, ways: Ways = TERMINAL) 
         columns([machine_drawing(robot, diagnosis.findings), _improvement(diagnosis)]),
         *_findings(diagnosis, ways),
         *mismatch_sections(diagnosis, robot),
-        *_open_questions(diagnosis),
+        *_open_questions(diagnosis, robot),
         *_next(diagnosis),
         *_details(diagnosis),
     ]
@@ -108,7 +108,7 @@ def _findings(diagnosis: Diagnosis, ways: Ways) -> list[str]:
     return [heading("What is wrong"), *cards]
 
 
-def _open_questions(diagnosis: Diagnosis) -> list[str]:
+def _open_questions(diagnosis: Diagnosis, robot: RobotModel) -> list[str]:
     parts = [heading("What is left"), paragraph(unexplained_line(diagnosis) or "Nothing.")]
     if rest := diagnosis.not_testable:
         rows = [(words.effect(o.effect, o.component), words.spelled(o.why)) for o in rest]
@@ -125,19 +125,16 @@ def _open_questions(diagnosis: Diagnosis) -> list[str]:
             ),
             _folded(
                 f"{words.count(len(diagnosis.smallest_detectable), 'effect')} tested",
-                _smallest(diagnosis),
+                _smallest(diagnosis, robot),
                 ("effect", "size that four recordings of five show"),
             ),
         ]
     return parts
 
 
-def _smallest(diagnosis: Diagnosis) -> Iterable[tuple[str, str]]:
+def _smallest(diagnosis: Diagnosis, robot: RobotModel) -> Iterable[tuple[str, str]]:
     for one in diagnosis.smallest_detectable:
-        yield (
-            words.effect(one.effect, one.component),
-            smallest_text(one.value, one.unit, one.parameter),
-        )
+        yield limit_name(one.effect, [one.component], robot), limit_size(one, robot)
 
 
 def _next(diagnosis: Diagnosis) -> list[str]:

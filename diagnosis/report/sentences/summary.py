@@ -92,7 +92,7 @@ def _summary(
         yield "", left
     if untested := untested_line(diagnosis):
         yield "", untested
-    if faint := faintest_line(diagnosis):
+    if faint := faintest_line(diagnosis, robot):
         yield "", faint
     if following := experiment_line(diagnosis):
         yield "head", "What to do next"
