@@ -102,8 +102,8 @@ def test_a_limit_of_what_the_file_has_is_of_more_of_it(make: Any) -> None:
     axis = ServoAxis.model_validate(
         {
             "kind": "servo_axis", "name": "elbow", "motion": "rotary",
-            "effects": [{"effect": "joint_compliance", "component": "axis",
-                         "parameters": {"stiffness": 51.5}}],
+            "effects": ({"effect": "joint_compliance", "component": "axis",
+                         "parameters": {"stiffness": 51.5}},),
         }
     )  # fmt: skip
     least = SmallestDetectable(
