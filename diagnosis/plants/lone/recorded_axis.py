@@ -72,7 +72,11 @@ class RecordedAxis:
         refuse_still(self.commanded, "the command", source)
         refuse_still(self.readings.values[:, 0], self.name, source)
         refuse_other_units(
-            self.commanded, self.readings.values[:, 0], f"{self.name} and the command", source
+            self.commanded,
+            self.readings.values[:, 0],
+            (self.name, "the command"),
+            self.unit,
+            source,
         )
         self._commands = [
             Commands.of_angles(self.t_s[p], self.commanded[p, None], self.readings.fresh[p])
