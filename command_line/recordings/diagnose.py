@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -61,6 +62,8 @@ def diagnose_recordings(
         answer = diagnose(recordings, robot_file, holdout, written, show, read, thorough)
     notes.say_of(answer)
     ways = notes.ways(answer, recordings)
+    if save_robot is not None:
+        ways = replace(ways, keep="", describe="")
     if next_job is not None and answer.next_experiment is not None:
         write_job(answer.next_experiment, next_job, robot_file, CONFIG_FOLDER)
     if save_robot is not None:

@@ -20,6 +20,10 @@ class VerdictOptions:
     faint_rest: float = 0.05
     """Share of the mismatch that may be left although a test sees it: the model is said to explain
     the recording, and the answer names what is left."""
+    too_little: float = 0.01
+    """Share of the mismatch (without a finding, of what the file's measured effects do) below which
+    what is left calls for nothing: a tenth of the size that is explained, as drives and bearings
+    differ from their models."""
     grew: float = 1.01
     """Times the held-out mismatch before, from which on it grew. Both are of the same readings, so
     noise cancels; findings that do not come back (lost steps) move it by less than this."""
@@ -37,6 +41,9 @@ class VerdictOptions:
     sure_enough: float = 0.8
     """A finding less probable than this is written into the corrected robot file only when
     everything is asked for."""
+    as_well: float = 1.0
+    """Chi-square by which an alternative may be worse and still fit as well: what one size more or
+    less makes by chance."""
     outweighed: float = 4.0
     """Times as probable as a name that something unknown must be for the name to count as a part of
     it: four to one, as `sure_enough`."""

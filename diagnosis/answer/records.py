@@ -35,6 +35,8 @@ class Fit(Record):
     left_by_known_m: float = 0.0
     """What effects that the robot file has from earlier diagnoses may leave, as no drive or bearing
     is as simple as they describe it. It is part of the noise floor where no test sees the rest."""
+    done_by_known_m: float = 0.0
+    """Of a lone machine: how large what those effects do is, root mean square."""
     scatter_within_m: float | None = None
     """Of a lone machine: what readings scatter around their mean while it stays at one place."""
     left_correlation: float | None = None

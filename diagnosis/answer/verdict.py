@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.answer.options import VERDICT
-from diagnosis.answer.records import Finding, Fit, Verdict
+from diagnosis.answer.records import Alternative, Finding, Fit, Verdict
 from models.effects import VOCABULARY
 
 ALARM = VERDICT.alarm
@@ -46,6 +46,18 @@ def goes_on(fit: Fit) -> bool:
     return (fit.left_correlation or 0.0) >= VERDICT.goes_on
 
 
+def too_little(fit: Fit, share: float, found: bool) -> bool:
+    """Whether what is left is too little to act on.
+
+    share: of the mismatch, that nothing explains. found: whether there are findings; without any
+    all of the mismatch is left, which is held against what the file's measured effects do.
+    """
+    if found:
+        return share < VERDICT.too_little
+    left = fit.rms_after_m**2 - fit.noise_floor_m**2
+    return left < VERDICT.too_little * fit.done_by_known_m**2
+
+
 def much_goes_on(fit: Fit) -> bool:
     """Whether more than a faint rest of the mismatch is left and goes on between readings."""
     going_on = (fit.left_correlation or 0.0) * fit.rms_after_m**2
@@ -68,6 +80,11 @@ def rather_unknown(finding: Finding) -> bool:
     others = [one.probability or 0.0 for one in finding.alternatives if one.effect == NAMELESS]
     least = VERDICT.outweighed * (finding.probability or 0.0)
     return finding.effect != NAMELESS and max(others, default=0.0) > least
+
+
+def as_well(other: Alternative) -> bool:
+    """Whether an alternative fits as well, so that its probability is only how usual it is."""
+    return abs(other.delta_chi2) < VERDICT.as_well
 
 
 def claimed(finding: Finding) -> bool:

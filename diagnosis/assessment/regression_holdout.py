@@ -6,7 +6,7 @@ with all of the recording, and the answer says so.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -140,10 +140,14 @@ def beyond_noise(best: Explanation, blocks: Blocks) -> dict[str, float]:
     return found
 
 
-def scaled_covariance(explanation: Explanation) -> FloatArray:
-    """Covariance (p, p) of all sizes in SI units; the likelihood is tempered."""
+def scaled_covariance(explanation: Explanation, any_size: Collection[str] = ()) -> FloatArray:
+    """Covariance (p, p) of all sizes in SI units; the likelihood is tempered.
+
+    any_size: regressors whose sizes may be anything, where those of the others are as usual.
+    """
     tangent = explanation.tangent
-    bread = np.linalg.inv(np.eye(tangent.shape[1]) + tangent.T @ tangent)
+    usual = [float(name.partition(".")[0] not in any_size) for name in explanation.names]
+    bread = np.linalg.inv(np.diag(usual) + tangent.T @ tangent)
     widened: FloatArray = bread * np.outer(explanation.spreads, explanation.spreads)
     return widened
 

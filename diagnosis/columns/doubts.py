@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
+from diagnosis.columns.names import unit_said, without_unit
 from diagnosis.columns.options import GUESSES
 from diagnosis.columns.units import LINEAR, ROTARY
 from diagnosis.observations.readings import FloatArray
@@ -14,6 +16,9 @@ TURNS_RAD = 4.0 * np.pi
 """Joints seldom turn further; degrees read as rad always do."""
 LONG_STEP_S = 2.0
 """Whole steps of time from here on are more often ms or us."""
+RTDE = re.compile(r"(actual|target)_q(_?\d)?$")
+"""Joint angles in the logs of Universal Robots, whose interface gives them in rad."""
+RADIANS = {"rad", "rad/s"}
 ANGULAR = ("command", "position", "theta")
 
 
@@ -38,6 +43,38 @@ def doubt(name: str, column: str, unit: str, values: FloatArray) -> str:
                 f' --set "{name}={column}[deg]"'
             )
     return ""
+
+
+def of_radians(
+    name: str, column: str, unit: str, values: FloatArray, headings: Collection[str]
+) -> str:
+    """A sentence for angles (n,) read in degrees in a table of radians; empty where there is none.
+
+    headings: of all the table's columns.
+    """
+    known = values[np.isfinite(values)]
+    if unit != "deg" or name.split("_")[0] not in ANGULAR or not len(known):
+        return ""
+    farthest = float(np.max(np.abs(known)))
+    if unit_said(column, name) is not None or farthest > TURNS_RAD:
+        return ""
+    if RTDE.match(column):
+        why = "logs of RTDE are in rad"
+    elif others := [one for one in headings if _says_radians(one) and one != column]:
+        why = f"the heading '{others[0]}' says rad"
+    elif np.ptp(known) > GUESSES.narrowest_deg:
+        return ""
+    else:
+        why = "few machines move so little"
+    return (
+        f"{name} was read in degrees and stays within {farthest:.3g}, and {why}; if it is in rad,"
+        f' --set "{name}={without_unit(column)}[rad]"'
+    )
+
+
+def _says_radians(heading: str) -> bool:
+    """Whether the unit of a heading is made of radians."""
+    return {unit_said(heading, "position"), unit_said(heading, "velocity")} & RADIANS != set()
 
 
 def turns(angle_rad: float) -> str:

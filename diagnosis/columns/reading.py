@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from diagnosis.columns.doubts import doubt, of_counts
+from diagnosis.columns.doubts import doubt, of_counts, of_radians
 from diagnosis.columns.mapping import Mapping, Source
 from diagnosis.columns.missing import no_column, no_time, other_separator
 from diagnosis.columns.names import Guess, unit_said, without_unit
@@ -52,6 +52,8 @@ def read_mapped(
             if why := of_counts(name, column, unit, table[column]):
                 raise RecordingError(f"{path}: {why}")
             if why := doubt(name, column, unit, table[column]):
+                tell(f"{path.name}: {why}")
+            if why := of_radians(name, column, unit, table[column], table):
                 tell(f"{path.name}: {why}")
         factor = source.scale * IN_SI[unit]
         named[name] = table[column] * factor + source.offset

@@ -13,7 +13,14 @@ from foundation.errors import RecordingError
 from recording.tables.flat import GAP_PERIODS, FlatRecording
 
 TOO_LARGE: tuple[tuple[float, str], ...] = (
-    *((1.0 / IN_SI[unit], f"give its unit: velocity=COLUMN[{unit}]") for unit in ("deg/s", "mm/s")),
+    *(
+        (
+            1.0 / IN_SI[f"{small}/s"],
+            f"give its unit: velocity=COLUMN[{small}/s]; or is the position in {large}, and not in"
+            f" {small}: position=COLUMN[{large}]?",
+        )
+        for small, large in (("deg", "rad"), ("mm", "m"))
+    ),
     (IN_SI["deg"], "is it the position that is in degrees: position=COLUMN[deg]?"),
     (IN_SI["mm"], "is it the position that is in mm: position=COLUMN[mm]?"),
     (1.0 / IN_SI["rpm"], "give its unit: velocity=COLUMN[rpm]"),

@@ -9,6 +9,7 @@ import numpy as np
 from diagnosis.observations.options import OBSERVATIONS
 from diagnosis.observations.readings import FloatArray
 from foundation.errors import MissingColumns, RecordingError
+from models.effects.lone_axis import said
 from models.robot import RobotModel, ServoAxis
 from recording.tables.flat import FlatRecording
 
@@ -98,14 +99,20 @@ def travel(values: FloatArray) -> float:
     return float(np.nanquantile(values, high) - np.nanquantile(values, low))
 
 
-def refuse_other_units(asked: FloatArray, seen: FloatArray, names: str, source: str) -> None:
-    """Motions that differ by a factor of fifty and more are units, not physics."""
+def refuse_other_units(
+    asked: FloatArray, seen: FloatArray, names: tuple[str, str], unit: str, source: str
+) -> None:
+    """Motions that differ by a factor of fifty and more are units, not physics.
+
+    names: of what was seen and asked, both in `unit`.
+    """
     wide, told = travel(asked), travel(seen)
     if wide <= 0.0 or told <= 0.0:
         return
     ratio = max(told, wide) / min(told, wide)
     if ratio > OBSERVATIONS.largest_ratio:
         raise RecordingError(
-            f"{source}: {names} move by {told:.3g} and {wide:.3g}, one {ratio:.3g} times as far as"
-            " the other; are the units (rad, m, microsteps) or the robot file another machine's?"
+            f"{source}: {names[0]} moves by {said(told, unit)} and {names[1]} by"
+            f" {said(wide, unit)}, a ratio of {ratio:.3g};"
+            " are the units (rad, m, microsteps) or the robot file another machine's?"
         )

@@ -55,6 +55,7 @@ def fit_of(
         holdout_rms_before_m=before,
         holdout_rms_after_m=after,
         unit=selected.plant.unit,
+        done_by_known_m=_done_by_known(selected),
         scatter_within_m=_within(selected),
         holdout="run" if others else "blocks",
     )
@@ -70,6 +71,12 @@ def left_by_known(selected: Selected, fit: Fit, excused: bool) -> float:
     parts = [share * np.mean(alone[rows] ** 2) for share, alone in selected.plant.left_by_known]
     above = fit.rms_after_m**2 - fit.noise_floor_m**2 if excused else 0.0
     return math.sqrt(max(sum(map(float, parts)), above))
+
+
+def _done_by_known(selected: Selected) -> float:
+    """How large what effects of the file do is, root mean square over the rows that count."""
+    done = selected.plant.done_by_known
+    return 0.0 if done is None else float(np.sqrt(np.mean(done[selected.noise.rows] ** 2)))
 
 
 def _within(selected: Selected) -> float | None:
@@ -112,8 +119,13 @@ def rms_left(explanation: Explanation, rows: IntArray) -> float:
 
 
 def detection_limits(selected: Selected) -> list[SmallestDetectable]:
-    """Size of each absent effect that raises the alarm with 80 % power, from its covariance."""
+    """Size of each absent effect that raises the alarm with 80 % power, from its covariance.
+
+    It must gain what effects of the file may leave as well: so much is not held against a file.
+    """
     best, found = selected.best, []
+    charged = charge(selected.plant, selected.noise, best)
+    at_sigma = math.hypot(REGRESSION.found_at_sigma, math.sqrt(charged))
     for regressor in selected.plant.regressors:
         if regressor.key in best.keys or regressor.left_over or regressor.beside:
             continue
@@ -121,11 +133,12 @@ def detection_limits(selected: Selected) -> list[SmallestDetectable]:
         with_it = best.keys | {regressor.key}
         if not shown or len(regressor.sizes) > 0 or with_it not in selected.evidence:
             continue
-        more = selected.evidence(with_it)
+        beside = {one.key for one in selected.plant.regressors if one.key in regressor.apart_from}
+        more = selected.evidence(with_it | beside, [best])
         at = [i for i, name in enumerate(more.names) if name.startswith(f"{regressor.key}.")]
         if len(at) != 1:
             continue
-        spread = REGRESSION.found_at_sigma * float(np.sqrt(scaled_covariance(more)[at[0], at[0]]))
+        spread = at_sigma * float(np.sqrt(scaled_covariance(more, beside)[at[0], at[0]]))
         name = more.names[at[0]][len(regressor.key) + 1 :]
         size = abs(float(shown[0].of({name: np.asarray(spread)})) - shown[0].nothing)
         found.append(

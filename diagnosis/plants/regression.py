@@ -64,6 +64,9 @@ class Regressor:
     equivalents: tuple[Equivalent, ...] = ()
     beside: tuple[str, ...] = ()
     follows: tuple[str, ...] = ()
+    apart_from: tuple[str, ...] = ()
+    """Regressors that it must be told from to be seen as what it is: of a ratio the offset, which
+    shows as the same over a short stroke far from zero."""
     alone: bool = True
     """Whether it is tried with any other as a pair from the start."""
     saturated: bool = True
@@ -144,6 +147,8 @@ class RegressionPlant(Protocol):
     left_by_known: Sequence[tuple[float, FloatArray]]
     """Of each effect that the robot file has from an earlier diagnosis the share of its power that
     it may leave, and what it does (n,)."""
+    done_by_known: FloatArray | None
+    """What all of them do (n,); None where the file has none."""
     drawn_on: FloatArray
     """(n,) what drawings add to `observed` and to every prediction of it."""
 

@@ -73,6 +73,7 @@ class KeepsBeside:
     groups: IntArray
     kinds: IntArray
     left_by_known: Sequence[tuple[float, FloatArray]] = ()
+    done_by_known: FloatArray | None = None
 
     @property
     def stays(self) -> IntArray:

@@ -34,6 +34,8 @@ class Question:
     most: float = math.inf
     too_small: Callable[[float], str] | None = None
     """What is said of a number below `least`, where more than that can be said."""
+    guessed: bool = False
+    """Whether the default is only what is most often met: it is said with what is missing."""
     unless: tuple[tuple[str, str], ...] = ()
     """Keys and answers of other questions, each of which leaves nothing to ask here: the default
     is taken, or where there is none, nothing is said of it."""
@@ -78,6 +80,7 @@ MICROSTEPS = Question(
     "1600",
     least=LEAST_PULSES,
     too_small=too_few_pulses,
+    guessed=True,
 )
 GEAR = Question(
     "gear_ratio",
@@ -212,7 +215,8 @@ def gather(
 
     Raises ConfigError naming all that cannot be taken, or is missing where nobody can be asked.
     """
-    answers, missing, wrong = Answers(), [], list[str]()
+    answers, missing, wrong = Answers(), list[str](), list[str]()
+    guessed: list[str] = []
     for question in questions:
         if question.key in given:
             answers[question.key] = given[question.key]
@@ -225,10 +229,13 @@ def gather(
             answers[question.key] = ask(question)
         elif question.default is not None:
             answers[question.key] = question.default
+            if question.guessed:
+                why = f"without it {question.default} would be assumed"
+                guessed.append(f"{question.option} is missing ({why}): {question.text}")
         else:
-            missing.append(question)
-    if missing or wrong:  # all of them at once
-        raise ConfigError(*wrong, *(f"{one.option} is missing: {one.text}" for one in missing))
+            missing.append(f"{question.option} is missing: {question.text}")
+    if missing or wrong:  # all of them at once, and what else should be said
+        raise ConfigError(*wrong, *missing, *(guessed if missing else ()))
     return answers
 
 

@@ -61,6 +61,17 @@ def test_a_reading_that_moves_before_its_command_is_refused(rigs: ModuleType, se
         diagnose_axis(FOLLOWS, [recording])
 
 
+def test_motions_that_do_not_fit_are_told_with_their_units(rigs: ModuleType) -> None:
+    """0.0126 and 3.26, of columns in degrees and counts."""
+    rec = rigs.FollowingRig().record(1, span_s=20.0)
+    small = {**rec.columns, "position": 1e-3 * rec.columns["position"]}
+    with pytest.raises(RecordingError, match="another machine's") as caught:
+        diagnose_axis(FOLLOWS, [from_columns({"t": rec.t_s, **small}, "x")])
+    assert "position moves by 0.0" in str(caught.value)
+    assert "degrees" in str(caught.value).split(" and the command by ")[1]
+    assert "a ratio of " in str(caught.value)
+
+
 def test_milliseconds_are_refused() -> None:
     recording = from_columns({"t": 1e3 * T_S, "command": WAVE, "position": WAVE}, "ms.csv")
     with pytest.raises(RecordingError, match="in seconds"):

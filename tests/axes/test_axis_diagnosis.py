@@ -40,6 +40,18 @@ def check_size(answer: Diagnosis, effect: str, parameter: str, truth: float) -> 
     assert half < 0.5 * abs(truth)
 
 
+def test_the_limit_of_a_ratio_is_that_over_the_stroke(rigs: ModuleType) -> None:
+    """Far from zero a ratio looks like an offset, of which its limit was the limit told again."""
+    recording = rigs.FollowingRig().record(1, span_s=20.0)
+    far = {name: values + 20.0 for name, values in recording.columns.items()}
+    limits = [
+        {one.effect: one.value for one in diagnose_axis(FOLLOWS, [read]).smallest_detectable}
+        for read in (recording, from_columns({"t": recording.t_s, **far}, "far"))
+    ]
+    near, away = (one["gear_ratio"] for one in limits)
+    assert away == pytest.approx(near, rel=0.2)
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize(
     ("robot", "rig", "setup", "names"),

@@ -39,6 +39,7 @@ def test_a_slides_file_says_offset_and_leaves_an_even_tie_out(
     words = ("diagnose", "slide.csv", "--robot", "slide.yaml", "--save-robot", "new.yaml")
     said = " ".join(deltactl(*words).stdout.split())
     assert "robot file: new.yaml, with 2 of 3 findings" in said
+    assert "once more with --save-robot" not in said, "it was just given"
     assert "well supported (above 99 %): a wrong home position of the axis" in said
     assert "left out (--all writes it too): only" in said
     assert "to check, repeat the motion with a weight" in said

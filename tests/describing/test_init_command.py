@@ -68,6 +68,7 @@ def test_all_that_is_missing_is_said_at_once(deltactl: Deltactl) -> None:
     said = refused.stderr.splitlines()
     assert [line.split()[1] for line in said] == [
         "--base-radius-mm", "--platform-radius-mm", "--upper-arm-mm", "--forearm-mm",
+        "--microsteps-per-rev",
     ]  # fmt: skip
 
 

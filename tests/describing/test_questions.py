@@ -119,6 +119,15 @@ def test_all_options_that_cannot_be_taken_are_told_with_those_that_are_missing()
     assert all("is missing" in one for one in missing)
 
 
+def test_what_would_be_guessed_is_said_with_what_is_missing() -> None:
+    """A stepper axis without its pulses per turn was asked for its gear only, and had 1600."""
+    with pytest.raises(ConfigError) as raised:
+        gather(QUESTIONS["stepper_axis"], {"name": "drum"}, None)
+    assert "--gear-ratio is missing" in str(raised.value)
+    assert "--microsteps-per-rev is missing (without it 1600 would be assumed)" in str(raised.value)
+    assert gather(QUESTIONS["stepper_axis"], {"name": "drum", "gear_ratio": "3"}, None)
+
+
 @pytest.mark.parametrize(
     ("recorded", "asked"),
     [

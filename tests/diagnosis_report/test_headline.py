@@ -8,11 +8,8 @@ from typing import Any
 import pytest
 
 from diagnosis.answer.records import Evidence, Fit, Unexplained
-from diagnosis.report.sentences.headline import NOT_TOLD, headline
-from diagnosis.report.sentences.summary import (
-    SO_LITTLE,
-    plain_lines,
-)
+from diagnosis.report.sentences.headline import SO_LITTLE, headline
+from diagnosis.report.sentences.summary import plain_lines
 
 VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")
 NAN = math.nan
@@ -58,6 +55,17 @@ def test_many_findings_are_counted_in_the_headline(make: Any, parts: Any) -> Non
     assert len(numbered) == 12
 
 
+def test_both_frictions_of_an_axis_are_one_phrase(make: Any, parts: Any) -> None:
+    dry, viscous = (
+        parts["backlash"](effect=effect, component="axis", probability=0.999, alternatives=[])
+        for effect in ("joint_friction", "viscous_friction")
+    )
+    says = headline(make("explained", findings=[dry, viscous]))
+    assert says == "The mismatch is explained by dry and viscous friction in the axis."
+    alone = headline(make("explained", findings=[viscous]))
+    assert alone == "The mismatch is explained by viscous friction in the axis."
+
+
 def test_so_little_that_it_calls_for_nothing(make: Any) -> None:
     rest = Unexplained(share_of_mismatch=0.004, p=1e-9, depends_on=["pos_z"])
     assert SO_LITTLE in "\n".join(plain_lines(make("explained", unexplained=rest)))
@@ -67,8 +75,38 @@ def test_so_little_that_it_calls_for_nothing(make: Any) -> None:
 
 def test_more_than_noise_that_nothing_names_is_not_called_improbable(make: Any) -> None:
     faint = make("unexplained", findings=[], false_alarm_p=0.6, probability_nothing_missing=0.995)
-    assert headline(faint) == NOT_TOLD
+    assert headline(faint).startswith("No known effect is missing (above 99 % sure). A rest of ")
+    assert "a longer recording" in headline(faint)
     assert "below 1 %" not in headline(faint)
+
+
+def test_a_rest_that_no_test_sees_is_told_by_one_verdict(make: Any) -> None:
+    """More than noise, too faint to say, and noise alone would look like this: of one recording."""
+    figures = {"rms_before_m": 0.094, "rms_after_m": 0.094, "noise_floor_m": 0.072}
+    fit = make("unexplained").fit.model_copy(update=figures)
+    changes = {
+        "findings": [], "false_alarm_p": 1.0, "probability_nothing_missing": 0.99,
+        "unexplained": Unexplained(share_of_mismatch=1.0, p=1.0),
+    }  # fmt: skip
+    for done_m, little in ((4.0, True), (0.1, False), (0.0, False)):
+        known = fit.model_copy(update={"done_by_known_m": done_m})
+        answer = make("unexplained", fit=known, **changes)
+        text = " ".join(plain_lines(answer))
+        assert headline(answer).startswith("No known effect is missing (99 % sure).")
+        assert "noise alone would look like this" not in text
+        assert (SO_LITTLE in headline(answer)) == little
+        assert ("a longer recording" in text) == (not little)
+        assert ("under 1 % of what the effects in the robot file explain" in text) == little
+
+
+def test_how_sure_it_is_that_nothing_is_missing_is_said_once(make: Any) -> None:
+    answer = make(
+        "nothing_missing", findings=[], false_alarm_p=1.0, probability_nothing_missing=0.67
+    )
+    text = " ".join(plain_lines(answer))
+    assert text.count("67 % sure") == 1
+    assert "nearly all recordings" not in text
+    assert "A longer recording would tell more surely." in text
 
 
 @pytest.mark.parametrize(

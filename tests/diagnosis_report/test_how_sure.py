@@ -42,6 +42,22 @@ def test_what_is_settled_has_no_rival_in_the_headline(
     assert alternatives_line(one).startswith("" if open_ else "Far less probable: ")
 
 
+def test_what_fits_as_well_is_rarer_and_not_denied_by_the_readings() -> None:
+    """98 % that are what is usual, and beside them: far less probable, fits as well."""
+    ratio = Alternative(effect="gear_ratio", component="axis", delta_chi2=0.0, probability=0.02)
+    late = ratio.model_copy(update={"effect": "sensor_latency", "delta_chi2": 9.0})
+    settled = _finding(1e-9, 0.96).model_copy(update={"alternatives": [ratio, late]})
+    said = alternatives_line(settled)
+    assert "of the axis would fit these readings as well, but is rarer (2 %)." in said
+    assert said.endswith("Far less probable: readings that come late (2 %).")
+    alone = settled.model_copy(update={"alternatives": [ratio]})
+    assert "Far less" not in alternatives_line(alone)
+    tied = settled.model_copy(update={"alternatives": [ratio], "probability": 0.8})
+    assert evidence(tied).endswith(": both fit it as well, and the shares only say how usual each"
+                                   " is.")  # fmt: skip
+    assert "usual" not in evidence(tied.model_copy(update={"alternatives": [late]}))
+
+
 def _friction(own: float, *others: float) -> Finding:
     rivals = [
         Alternative(effect=effect, component="axis", delta_chi2=2.0, probability=probability)

@@ -17,6 +17,7 @@ from diagnosis.report.phrases.words import EFFECTS
 from diagnosis.report.sentences.summary import (
     plain_lines,
 )
+from models.robot import ServoAxis
 
 VERDICTS = ("nothing_missing", "explained", "partly_explained", "unexplained")
 NAN = math.nan
@@ -94,3 +95,22 @@ def test_a_limit_of_a_scale_is_held_against_what_was_found_of_it(
     answer = make("explained", smallest_detectable=[least], findings=[ratio])
     text = "\n".join(plain_lines(answer))
     assert ("(0.30 % off what the robot file says)" in text) == told
+
+
+def test_a_limit_of_what_the_file_has_is_of_more_of_it(make: Any) -> None:
+    """Softer than 69 N m/rad, of an axis that the robot file gives 51.5."""
+    axis = ServoAxis.model_validate(
+        {
+            "kind": "servo_axis", "name": "elbow", "motion": "rotary",
+            "effects": ({"effect": "joint_compliance", "component": "axis",
+                         "parameters": {"stiffness": 51.5}},),
+        }
+    )  # fmt: skip
+    least = SmallestDetectable(
+        effect="joint_compliance", component="axis", parameter="stiffness", value=69.0,
+        unit="N m/rad",
+    )  # fmt: skip
+    answer = make("nothing_missing", findings=[], smallest_detectable=[least])
+    text = "\n".join(plain_lines(answer, axis))
+    assert "further yielding of the axis under load (as a second spring softer than 69 N" in text
+    assert "parts of the axis that yield under load (softer than" in "\n".join(plain_lines(answer))

@@ -105,6 +105,10 @@ def test_a_lone_machine_is_told_once_how_what_stays_is_made_known(make: Any) -> 
     lines = remedies(make("explained", findings=both), SERVO)
     assert sum("--save-robot" in line for line in lines) == 1
     assert lines[-1] == TERMINAL.keep.format(all="")
+    play = remedies(
+        make("explained", findings=[found("gear_backlash", "axis", 0.01, "rad")]), SERVO
+    )
+    assert play[-1] == TERMINAL.keep.format(all=""), "a robot file holds play too"
 
 
 def test_what_looks_the_same_is_to_be_ruled_out_first() -> None:

@@ -116,7 +116,7 @@ def test_a_likely_cause_of_a_lone_axis_is_not_said_to_be_corrected_whatever_it_i
     (line,) = support(answer, False)
     assert line.startswith("- 82 % sure: a drive of the axis that follows late, which may be")
     (todo, *_) = remedies(answer)
-    assert "this is 82 % sure: friction that grows with speed in the axis would look" in todo
+    assert "this is 82 % sure: viscous friction in the axis would look" in todo
     assert "rule out" not in todo
 
 

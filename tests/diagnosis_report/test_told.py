@@ -73,12 +73,26 @@ def test_what_goes_on_is_called_no_noise_of_a_sensor(make: Any, verdict: str) ->
         return " ".join([answer.unexplained.says, *fit_lines(answer)])
 
     slow, quick = says(0.92), says(0.5)
-    assert "it stays much the same for about 110 ms at a time (readings are 10 ms apart)" in slow
+    assert (
+        "it stays much the same for about 110 ms at a time (one reading every 10 ms was used)"
+        in slow
+    )
     assert "the noise alone" not in slow
     assert "correlation" not in quick
     assert "the noise alone is 2.10 mm" in quick
     assert IS_NOISE in quick
     assert IS_NOISE not in slow
+
+
+def test_what_known_effects_leave_is_said_in_one_piece(make: Any) -> None:
+    """It was no noise of a sensor, and cannot be told from noise, and no more than may be left."""
+    figures = {"left_correlation": 0.98, "left_apart_s": 0.16, "left_lasts_s": 2.1}
+    fit = make("explained").fit.model_copy(update={**figures, "left_by_known_m": 0.01})
+    rest = Unexplained(share_of_mismatch=0.0, p=1.0)
+    answer = told(make("nothing_missing", findings=[], fit=fit, unexplained=rest))
+    text = " ".join([answer.unexplained.says, *fit_lines(answer)])
+    assert "goes on for about 2.1 s at a time. That is what the effects in the robot file" in text
+    assert "noise" not in text
 
 
 def test_sentences_that_are_there_stay(make: Any) -> None:

@@ -122,6 +122,28 @@ def test_whole_degrees_of_a_joint_and_degrees_over_turns_are_read(
     assert told == []
 
 
+@pytest.mark.parametrize(
+    ("heading", "column", "says"),
+    [
+        ("timestamp,actual_q_5,actual_qd_5", "actual_q_5", "logs of RTDE are in rad"),
+        ("t,q,w [rad/s]", "q", "the heading 'w [rad/s]' says rad"),
+        ("t,q,w", "q", ""),
+        ("t,q [deg],w [rad/s]", "q", ""),
+    ],
+)
+def test_degrees_in_a_table_of_radians_are_doubted(
+    tmp_path: Path, heading: str, column: str, says: str
+) -> None:
+    """Of a wrist's log in rad, read in degrees, nothing was doubted, and nonsense answered."""
+    path = write(tmp_path / "a.csv", heading, T_S, 1.5 * WAVE, WAVE)
+    told: list[str] = []
+    sets = [f"t={heading.split(',')[0]}", f"position={column}[deg]"]
+    read_mapped(path, load_mapping(None, sets), told.append)
+    assert [says in one and f'"position={column}[rad]"' in one for one in told] == [True] * bool(
+        says
+    )
+
+
 def test_radians_over_many_turns_are_told_by_reading_and_by_the_answer(tmp_path: Path) -> None:
     path = write(tmp_path / "a.csv", "t,q,soll", T_S, 70.0 * WAVE, 70.0 * WAVE)
     told: list[str] = []

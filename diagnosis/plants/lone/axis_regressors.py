@@ -57,6 +57,7 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
             "gear_ratio",
             ODDS.ratio_of_stepper if stepper else ODDS.ratio_of_servo,
             equivalents=tuple(of_ratio),
+            apart_from=("offset",),
         ),
         Regressor("lag", "following_lag", ODDS.everyday, sizes=lag, equivalents=late),
     ]

@@ -95,13 +95,20 @@ class ForcedAxis(LeftOver):
         )
         at_rest = np.abs(motion.velocity) <= self._slow
         effort = self.force / robot.effort_gain
-        left = EffortChain(robot).force(
-            Driven(
-                self.t_s, self.readings.fresh, effort, self.position, motion.velocity, at_rest,
-                load,
-            )
-        )  # fmt: skip
+        driven = Driven(
+            self.t_s, self.readings.fresh, effort, self.position, motion.velocity, at_rest, load
+        )
         self.pulled = motion.low_passed(load + gravity_pull(robot.gravity, self.position))
+        left = self._left(robot, driven)
+        stated = tuple(one for one in robot.effects if one.found is None)
+        if len(stated) < len(robot.effects):
+            bare = robot.model_copy(update={"effects": stated})
+            self.done_by_known = self._left(bare, driven) - left
+        return left
+
+    def _left(self, robot: ServoAxis, driven: Driven) -> FloatArray:
+        """Effort that the motion does not need, low-passed, (n,)."""
+        left, motion = EffortChain(robot).force(driven), self.motion
         return motion.low_passed(left.force) - left.inertia * motion.acceleration
 
     @property

@@ -59,7 +59,11 @@ class RangeSensorPlant(LeftOver):
         )
         refuse_still(self.observed[self.valid], "range", source)
         refuse_other_units(
-            self.distance[self.valid], self.observed[self.valid], "range and distance", source
+            self.distance[self.valid],
+            self.observed[self.valid],
+            ("range", "distance"),
+            "m",
+            source,
         )
         self.rows: IntArray = np.flatnonzero(self.valid)
         self.groups = self._places()

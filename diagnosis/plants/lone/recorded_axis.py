@@ -50,6 +50,8 @@ SETTLED_S = COMMANDED_AXIS.settling_lags * COMMANDED_AXIS.lag_spread_s
 class RecordedAxis:
     """Readings (n,) of an axis, its command, its nominal prediction, and which rows count."""
 
+    done_by_known: FloatArray | None = None
+
     def __init__(self, robot: StepperAxis | ServoAxis, recordings: Sequence[FlatRecording]):
         self.robot = robot
         servo = isinstance(robot, ServoAxis)
@@ -70,7 +72,11 @@ class RecordedAxis:
         refuse_still(self.commanded, "the command", source)
         refuse_still(self.readings.values[:, 0], self.name, source)
         refuse_other_units(
-            self.commanded, self.readings.values[:, 0], f"{self.name} and the command", source
+            self.commanded,
+            self.readings.values[:, 0],
+            (self.name, "the command"),
+            self.unit,
+            source,
         )
         self._commands = [
             Commands.of_angles(self.t_s[p], self.commanded[p, None], self.readings.fresh[p])
@@ -88,17 +94,20 @@ class RecordedAxis:
     def _foretell(self) -> None:
         """By the robot file (n,), and what its effects may leave; each recording for itself."""
         constant = self.robot.zero != "absolute"
-        nominal, left = [], []
+        nominal, left, bare = [], [], []
         for commands, part in zip(self._commands, self.parts, strict=True):
             foretold = self._by_effects(commands, self.pull[part, None])
             known = begun(self.robot.effects, foretold, self.readings.values[part, 0], constant)
             nominal.append(foretold(known))
             left.append(may_leave(known, nominal[-1], foretold, constant))
+            bare.append(foretold([one for one in known if one.found is None]))
         self.nominal = np.concatenate(nominal)
         self.left_by_known: Sequence[tuple[float, FloatArray]] = [
             (parts[0][0], np.concatenate([alone for _, alone in parts]))
             for parts in zip(*left, strict=True)
         ]
+        if self.left_by_known:
+            self.done_by_known = self.nominal - np.concatenate(bare)
 
     def _by_effects(self, commands: Commands, pull: FloatArray) -> Foretold:
         chain = self._chain

@@ -7,15 +7,17 @@ import math
 from collections.abc import Iterable, Sequence
 
 from diagnosis.answer.records import Alternative, Diagnosis, Finding, ParameterResult
+from diagnosis.answer.verdict import as_well
 from diagnosis.report.drawing.machine import badge
 from diagnosis.report.drawing.scene import hue
 from diagnosis.report.page.bars import interval_bar
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.percent import percent
-from diagnosis.report.phrases.rivals import exclusive
+from diagnosis.report.phrases.rivals import as_well_line, exclusive
 from diagnosis.report.phrases.sizes import Size, departure, number, scale_of
 from diagnosis.report.phrases.sureness import in_chi_square
 from diagnosis.report.sentences.finding_words import (
+    FAR_LESS,
     alternatives_line,
     divided,
     finding_title,
@@ -110,15 +112,19 @@ def _alternatives(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
     """What else it may be: how much worse each fits, its probability standing under How sure."""
     if not finding.alternatives:
         return _text(alternatives_line(finding))
-    apart = exclusive(finding)
+    apart, settled = exclusive(finding), sureness.settled(finding)
+    listed = [one for one in finding.alternatives if not (settled and as_well(one))]
     rows = "".join(
         f"<li>{html.escape(words.rival(finding.effect, one.effect, one.component))}"
         f"{_worse(one, apart)}</li>"
-        for one in finding.alternatives
+        for one in listed
     )
     told = ""
-    if sureness.settled(finding):
-        told = "Far less probable:"
+    if settled:
+        same = _text(as_well_line(finding))
+        if not listed:
+            return f"{same} {_text(_told_apart(finding, diagnosis, ways))}".strip()
+        told = f"{same} {FAR_LESS}".strip()
     elif alternatives_line(finding):
         told = "This recording cannot tell it from"
     return f"{told}<ul>{rows}</ul>{_text(_told_apart(finding, diagnosis, ways))}"
@@ -129,13 +135,11 @@ def _worse(other: Alternative, apart: bool) -> str:
     known = other.probability is not None and apart
     notes = [percent(other.probability or 0.0)] if known else []
     if math.isfinite(other.delta_chi2):
-        notes.append(f"fits {_than(other.delta_chi2)}")
+        notes.append("fits as well" if as_well(other) else f"fits {_than(other.delta_chi2)}")
     return f' <span class="note">({"; ".join(notes)})</span>' if notes else ""
 
 
 def _than(delta_chi2: float) -> str:
-    if abs(delta_chi2) < 1.0:
-        return "as well"
     size = number(abs(delta_chi2), 1)
     which = "worse" if delta_chi2 >= 0.0 else "better"
     return f"{size} {which} in {sureness.CHI_SQUARE}"

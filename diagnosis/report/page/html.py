@@ -21,8 +21,8 @@ from diagnosis.report.page.bars import Pair, pair_bars
 from diagnosis.report.page.cards import all_numbers, finding_cards
 from diagnosis.report.page.pictures import mismatch_sections
 from diagnosis.report.phrases import sureness, words
-from diagnosis.report.phrases.fit_words import fit_lines, fit_title
-from diagnosis.report.phrases.limit_words import smallest_text
+from diagnosis.report.phrases.fit_words import doubtful_floor, fit_lines, fit_title
+from diagnosis.report.phrases.limit_words import limit_name, limit_size
 from diagnosis.report.phrases.sizes import scale_of
 from diagnosis.report.sentences.finding_words import span_s
 from diagnosis.report.sentences.headline import headline
@@ -54,7 +54,7 @@ def report_html(diagnosis: Diagnosis, robot: RobotModel, ways: Ways = TERMINAL) 
         columns([machine_drawing(robot, diagnosis.findings), _improvement(diagnosis)]),
         *_findings(diagnosis, ways),
         *mismatch_sections(diagnosis, robot),
-        *_open_questions(diagnosis),
+        *_open_questions(diagnosis, robot),
         *_next(diagnosis),
         *_details(diagnosis),
     ]
@@ -68,7 +68,7 @@ def _style() -> str:
 
 
 def _verdict(diagnosis: Diagnosis, robot: RobotModel, ways: Ways) -> str:
-    lines = [sureness.false_alarm(diagnosis), *remarks(diagnosis, ways)]
+    lines = [line for line in (sureness.false_alarm(diagnosis), *remarks(diagnosis, ways)) if line]
     do = "".join(f"<li>{html.escape(line)}</li>" for line in remedies(diagnosis, robot, ways))
     body = paragraph(headline(diagnosis))
     body += "".join(paragraph(f"Look at this first: {line}") for line in diagnosis.doubts)
@@ -88,13 +88,13 @@ def _improvement(diagnosis: Diagnosis) -> str:
             (held, fit.holdout_rms_before_m, fit.holdout_rms_after_m),
         )
     ]
-    bars = pair_bars(fit_title(diagnosis), pairs, scale(fit.noise_floor_m), scale.unit)
-    about = (
-        "Root mean square of measured minus predicted. Below the noise floor the tests see nothing "
-        "more; no size was fitted to held-out data."
-        if diagnosis.findings
-        else "Root mean square of measured minus predicted."
-    )
+    floor = math.nan if doubtful_floor(fit) else scale(fit.noise_floor_m)
+    bars = pair_bars(fit_title(diagnosis), pairs, floor, scale.unit)
+    about = "Root mean square of measured minus predicted."
+    if diagnosis.findings:
+        below = "Below the noise floor the tests see nothing more; no"
+        start = below if math.isfinite(floor) else "No"
+        about += f" {start} size was fitted to held-out data."
     lines = "".join(paragraph(line) for line in fit_lines(diagnosis))
     return f"{bars}{lines}{paragraph(about, 'note')}"
 
@@ -108,7 +108,7 @@ def _findings(diagnosis: Diagnosis, ways: Ways) -> list[str]:
     return [heading("What is wrong"), *cards]
 
 
-def _open_questions(diagnosis: Diagnosis) -> list[str]:
+def _open_questions(diagnosis: Diagnosis, robot: RobotModel) -> list[str]:
     parts = [heading("What is left"), paragraph(unexplained_line(diagnosis) or "Nothing.")]
     if rest := diagnosis.not_testable:
         rows = [(words.effect(o.effect, o.component), words.spelled(o.why)) for o in rest]
@@ -125,19 +125,16 @@ def _open_questions(diagnosis: Diagnosis) -> list[str]:
             ),
             _folded(
                 f"{words.count(len(diagnosis.smallest_detectable), 'effect')} tested",
-                _smallest(diagnosis),
+                _smallest(diagnosis, robot),
                 ("effect", "size that four recordings of five show"),
             ),
         ]
     return parts
 
 
-def _smallest(diagnosis: Diagnosis) -> Iterable[tuple[str, str]]:
+def _smallest(diagnosis: Diagnosis, robot: RobotModel) -> Iterable[tuple[str, str]]:
     for one in diagnosis.smallest_detectable:
-        yield (
-            words.effect(one.effect, one.component),
-            smallest_text(one.value, one.unit, one.parameter),
-        )
+        yield limit_name(one.effect, [one.component], robot), limit_size(one, robot)
 
 
 def _next(diagnosis: Diagnosis) -> list[str]:

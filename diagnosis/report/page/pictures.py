@@ -27,6 +27,7 @@ from diagnosis.report.page.residuals import (
 )
 from diagnosis.report.phrases import words
 from diagnosis.report.phrases.axis_units import covariate_unit
+from diagnosis.report.phrases.fit_words import doubtful_floor
 from diagnosis.report.phrases.sizes import scale_of
 from models.robot import RobotModel
 
@@ -148,6 +149,7 @@ def _by_regime(
     if len(found) < 2:
         return []
     noise = diagnosis.fit.noise_floor_m * scale_of(chosen[0].source_unit).factor
+    noise = math.nan if doubtful_floor(diagnosis.fit) else noise
     found[1:] = sorted(found[1:], key=lambda one: -one.before)
     nothing = all(one.unchanged for one in chosen)
     pairs = [Pair(one.name, one.before, math.nan if nothing else one.after) for one in found]

@@ -36,8 +36,8 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.verdict == "unexplained" and not diagnosis.findings:
         return [f"Mismatch {before}.", *beside]
     if not diagnosis.findings:
-        return [f"Mismatch {before}{_floor(fit, before, floor)}.", *beside]
-    lines = [f"Mismatch before {before}, after {after}{_floor(fit, after, floor)}.", *beside]
+        return [f"Mismatch {before}{_floor(fit, floor)}.", *beside]
+    lines = [f"Mismatch before {before}, after {after}{_floor(fit, floor)}.", *beside]
     held = (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
     if all(math.isfinite(value) for value in held):
         where = "another run" if fit.holdout == "run" else LEFT_OUT
@@ -59,15 +59,11 @@ def _filtered(fit: Fit) -> list[str]:
     ]
 
 
-def _floor(fit: Fit, left: str, floor: str) -> str:
-    """The noise floor, as a clause: what goes on between readings may be no noise, nor what is far
-    more than readings scatter by at rest.
+def _floor(fit: Fit, floor: str) -> str:
+    """The noise floor, as a clause; empty where it is doubtful: it then depends on what else was
+    fitted, and the same recording would be told another floor against a corrected file.
     """
-    if not doubtful_floor(fit):
-        return f"; the noise alone is {floor}"
-    if left == floor:
-        return "; the tests cannot tell this rest from noise (it need not be noise)"
-    return f"; {floor} of it cannot be told from noise by the tests (it need not be noise)"
+    return "" if doubtful_floor(fit) else f"; the noise alone is {floor}"
 
 
 def doubtful_floor(fit: Fit) -> bool:
@@ -81,7 +77,9 @@ def persists(fit: Fit) -> str:
         quantity(time_s or math.nan, "s", digits=2)
         for time_s in (fit.left_lasts_s, fit.left_apart_s)
     )
-    return f"it stays much the same for about {lasts} at a time (readings are {apart} apart)"
+    return (
+        f"it stays much the same for about {lasts} at a time (one reading every {apart} was used)"
+    )
 
 
 def _by_place(diagnosis: Diagnosis) -> list[str]:
@@ -95,9 +93,10 @@ def _by_place(diagnosis: Diagnosis) -> list[str]:
         return []
     if said_of_rest(fit) and not rest.depends_on and rest.share_of_mismatch <= 0.0:
         return []
+    what = "what is left" if doubtful_floor(fit) else "this noise"
     return [
         f"Readings at one place scatter by only {quantity(within, fit.unit, digits=3)}: most of "
-        f"this noise differs from place to place, or comes with motion. {MORE_PLACES}"
+        f"{what} differs from place to place, or comes with motion. {MORE_PLACES}"
     ]
 
 
@@ -108,18 +107,18 @@ def said_of_rest(fit: Fit) -> bool:
 
 
 def _held_out_gain(diagnosis: Diagnosis) -> str:
-    """How much of what is above the noise floor the findings take away on held-out data."""
+    """How much of what is above the noise floor the findings take away on held-out data; of all of
+    it where that floor is doubtful.
+    """
     fit = diagnosis.fit
     if fit.holdout == "run" and all(one.effect in ONE_OFF for one in diagnosis.findings):
         return " (what happens once does not come back in another run)"
-    above_m = fit.holdout_rms_before_m - fit.noise_floor_m
+    doubtful = doubtful_floor(fit)
+    above_m = fit.holdout_rms_before_m - (0.0 if doubtful else fit.noise_floor_m)
     if not math.isfinite(above_m) or above_m <= LEAST_ABOVE * fit.noise_floor_m:
         return ""
     gain = 100.0 * (fit.holdout_rms_before_m - fit.holdout_rms_after_m) / above_m
     if gain <= 0.0:
         return " (no gain there)"
     share = "over 99" if gain > 99.0 else f"{gain:.0f}"
-    floor = "the noise"
-    if doubtful_floor(fit):
-        floor = quantity(fit.noise_floor_m, fit.unit, digits=3)
-    return f" ({share} % of what is above {floor} is gone)"
+    return f" ({share} % of {'it' if doubtful else 'what is above the noise'} is gone)"

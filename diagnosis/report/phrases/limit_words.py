@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from diagnosis.answer.records import Diagnosis, SmallestDetectable
 from diagnosis.report.phrases import words
 from diagnosis.report.phrases.sizes import departure, quantity, scale_of
+from models.robot import RobotModel
 
 LIMITS = (
     "Detection limits (sizes at which 4 of 5 recordings show that something is missing; naming it "
@@ -32,23 +33,43 @@ def untested_line(diagnosis: Diagnosis) -> str:
     return words.sentence(f"this recording could not show {_some(names)}{why}") if names else ""
 
 
-def faintest_line(diagnosis: Diagnosis) -> str:
-    """A few of the detection limits: those of the findings first."""
+def faintest_line(diagnosis: Diagnosis, robot: RobotModel | None = None) -> str:
+    """A few of the detection limits: those of the findings first.
+
+    robot: of whose effects more is meant.
+    """
     wanted = [finding.effect for finding in diagnosis.findings]
     order = sorted(diagnosis.smallest_detectable, key=lambda one: one.effect not in wanted)
     alike: dict[tuple[str, str], list[SmallestDetectable]] = {}
     for one in order:
         alike.setdefault((one.effect, one.parameter), []).append(one)
-    shown = [_largest(same) for same in alike.values() if not _found_below(same, diagnosis)]
+    shown = [_largest(same, robot) for same in alike.values() if not _found_below(same, diagnosis)]
     return f"{LIMITS}: {words.listed(shown[:MOST_NAMED])}." if shown else ""
 
 
-def _largest(same: Sequence[SmallestDetectable]) -> str:
+def _largest(same: Sequence[SmallestDetectable], robot: RobotModel | None) -> str:
     """One effect at all its components, with the largest of their limits."""
     most = max(same, key=_above_nothing)
-    size = smallest_text(most.value, most.unit, most.parameter)
-    one = words.effect(most.effect, *(other.component for other in same))
-    return f"{one} ({'at most ' if len(same) > 1 else ''}{size})"
+    one = limit_name(most.effect, [other.component for other in same], robot)
+    return f"{one} ({'at most ' if len(same) > 1 else ''}{limit_size(most, robot)})"
+
+
+def limit_name(effect: str, components: Sequence[str], robot: RobotModel | None) -> str:
+    """What has a detection limit; on top of what the robot file has of it."""
+    known = all(_has(robot, effect, one) for one in components)
+    return words.further(effect, *components) if known else words.effect(effect, *components)
+
+
+def limit_size(one: SmallestDetectable, robot: RobotModel | None) -> str:
+    """A detection limit as a size; what yields beyond the file is a second spring behind it."""
+    size = smallest_text(one.value, one.unit, one.parameter)
+    second = one.parameter == "stiffness" and _has(robot, one.effect, one.component)
+    return f"as a second spring {size} would" if second else size
+
+
+def _has(robot: RobotModel | None, effect: str, component: str) -> bool:
+    known = robot.effects if robot is not None else ()
+    return any((one.effect, one.component) == (effect, component) for one in known)
 
 
 def _above_nothing(one: SmallestDetectable) -> float:

@@ -9,7 +9,7 @@ of it: no engine knows its own mistakes better."""
 
 def percent(probability: float) -> str:
     """A probability in percent, never 0 or 100."""
-    if probability > CERTAIN:
+    if probability >= CERTAIN:
         return "above 99 %"
     return "below 1 %" if negligible(probability) else f"{100.0 * probability:.0f} %"
 

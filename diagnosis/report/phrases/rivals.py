@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from diagnosis.answer.records import Alternative, Finding
+from diagnosis.answer.verdict import as_well
 from diagnosis.report.phrases import words
 from diagnosis.report.phrases.percent import percent
 
@@ -30,6 +31,34 @@ def exclusive(finding: Finding) -> bool:
     """Whether the probabilities of a finding and its alternatives are shares of one whole."""
     given = [finding.probability, *(one.probability for one in finding.alternatives)]
     return sum(one or 0.0 for one in given) <= 1.0 + ROUNDED
+
+
+def as_well_line(finding: Finding) -> str:
+    """Of what fits a settled finding's readings as well: that it is only rarer; else empty."""
+    same = [one for one in finding.alternatives if as_well(one)]
+    if not same:
+        return ""
+    if len(same) > 1:
+        text = f"{rivals(finding, same)} would fit these readings as well, but they are rarer"
+    else:
+        share = "" if same[0].probability is None else f" ({percent(same[0].probability)})"
+        name = _name(finding, same[0])
+        text = f"{name} would fit these readings as well, but is rarer{share}"
+    return words.sentence(text)
+
+
+def by_usage(finding: Finding) -> str:
+    """What the shares of an open finding say where the fit does not tell it from others: a clause;
+    empty where each of them fits worse.
+    """
+    same = [one for one in finding.alternatives if as_well(one)]
+    if not same:
+        return ""
+    if len(same) == len(finding.alternatives):
+        which = "both fit" if len(same) == 1 else "all fit"
+        return f": {which} it as well, and the shares only say how usual each is"
+    names = words.listed([_name(finding, one) for one in same], "or")
+    return f": {names} would fit it as well, with a share that only says how usual that is"
 
 
 def _name(finding: Finding, other: Alternative) -> str:

@@ -6,10 +6,11 @@ import math
 
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Alternative, Diagnosis, Finding, PriorSensitivity
-from diagnosis.answer.verdict import NAMELESS, rather_unknown
+from diagnosis.answer.verdict import NAMELESS, rather_unknown, seen
 from diagnosis.report.phrases import words
+from diagnosis.report.phrases.fit_words import doubtful_floor
 from diagnosis.report.phrases.percent import CERTAIN, percent
-from diagnosis.report.phrases.rivals import rivals
+from diagnosis.report.phrases.rivals import by_usage, rivals
 
 BEYOND_DOUBT_P = 1e-6
 VERY_SURE_P = 1e-3
@@ -31,6 +32,7 @@ OF_NOISE = ", where noise alone makes up to about 10"
 """How to read what a fit gains or loses, said once: 10 is what one or two sizes gain by
 chance in one recording of a few hundred."""
 
+LONGER = "A longer recording would tell more surely."
 HALF = 0.5
 """A part of a delay that may be smaller by more than this is not known."""
 
@@ -86,7 +88,7 @@ def evidence(finding: Finding) -> str:
         this = "something that no list has" if finding.effect == NAMELESS else "this"
         return (
             f"{THERE[word(p)]}; whether it is {this} ({percent(own)}) or {rivals(finding)}, this"
-            " recording cannot tell."
+            f" recording cannot tell{by_usage(finding)}."
         )
     cause = "no known effect is the cause" if finding.effect == NAMELESS else "this is the cause"
     said = f"{percent(own)} sure that {cause}"
@@ -159,13 +161,23 @@ def divided(total: str) -> str:
 
 
 def false_alarm(diagnosis: Diagnosis) -> str:
-    """What the p of 'nothing is missing' means."""
+    """What the p of 'nothing is missing' means; empty where the headline says as much.
+
+    Where what is left is not surely noise, nothing is said of what noise would look like.
+    """
     p = diagnosis.false_alarm_p
     if not math.isfinite(p):
         return "How often a machine without a fault would look like this could not be computed."
     nothing = diagnosis.probability_nothing_missing
     if nothing is None:
         return f"If the machine were exactly as the robot file says, {by_noise(p)}."
+    if not diagnosis.findings and not seen(p) and nothing >= VERDICT.even:
+        if diagnosis.verdict != "nothing_missing":
+            return ""
+        if nothing < SETTLED:
+            return LONGER
+        if doubtful_floor(diagnosis.fit):
+            return f"{_upper(percent(nothing))} sure that the robot file is complete."
     if nothing >= VERDICT.even:
         return f"{_upper(percent(nothing))} sure that the robot file is complete: {by_noise(p)}."
     incomplete = f"{_upper(percent(1.0 - nothing))} sure that the robot file is incomplete"

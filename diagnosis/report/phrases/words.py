@@ -47,10 +47,26 @@ OF_AN_AXIS: dict[str, str] = {
     "gear_backlash": "free play between drive and load of {part}",
     "gear_ratio": "a wrong ratio between command and motion of {part}",
     "transmission_error": "a periodic error of the gear, screw or belt of {part}",
-    "joint_friction": "friction in {part}",
+    "joint_friction": "dry friction in {part}",
+    "viscous_friction": "viscous friction in {part}",
     "joint_compliance": "parts of {part} that yield under load",
 }
 """What is called otherwise where nothing need turn, and no gear be."""
+
+FURTHER: dict[str, str] = {
+    "gear_backlash": "further play of {part}",
+    "home_offset": "a further offset of {part}",
+    "gear_ratio": "a further error of the ratio of {part}",
+    "transmission_error": "a further periodic error of the gear, screw or belt of {part}",
+    "encoder_error": "a further periodic error of the encoder of {part}",
+    "joint_friction": "further dry friction in {part}",
+    "viscous_friction": "further viscous friction in {part}",
+    "joint_compliance": "further yielding of {part} under load",
+    "following_lag": "a further delay of {part}",
+}
+"""Of what the robot file has already: on top of that."""
+BEYOND = "{phrase} beyond what the robot file has"
+"""Of whatever else the robot file has."""
 
 OF_SEVERAL: dict[str, str] = {
     "gear_backlash": "free play in the gears or couplings of {part}",
@@ -150,6 +166,14 @@ def effect(name: str, *components: str) -> str:
     """What is wrong and where, as a noun phrase: 'free play in the gear or coupling of motor 2'."""
     where = part_of(name, components[0]) if len(components) == 1 else parts(components)
     return _phrase(name, components, where)
+
+
+def further(name: str, *components: str) -> str:
+    """An effect on top of what the robot file has of it."""
+    if name in FURTHER:
+        where = part_of(name, components[0]) if len(components) == 1 else parts(components)
+        return FURTHER[name].format(part=where)
+    return BEYOND.format(phrase=effect(name, *components))
 
 
 def unknown(component: str, follows: Sequence[str]) -> str:

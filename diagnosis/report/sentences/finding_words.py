@@ -6,15 +6,16 @@ import math
 from collections.abc import Iterator
 
 from diagnosis.answer.records import Diagnosis, Finding, ParameterResult, Where
-from diagnosis.answer.verdict import NAMELESS, rather_unknown
+from diagnosis.answer.verdict import NAMELESS, as_well, rather_unknown
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.percent import negligible, percent
-from diagnosis.report.phrases.rivals import rivals
+from diagnosis.report.phrases.rivals import as_well_line, rivals
 from diagnosis.report.phrases.sizes import Size, quantity, sizes, told
 
 MOST_NAMED = 4
 """Channels or stretches of time that a sentence names."""
 PART_OF_UNKNOWN = "probably only a part of what is unknown, though it looks like this: "
+FAR_LESS = "Far less probable:"
 MINOR = 20.0
 """Percent: what comes back of less sounds like a minor cause, which it need not be."""
 
@@ -130,18 +131,23 @@ def alternatives_line(finding: Finding) -> str:
         told = finding.effect == NAMELESS or finding.probability is not None
         return "" if told else "No other known effect fits these readings as well."
     if sureness.settled(finding):
-        return f"Far less probable: {_rivals_of_settled(finding)}."
+        fit_worse = _rivals_of_settled(finding)
+        rest = f"{FAR_LESS} {fit_worse}." if fit_worse else ""
+        return " ".join(filter(None, (as_well_line(finding), rest)))
     if finding.probability is not None and sureness.is_open(finding):
         return ""
     return f"This recording cannot tell it from {rivals(finding)}."
 
 
 def _rivals_of_settled(finding: Finding) -> str:
-    """Each with its probability, and once for all of those that have next to none."""
-    rest = [one for one in finding.alternatives if negligible(one.probability)]
+    """Each that fits worse with its probability, and once for all of those that have next to none;
+    empty where none does.
+    """
+    worse = [one for one in finding.alternatives if not as_well(one)]
+    rest = [one for one in worse if negligible(one.probability)]
     if len(rest) < 2:
-        return rivals(finding)
+        return rivals(finding, worse) if worse else ""
     names = words.listed([words.rival(finding.effect, one.effect, one.component) for one in rest])
-    others = [one for one in finding.alternatives if one not in rest]
+    others = [one for one in worse if one not in rest]
     shown = [rivals(finding, others)] if others else []
     return "; ".join([*shown, f"{names} ({percent(0.0)} each)"])

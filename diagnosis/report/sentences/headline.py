@@ -6,22 +6,25 @@ from collections.abc import Sequence
 
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding
-from diagnosis.answer.verdict import NAMELESS, claimed, fits_worse, seen
+from diagnosis.answer.verdict import NAMELESS, claimed, fits_worse, seen, too_little
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.fit_words import doubtful_floor
 from diagnosis.report.phrases.percent import percent
+from diagnosis.report.phrases.sizes import quantity
+from diagnosis.report.sentences.telling_apart import LONE
 
 MOST_NAMED = 4
 """Unknown errors that the headline names; all have their own title below it."""
-NOT_TOLD = (
-    "What is left is more than noise, and too faint to say what it is: record longer, or a motion "
-    "that shows more."
-)
-"""Where no test sees anything, and the size of what is left is no noise's."""
+NO_KNOWN = "o known effect is missing ({sure} sure). A {small}rest of {left} remains that {what}"
+"""Where no test raises the alarm, and the size of what is left is no noise's."""
+TELLS_MORE = ": a longer recording, or a motion that shows more, may tell what it is"
 MOSTLY_LEFT = 0.5
 """Share of the mismatch that nothing explains, from which on the headline says so first."""
 CHECK_FIRST = "first check that each column and the robot file are the right ones"
 FINE_COURSE = "the fine course of the readings points to"
+BOTH_FRICTIONS = frozenset({"joint_friction", "viscous_friction"})
+"""Of an axis, in one phrase: they are two parts of what its bearings need."""
+SO_LITTLE = ", too little to act on"
 IN_HEADLINE = 3
 """Findings that the headline names; of more it names two, and all have their own title below."""
 
@@ -62,13 +65,27 @@ def headline(diagnosis: Diagnosis) -> str:
     nothing = diagnosis.probability_nothing_missing
     if nothing is not None and not seen(diagnosis.false_alarm_p):
         if nothing >= VERDICT.even:
-            return NOT_TOLD
+            return _none_known(diagnosis, nothing)
         likely = percent(1.0 - nothing)
         return (
             f"Something may be missing from the model (probability {likely}), too faint to say "
             "what: record longer, or a motion that shows more."
         )
     return "Something is missing from the model, and no known effect explains it."
+
+
+def _none_known(diagnosis: Diagnosis, nothing: float) -> str:
+    """That nothing with a name is missing, and what remains all the same."""
+    fit, rest = diagnosis.fit, diagnosis.unexplained
+    little = too_little(fit, rest.share_of_mismatch, found=False)
+    text = NO_KNOWN.format(
+        sure=percent(nothing),
+        small="small " if little else "",
+        left=quantity(fit.rms_after_m, fit.unit, digits=2),
+        what="matches no known effect" if rest.depends_on else "no test can attribute",
+    )
+    start = "N" if nothing >= sureness.SETTLED else "Probably n"
+    return f"{start}{text}{SO_LITTLE if little else TELLS_MORE}."
 
 
 def _nearly_all(diagnosis: Diagnosis) -> bool:
@@ -87,16 +104,32 @@ def _much_unknown(findings: Sequence[Finding]) -> bool:
 def _named(findings: Sequence[Finding]) -> list[str]:
     """Findings by name, those of one kind at several parts as one where nothing else is open."""
     alike: dict[str, list[Finding]] = {}
+    rubbing = [one for one in findings if one.effect in BOTH_FRICTIONS and _lone_and_certain(one)]
+    both = rubbing if len(rubbing) == len(BOTH_FRICTIONS) else []
     for finding in findings:
-        certain = not finding.alternatives or sureness.settled(finding)
+        if finding in both:
+            alike.setdefault("friction", []).append(finding)
+            continue
+        certain = _certain(finding)
         own = f"{finding.effect}@{finding.component}"
         alike.setdefault(finding.effect if certain else own, []).append(finding)
     return [
-        words.effect(same[0].effect, *dict.fromkeys(one.component for one in same))
+        f"dry and viscous friction in {words.part(same[0].component)}"
+        if same == both
+        else words.effect(same[0].effect, *dict.fromkeys(one.component for one in same))
         if len(same) > 1
         else _either(same[0])
         for same in alike.values()
     ]
+
+
+def _certain(finding: Finding) -> bool:
+    """Whether nothing else is open."""
+    return not finding.alternatives or sureness.settled(finding)
+
+
+def _lone_and_certain(finding: Finding) -> bool:
+    return finding.component == LONE and _certain(finding)
 
 
 def _nothing_missing(diagnosis: Diagnosis) -> str:

@@ -18,6 +18,7 @@ from diagnosis.report.sentences.advice import advice, machine_of
 from diagnosis.report.sentences.telling_apart import LONE, beside_friction
 from diagnosis.report.sentences.ways import TERMINAL, Ways
 from models.effects import VOCABULARY
+from models.effects.lone_axis import forms_of
 from models.robot import DeltaRobot, RobotModel, per_arm
 
 CHANGE_NOTHING = (
@@ -97,9 +98,9 @@ def remedies(
     found = (remedy(one, robot, sure(one, diagnosis), ways) for one in named if one not in late)
     lines = [_all_late(late, robot)] if late else []
     lines += [one.line for one in found if one is not None]
-    lone = [one for one in named if one.component == LONE and one.effect in WRITABLE]
+    lone = [one for one in named if one.component == LONE and _has_an_entry(one)]
     certain = all(sure(one, diagnosis) for one in lone)
-    if lone and (certain or ways.unsure_too):
+    if lone and ways.keep and (certain or ways.unsure_too):
         lines.append(ways.keep.format(all="" if certain else " --all"))
     nameless = [one for one in diagnosis.findings if one.effect == NAMELESS]
     nameless = [one for one in nameless if not (named and _needs_no_table(one))]
@@ -118,6 +119,11 @@ def _minor(finding: Finding) -> bool:
     """Whether the mismatch would hardly change without it, nor is much of it its doing."""
     own = finding.own_share
     return own is not None and max(own, finding.share_of_mismatch) < MINOR_SHARE
+
+
+def _has_an_entry(finding: Finding) -> bool:
+    """Whether the robot file of a lone machine can hold it."""
+    return any(not kind.event for kind in forms_of(finding.effect))
 
 
 def _all_late(late: Sequence[Finding], robot: RobotModel | None) -> str:

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from rich.markup import escape
 
 from diagnosis.answer.records import Diagnosis, Finding, Thinned
-from diagnosis.answer.verdict import claimed
+from diagnosis.answer.verdict import claimed, too_little
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.fit_words import fit_lines, fit_title
 from diagnosis.report.phrases.limit_words import faintest_line, untested_line
 from diagnosis.report.sentences.finding_words import finding_lines, finding_title, span_s
-from diagnosis.report.sentences.headline import headline
+from diagnosis.report.sentences.headline import SO_LITTLE, headline
 from diagnosis.report.sentences.next_run_words import experiment_line, tie_lines
 from diagnosis.report.sentences.remedies import remedies, tied
 from diagnosis.report.sentences.telling_apart import hint
@@ -30,9 +30,9 @@ LOOSE = (
 )
 LENGTHS = frozenset({"upper_arm_length", "forearm_length", "base_radius"})
 """Of which a recording of arm angles shows nothing."""
+BESIDE_KNOWN = "What is left is under 1 % of what the effects in the robot file explain"
 WHY = "Why"
 """Title above the reasons: what comes before is what to do."""
-SO_LITTLE = ", too little to act on"
 
 
 def summary_lines(
@@ -74,7 +74,8 @@ def _summary(
         yield "head", "Do this"
         yield from (("", f"- {line}") for line in do)
         yield "head", WHY
-    yield "", sureness.false_alarm(diagnosis)
+    if said := sureness.false_alarm(diagnosis):
+        yield "", said
     for number, finding in enumerate(diagnosis.findings, 1):
         title = finding_title(finding)
         yield "head", f"{number}. {title}"
@@ -91,7 +92,7 @@ def _summary(
         yield "", left
     if untested := untested_line(diagnosis):
         yield "", untested
-    if faint := faintest_line(diagnosis):
+    if faint := faintest_line(diagnosis, robot):
         yield "", faint
     if following := experiment_line(diagnosis):
         yield "head", "What to do next"
@@ -138,7 +139,10 @@ def unexplained_line(diagnosis: Diagnosis) -> str:
     told_share = bool(diagnosis.findings) and share > 0.0
     shown = f"{share:.0f} %" if share >= 1.0 else "under 1 %"
     follows = words.listed([words.followed(name) for name in rest.depends_on])
-    if told_share and share < 1.0 and any(map(claimed, diagnosis.findings)):
+    little = too_little(diagnosis.fit, rest.share_of_mismatch, bool(diagnosis.findings))
+    if little and not diagnosis.findings and share > 0.0:
+        return f"{BESIDE_KNOWN}{SO_LITTLE}."
+    if told_share and little and any(map(claimed, diagnosis.findings)):
         what = f"; it follows {follows}" if follows else ""
         return f"Unexplained: {shown} of the mismatch{SO_LITTLE}{what}."
     head = f"Unexplained: {shown} of the mismatch." if told_share else ""

@@ -10,7 +10,7 @@ from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding, Fit
 from diagnosis.answer.verdict import goes_on, seen
 from diagnosis.report.phrases import words
-from diagnosis.report.phrases.fit_words import MORE_PLACES, persists, said_of_rest
+from diagnosis.report.phrases.fit_words import MORE_PLACES, doubtful_floor, persists, said_of_rest
 from diagnosis.report.phrases.sizes import quantity
 from diagnosis.report.phrases.sureness import by_noise, late_in_all_s
 from diagnosis.report.sentences.summary import plain_lines
@@ -135,17 +135,14 @@ def _by_known(fit: Fit) -> bool:
 def _that_goes_on(answer: Diagnosis, head: str) -> str:
     """What no test sees, though it is much the same from one reading to the next."""
     fit = answer.fit
-    if _by_known(fit):
-        left, may = (
-            quantity(size, fit.unit, digits=2) for size in (fit.rms_after_m, fit.left_by_known_m)
-        )
-        return (
-            f"{head} ({left}) is not the noise of a sensor, which is new with each reading:"
-            f" {persists(fit)}. But it is no more than the effects that the robot file has from"
-            f" earlier diagnoses may leave ({may}): no drive or bearing is as simple as they"
-            " describe it."
-        )
     size = quantity(fit.rms_after_m, fit.unit, digits=2)
+    if _by_known(fit):
+        lasts = quantity(fit.left_lasts_s or math.nan, "s", digits=2)
+        return (
+            f"{head} ({size}) goes on for about {lasts} at a time. That is what the effects in the"
+            " robot file usually leave beyond their simple models, so nothing more is concluded"
+            " from it."
+        )
     return (
         f"{head} ({size}) follows nothing that a test sees, yet it is not the noise of a sensor,"
         f" which is new with each reading: {persists(fit)}. Something small that the model leaves"
@@ -161,7 +158,7 @@ def unexplained(answer: Diagnosis) -> str:
     floor = fit.noise_floor_m
     times = fit.rms_after_m / floor if floor > 0.0 else math.inf
     how = [by_noise(rest.p)] if rest.p is not None and seen(rest.p) else []
-    if times > VERDICT.at_floor:
+    if times > VERDICT.at_floor and not doubtful_floor(fit):
         how.append(f"{times:.2g} times the noise floor")
     told_how = f" ({', '.join(how)})" if how else ""
     if not rest.depends_on:

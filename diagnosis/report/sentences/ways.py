@@ -14,7 +14,8 @@ class Ways:
     describe: str
     """A finding in the robot file, instead of a repair; added to what to do."""
     keep: str
-    """The same, of a lone machine, which no job of ours moves: a sentence of its own."""
+    """The same, of a lone machine, which no job of ours moves: a sentence of its own. Both are
+    empty where the corrected robot file is written anyway."""
     unsure_too: bool
     """Whether the two above can also be done with findings that are not sure."""
     run_first: str
