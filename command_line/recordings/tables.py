@@ -73,7 +73,8 @@ def _with_other_names(
         return None
     if UNITS.keys() & seen.table.keys():
         return error
-    own = f"{path}: its columns have names of their own ({', '.join(seen.table)[:MOST_LISTED]})"
+    names = f"its columns have names of their own ({', '.join(seen.table)[:MOST_LISTED]})"
+    own = f"{path}: {names if seen.named else 'it has no line that names its columns'}"
     if robot is None or seen.kind is None or seen.kind == robot.kind:
         return RecordingError(f"{own}; which options read them: deltactl diagnose --inspect {path}")
     also = looks_like(seen.kind, seen.kind_why, robot, str(path))

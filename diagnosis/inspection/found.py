@@ -37,6 +37,8 @@ class Inspection:
 
     own_run: bool = False
     """Whether the program itself recorded it."""
+    named: bool = True
+    """Whether the file names its columns; where not, they are called by their place."""
 
     @property
     def needs_inertia(self) -> bool:

@@ -180,7 +180,7 @@ def inspect_table(
         )
     return Inspection(
         path, [*facts, *timing], table, guesses, kind, motion, why, _zero(guesses, known),
-        mapping, warnings, counter,
+        mapping, warnings, counter, named=named,
     )  # fmt: skip
 
 
