@@ -154,7 +154,9 @@ def _source(option: str) -> Source:
 
 def as_option(name: str, column: str, unit: str, scale: float | None, offset: float) -> str:
     """What `--set` takes for a column; scale: None where no factor was given."""
-    unit = f"[{unit}]" if IN_SI[unit] != 1.0 else ""
+    # Of s and N nothing else is thought; rad and m are told apart from deg and mm.
+    told = IN_SI[unit] != 1.0 or (scale is None and unit in ("rad", "m"))
+    unit = f"[{unit}]" if told else ""
     factor = "" if scale is None else f"*{scale:.12g}"
     further = f"{unit}{factor}{f'{offset:+.12g}' if offset else ''}"
     bare = f"{name}={column}{further}"

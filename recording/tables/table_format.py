@@ -134,7 +134,9 @@ class _Suits(NamedTuple):
 
 def _suits(lines: list[str], separator: str, decimal: str) -> _Suits:
     split_up = [split(line, separator) for line in lines]
-    places = [n for n, row in enumerate(split_up) if any(row) and 2 * _good(row, decimal) > len(row)]
+    places = [
+        n for n, row in enumerate(split_up) if any(row) and 2 * _good(row, decimal) > len(row)
+    ]
     if not places:
         return _Suits(0.0, 0.0, False, False, 0)
     width, _ = Counter(len(split_up[n]) for n in places).most_common(1)[0]
