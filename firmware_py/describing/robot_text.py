@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from functools import partial
 
 from firmware_py.describing.questions import Answers, numbers
@@ -16,7 +16,11 @@ def robot_text(kind: str, answers: Answers, wired: bool, assumed: Collection[str
 
     Raises ConfigError for an answer that is no number.
     """
-    makers = {"delta": _delta, "stepper_axis": _stepper, "servo_axis": partial(_servo, assumed)}
+    makers: dict[str, Callable[[Answers], list[str]]] = {
+        "delta": _delta,
+        "stepper_axis": _stepper,
+        "servo_axis": partial(_servo, assumed),
+    }
     lines = [NOTE, f"kind: {kind}", f"name: {_text(answers['name'])}"]
     if kind in makers:
         lines += makers[kind](answers)

@@ -142,8 +142,8 @@ def test_nothing_is_asked_about_what_is_not_recorded(recorded: str, asked: set[s
 @pytest.mark.parametrize(
     ("typed", "value"),
     [
-        ("1.17*9.81*0.15", 1.17 * 9.81 * 0.15), ("1/3", 1 / 3), (" 2 * 3 / 4 ", 1.5), ("-1e-3", -1e-3),
-        ("1,17*9,81", 1.17 * 9.81), ("2*-3", -6.0),
+        ("1.17*9.81*0.15", 1.17 * 9.81 * 0.15), ("1/3", 1 / 3), (" 2 * 3 / 4 ", 1.5),
+        ("-1e-3", -1e-3), ("1,17*9,81", 1.17 * 9.81), ("2*-3", -6.0),
     ],
 )  # fmt: skip
 def test_products_and_quotients_are_numbers(typed: str, value: float) -> None:
