@@ -12,7 +12,8 @@ import typer
 
 from command_line.output import say, tell, warn
 from command_line.overwriting import written_if_right
-from firmware_py.describing.questions import QUESTIONS, WIRING, gather, remarks
+from firmware_py.describing.questions import QUESTIONS, WIRING, assumed, gather, remarks
+from firmware_py.describing.robot_text import robot_text
 from foundation.errors import ConfigError
 from foundation.extras import needs
 
@@ -28,7 +29,9 @@ def _asked(key: str) -> Any:
     """The option that answers a question without asking."""
     wired = any(one.key == key for one in WIRING)
     kinds = [kind for kind, asked in QUESTIONS.items() if any(one.key == key for one in asked)]
-    panel = WIRED if wired else "Every kind" if len(kinds) > 2 else f"For {' and '.join(kinds)}"
+    only = next((one.only for one in QUESTIONS["servo_axis"] if one.key == key), None)
+    of = f"For {' and '.join(kinds)}" if only is None else f"For {only[2]}"
+    panel = WIRED if wired else "Every kind" if len(kinds) > 2 else of
     return typer.Option(help=SAID[key], rich_help_panel=panel)
 
 
@@ -123,7 +126,9 @@ def init(
     answers = gather(questions, known, ask)
     for line in remarks(questions, known if ask is None else answers, answers):
         tell(line)
-    for line in _write(file, kind.value, answers, wiring, force):
+    # What a person answered counts as known, a default that nobody was asked for does not.
+    open_ = frozenset(one.key for one in assumed(questions, known, answers) if ask is None)
+    for line in _write(file, kind.value, robot_text(kind.value, answers, wiring, open_), force):
         (say if line.startswith(COPIED) else tell)(line)
     if kind is not Kind.DELTA:
         say(f"next: {_diagnosing(file, measure, columns or [])}")
@@ -176,14 +181,13 @@ def _read(path: Path, columns: list[str]) -> tuple[FlatRecording, list[str]]:
     return recording, options
 
 
-def _write(file: Path, kind: str, answers: Answers, wired: bool, force: bool) -> list[str]:
+def _write(file: Path, kind: str, text: str, force: bool) -> list[str]:
     """Write the file and check it; what is to be said of it, and of a delta what comes next."""
-    from firmware_py.describing.robot_text import robot_text
     from firmware_py.robot_file import load_robot
     from models.robot_with_effects import load_with_effects
 
     job: list[str] = []
-    with written_if_right(file, robot_text(kind, answers, wired)):
+    with written_if_right(file, text):
         load_robot(file) if kind == "delta" else load_with_effects(file)
         if kind == "delta":
             job = _first_job(file, force)
@@ -233,10 +237,13 @@ def _first_job(file: Path, force: bool) -> list[str]:
     ]
     if robot.sensors is not None:
         return [*lines, f"then: deltactl diagnose RECORDING --robot {file}"]
-    home = f"deltactl home --accept-unseen {unseen_by_none_deg(robot)}"
-    return [
-        *lines,
-        BY_OTHERS,
-        "on the real robot: look whether the arms are at their stops, which no sensor checks, then"
-        f" type: {home} (degrees that an arm may be off)",
-    ]
+    return [*lines, BY_OTHERS, _homing(unseen_by_none_deg(robot))]
+
+
+def _homing(off_deg: int) -> str:
+    """What is to be done on the real robot where no sensor looks."""
+    return (
+        "on the real robot no sensor checks that the arms are at their stops: look yourself, then"
+        f" type: deltactl home --accept-unseen {off_deg} ({off_deg} degrees is how far an arm of"
+        " this robot could be off without anything noticing; the number says that you have looked)"
+    )

@@ -28,17 +28,20 @@ SHOWN_COLUMNS = 12
 NARROW = 100
 """In a window of fewer letters the reasons stand below the table, not in a column of it."""
 UNSAID = {
-    **dict.fromkeys(("command", "position"), "rad or m"), "theta": "rad", "velocity": "rad/s or m/s"
+    **dict.fromkeys(("command", "position"), "rad?"), "theta": "rad", "velocity": "rad/s or m/s"
 }  # fmt: skip
 """In what a column is read of which nothing says the unit."""
 OF_THE_RUN = "ROBOT is the robot file that it was made with"
+LONG, TOO_LONG = 1e4, 1e7
+"""Between these, four figures would be written with a power of ten, and are read less easily."""
 BY_NAME = "by its name"
 FORCED = ["--recorded", "effort", "--inertia", "INERTIA", "--effort-gain", "GAIN"]
 FORCED_SAYS = (
     "  INERTIA: what moves, in kg m2 (rotary) or kg (linear), as well as it is known",
-    "  GAIN: N m (or N) for one unit of the effort; where a weight pulls at it, also --hanging-nm"
-    " (rotary) or --slope-n (linear)",
+    "  GAIN: N m (or N) for one unit of the effort; where a weight pulls at it, also {weight}",
 )
+WEIGHT = {"rotary": "--hanging-nm", "linear": "--slope-n"}
+"""The option that says what a weight does, by what the axis does."""
 
 
 def inspect_recordings(
@@ -109,7 +112,7 @@ def _show(one: Inspection, robot: str | None, save: Path | None) -> None:
         init = ["deltactl", "init", _new(one), "--kind", one.kind, *motion, *forced, *zero]
         _say_command("describe the machine:  ", init)
         for line in FORCED_SAYS if one.needs_inertia else ():
-            _say_broken(line)
+            _say_broken(line.format(weight=WEIGHT[one.motion or "rotary"]))
     read = ["--columns", str(save)] if save is not None else one.options
     _say_command("diagnose it:           ", one.command(robot or _new(one), read))
 
@@ -154,12 +157,18 @@ def _new(one: Inspection) -> str:
     return f"{one.path.stem}-robot.yaml" if Path(ROBOT).exists() else ROBOT
 
 
+def _figure(value: float) -> str:
+    """Four figures, and up to seven before the point rather than a power of ten."""
+    plain = value + 0.0  # no -0
+    return f"{plain:.0f}" if LONG <= abs(plain) < TOO_LONG else f"{plain:.4g}"
+
+
 def _values(values: FloatArray, guess: Guess | None) -> str:
     """The first three; of times the first, and what comes after it."""
     first = values[:3]
     if guess is None or guess.role != "t" or abs(float(first[0])) < 1e4:
-        return " ".join(f"{value + 0.0:.4g}" for value in first)  # no -0
-    later = (f"+{value - first[0]:.4g}" for value in first[1:])
+        return " ".join(map(_figure, first))
+    later = (f"+{_figure(value - first[0])}" for value in first[1:])
     return " ".join([f"{first[0]:.10g}", *later])
 
 
@@ -202,7 +211,7 @@ def _preview(one: Inspection, narrow: bool) -> Table:
             guess.name if guess else "-",
             _unit(guess) if guess else "",
             _values(values, guess),
-            *([f"{end:.4g}" for end in ends] or ["", ""]),
+            *(list(map(_figure, ends)) or ["", ""]),
             guess.why if guess else one.unused(name),
         ]
         table.add_row(*cells[: len(table.columns)])

@@ -15,6 +15,7 @@ from recording.tables.lerobot import is_data_set
 from recording.tables.table_format import first_cells
 
 if TYPE_CHECKING:
+    from diagnosis.inspection.found import Inspection
     from models.robot import RobotModel
     from recording.tables.flat import FlatRecording
 
@@ -51,11 +52,26 @@ def read_plain(path: Path, robot: RobotModel | None) -> FlatRecording:
             raise wrong
     except RecordingError as error:
         if ours:
-            raise wrong from None
+            raise _of_another_kind(path, robot) or wrong from None
         raise _with_other_names(path, robot, error) or wrong from None
     for line in told:
         warn(line)
     return recording
+
+
+def _of_another_kind(path: Path, robot: RobotModel | None) -> RecordingError | None:
+    """What is said of a table with times and none of our columns beside them, where it looks like
+    another kind of machine than the robot file's; else None.
+    """
+    from diagnosis.inspection.inspection import inspect
+
+    try:
+        seen = inspect(path)
+    except RecordingError:
+        return None
+    if UNITS.keys() & seen.table.keys() > {"t"} or robot is None:
+        return None
+    return _named_otherwise(seen, robot) if seen.kind not in (None, robot.kind) else None
 
 
 def _with_other_names(
@@ -65,7 +81,6 @@ def _with_other_names(
     it looks like. None where it is no table that could be looked at.
     """
     from diagnosis.inspection.inspection import inspect
-    from diagnosis.inspection.machine_kind import looks_like
 
     try:
         seen = inspect(path)
@@ -73,7 +88,16 @@ def _with_other_names(
         return None
     if UNITS.keys() & seen.table.keys():
         return error
-    own = f"{path}: its columns have names of their own ({', '.join(seen.table)[:MOST_LISTED]})"
+    return _named_otherwise(seen, robot)
+
+
+def _named_otherwise(seen: Inspection, robot: RobotModel | None) -> RecordingError:
+    """What is said of columns with names of their own, and of the machine that they are of."""
+    from diagnosis.inspection.machine_kind import looks_like
+
+    path = seen.path
+    names = f"its columns have names of their own ({', '.join(seen.table)[:MOST_LISTED]})"
+    own = f"{path}: {names if seen.named else 'it has no line that names its columns'}"
     if robot is None or seen.kind is None or seen.kind == robot.kind:
         return RecordingError(f"{own}; which options read them: deltactl diagnose --inspect {path}")
     also = looks_like(seen.kind, seen.kind_why, robot, str(path))

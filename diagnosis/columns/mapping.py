@@ -33,10 +33,11 @@ from foundation.explain import explain
 from foundation.strict_yaml import Document, StrictModel
 from recording.tables.cell import number
 from recording.tables.flat import UNITS
-from recording.tables.table_format import IN_OPTIONS
+from recording.tables.table_format import IN_OPTIONS, WIDE
 
 OF_THE_TABLE = ("rate_hz", "skip_lines", "heading", "separator", "decimal")
-"""What `--set` takes beside columns; separators also by name: tab, space, comma, semicolon."""
+"""What `--set` takes beside columns; separators also by name: tab, space, spaces, comma,
+semicolon."""
 _OPTION = re.compile(
     r"(?P<name>\w+)=(?:\"(?P<quoted>[^\"]+)\"|(?P<from>[^*+]+?))"
     r"(\[(?P<unit>(?!\d+\])\w+|(rad|deg|m|mm)/s)\])?"
@@ -79,8 +80,9 @@ class Mapping(StrictModel):
     """So many lines before the heading are not read."""
     heading: tuple[str, ...] = ()
     """Names of the columns, of a table that has no line of them."""
-    separator: Annotated[str, Field(min_length=1, max_length=1)] | None = None
-    """A space stands for any run of spaces and tabs; without it, what makes the cells numbers."""
+    separator: Annotated[str, Field(min_length=1, max_length=2)] | None = None
+    """A space stands for any run of spaces and tabs, two for two spaces or more; without it, what
+    makes the cells numbers."""
     decimal: Literal[".", ","] | None = None
     """What stands before the decimals of a number."""
 
@@ -89,6 +91,8 @@ class Mapping(StrictModel):
         for name in self.columns:
             if name not in UNITS:
                 raise ValueError(f"columns: '{name}' must be one of {', '.join(UNITS)}")
+        if self.separator is not None and len(self.separator) > 1 and self.separator != WIDE:
+            raise ValueError("separator: must be one character, or two spaces")
         return self
 
 
@@ -150,7 +154,9 @@ def _source(option: str) -> Source:
 
 def as_option(name: str, column: str, unit: str, scale: float | None, offset: float) -> str:
     """What `--set` takes for a column; scale: None where no factor was given."""
-    unit = f"[{unit}]" if IN_SI[unit] != 1.0 else ""
+    # Of s and N nothing else is thought; rad and m are told apart from deg and mm.
+    told = IN_SI[unit] != 1.0 or (scale is None and unit in ("rad", "m"))
+    unit = f"[{unit}]" if told else ""
     factor = "" if scale is None else f"*{scale:.12g}"
     further = f"{unit}{factor}{f'{offset:+.12g}' if offset else ''}"
     bare = f"{name}={column}{further}"

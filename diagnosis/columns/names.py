@@ -73,6 +73,30 @@ OF_NO_USE = frozenset(
     ]
 )  # fmt: skip
 """Words of what is neither asked for nor read, whatever else stands in the name: accel_x."""
+OF_JOINTS = frozenset(
+    [
+        "shoulder",
+        "elbow",
+        "wrist",
+        "pan",
+        "tilt",
+        "roll",
+        "pitch",
+        "yaw",
+        "gripper",
+        "joint",
+        "gelenk",
+        "angle",
+        "winkel",
+        "theta",
+        "angolo",
+        "angulo",
+    ]
+)
+"""Words of what turns."""
+_OF_DATA = re.compile(r"[^.]+\.(pos|goal)")
+"""How LeRobot calls what a joint did and what it was told; where all joints stand together, below
+`action`, their values say more."""
 IS_PRESENT = "current"
 """Also says that something is as it is now, before another word: current_position."""
 OUTSIDE = frozenset(
@@ -214,6 +238,16 @@ def unit_said(heading: str, name: str) -> str | None:
 def without_unit(name: str) -> str:
     """A column's name without a unit in brackets at its end."""
     return _BRACKETED.sub("", name)
+
+
+def is_of_joint(name: str) -> bool:
+    """Whether a name says that it is an angle, or is that of a joint that turns."""
+    return not OF_JOINTS.isdisjoint(_in_words(name))
+
+
+def is_of_data_joint(name: str) -> bool:
+    """Whether a joint's name is written as in LeRobot, `shoulder_pan.pos`: in degrees."""
+    return _OF_DATA.fullmatch(name) is not None and is_of_joint(name)
 
 
 def pulls(name: str) -> bool:

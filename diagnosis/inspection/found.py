@@ -9,7 +9,8 @@ from typing import Any
 import yaml
 
 from diagnosis.columns.mapping import Mapping, as_option
-from diagnosis.columns.names import Guess, pulls, without_unit
+from diagnosis.columns.names import Guess, pulls, unit_said, without_unit
+from diagnosis.columns.units import IN_SI
 from diagnosis.observations.readings import FloatArray
 from recording.tables.table_format import IN_OPTIONS
 
@@ -37,6 +38,8 @@ class Inspection:
 
     own_run: bool = False
     """Whether the program itself recorded it."""
+    named: bool = True
+    """Whether the file names its columns; where not, they are called by their place."""
 
     @property
     def needs_inertia(self) -> bool:
@@ -71,7 +74,9 @@ class Inspection:
             alike = [column for column in self.table if without_unit(column) == plain]
             scale = source.scale if "scale" in source.model_fields_set else None
             where = plain if len(alike) == 1 else source.from_
-            said.append(as_option(name, where, source.unit, scale, source.offset))
+            plainly = source.unit == unit_said(source.from_, name)  # which needs no saying
+            unit = "1" if plainly and IN_SI[source.unit] == 1.0 else source.unit
+            said.append(as_option(name, where, unit, scale, source.offset))
         return [part for one in said for part in ("--set", one)]
 
     def command(self, robot: str, read: list[str]) -> list[str]:

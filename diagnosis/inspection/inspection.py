@@ -24,6 +24,7 @@ from diagnosis.inspection.found import Inspection
 from diagnosis.inspection.guess import guess_columns, of_other_joints
 from diagnosis.inspection.joints import of_data_set, one_joint
 from diagnosis.inspection.machine_kind import kind_of
+from diagnosis.inspection.motion_units import ask_unit, turns_by_name
 from diagnosis.inspection.shapes import rising
 from diagnosis.inspection.timing import row_number, rows_and_times
 from diagnosis.inspection.units import steps_of_a_slide, unit_noted, with_units
@@ -145,6 +146,11 @@ def inspect_table(
         )
     left = [name for name, one in known.items() if name not in guesses and not rising(one)]
     kind, motion, why = kind_of(guesses, left)
+    asked: dict[str, str] = {}
+    if kind == "servo_axis" and motion is None:
+        asked, question = ask_unit(guesses, known)
+        warnings += [question] if question else []
+        motion = "rotary" if turns_by_name(guesses.values()) else None
     if kind == "servo_axis":
         warnings += _from_outside(guesses)
     timeless = base.rate_hz is not None and "t" not in said
@@ -153,7 +159,7 @@ def inspect_table(
         guesses = {name: one for name, one in guesses.items() if one.role != "t"}
     columns = {
         guess.name: Source.model_validate(
-            {"from": name, "unit": guess.unit or "1"}
+            {"from": name, "unit": guess.unit or asked.get(guess.name, "1")}
             | ({"scale": guess.scale} if guess.scale != 1.0 or against_heading(guess) else {})
         )
         for name, guess in sorted(guesses.items(), key=lambda one: list(UNITS).index(one[1].name))
@@ -161,7 +167,7 @@ def inspect_table(
     columns = {
         name: source
         for name, source in columns.items()
-        if source.from_ != name or IN_SI[source.unit] != 1.0 or source.scale != 1.0
+        if source.from_ != name or IN_SI[source.unit] != 1.0 or source.scale != 1.0 or name in asked
     }
     columns |= {
         name: one
@@ -173,14 +179,9 @@ def inspect_table(
     mapping = base.model_copy(update={"columns": columns})
     timing, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None)
     warnings += late
-    if kind == "servo_axis" and motion is None:
-        warnings.append(
-            "whether it turns (rad) or slides (m) cannot be told; if it slides, put linear in place"
-            " of rotary below"
-        )
     return Inspection(
         path, [*facts, *timing], table, guesses, kind, motion, why, _zero(guesses, known),
-        mapping, warnings, counter,
+        mapping, warnings, counter, named=named,
     )  # fmt: skip
 
 
@@ -238,7 +239,7 @@ def _headed(base: Mapping, columns: dict[str, Source]) -> tuple[Mapping, dict[st
     left = {
         name: source.model_copy(update={"from_": name})
         for name, source in columns.items()
-        if IN_SI[source.unit] != 1.0
+        if IN_SI[source.unit] != 1.0 or source.unit == "rad"
     }
     return base.model_copy(update={"heading": heading}), left
 

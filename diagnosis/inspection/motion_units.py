@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from diagnosis.columns.doubts import ANGULAR, counts_like, of_counts, turns
-from diagnosis.columns.names import Guess, without_unit
+from diagnosis.columns.names import Guess, is_of_data_joint, is_of_joint, without_unit
 from diagnosis.columns.options import GUESSES
 from diagnosis.inspection.shapes import same_range
+from diagnosis.inspection.steps_of_reading import of_encoder
+from diagnosis.observations.needed_columns import travel
 from diagnosis.observations.readings import FloatArray
 
 PAIRS = (
@@ -18,8 +20,12 @@ PAIRS = (
     *((f"command_{n}", f"theta_{n}") for n in (1, 2, 3)),
 )  # fmt: skip
 """What was asked for, and what came of it."""
+LONE = frozenset({"command", "position"})
+"""Of an axis by itself, which turns or slides."""
 STRAIGHT = ("pos", "range", "distance")
 PUT = "into the command below"
+SLIDES = "and linear in place of rotary below"
+NO_UNIT = "nothing says the unit"
 
 
 def of_one_unit(
@@ -36,7 +42,7 @@ def of_one_unit(
         for pair in pairs
         if len(pair) == 2
         and all(map(_is_open, pair))
-        and same_range(*(table[one.source] for one in pair))
+        and _go_alike(*(table[one.source] for one in pair))
     ]
     for group in [arms, *alike]:
         if group and all(one.name in left for one in group):
@@ -44,6 +50,13 @@ def of_one_unit(
             for one in group:
                 del left[one.name]
     yield from ([one] for one in left.values())
+
+
+def _go_alike(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two columns go over the same numbers, or as far where their zeros differ."""
+    wide, told = travel(one), travel(other)
+    as_far = max(wide, told) < GUESSES.other_unit * min(wide, told)
+    return as_far or same_range(one, other)
 
 
 def _is_open(guess: Guess) -> bool:
@@ -59,12 +72,20 @@ def unit_of_motion(
         return list(group), ""
     if guess.unit is not None:
         return list(group), _doubt(guess, values)
-    largest, names = float(np.nanmax(np.abs(values))), ", ".join(one.source for one in group)
+    largest, names = float(np.nanmax(np.abs(values))), _names(group)
     if guess.role in STRAIGHT:
         if largest <= GUESSES.longest_m:
             return list(group), ""
         return _all(group, "mm"), f"{names}: up to {largest:g}, taken for mm"
-    if largest <= GUESSES.widest_rad:
+    if (stepped := _of_steps(group, table)) is not None:
+        return stepped, ""
+    lone = _is_lone(group)
+    if lone and all(is_of_data_joint(one.source) for one in group):
+        return _all(group, "deg"), (
+            f"{names}: {NO_UNIT}; taken for degrees, as most arms with such names are written in;"
+            f" if it is radians, put [rad] in place of [deg] {PUT}"
+        )
+    if largest <= (GUESSES.one_turn_rad if lone else GUESSES.widest_rad):
         return list(group), ""
     if counts_like(values):
         return _all(group, "rad", GUESSES.count_rad), (
@@ -90,9 +111,58 @@ def _other_than_deg(group: Sequence[Guess], largest: float, turning: bool) -> st
             f"; if it is seconds of arc, put [arcsec] in place of [deg] {PUT}; if it is counts,"
             f' what one is in rad, as "{guess.name}={counts}" for 4096 a turn'
         )
-    if turning:
-        return ""
-    return "; if it is mm, put [mm] in place of [deg] and linear in place of rotary below"
+    radians = largest <= GUESSES.widest_rad
+    others = f"; if it is radians, put [rad] in place of [deg] {PUT}" if radians else ""
+    if turning or turns_by_name(group):
+        return others
+    return f"{others}; if it is mm, put [mm] in place of [deg] {SLIDES}"
+
+
+def _names(group: Sequence[Guess]) -> str:
+    return ", ".join(one.source for one in group)
+
+
+def _is_lone(group: Sequence[Guess]) -> bool:
+    """Whether columns are those of one axis, which may slide as well."""
+    return all(one.index is None for one in group)
+
+
+def _of_steps(group: Sequence[Guess], table: Mapping[str, FloatArray]) -> list[Guess] | None:
+    """The group in the unit that the steps of its readings tell; None where they tell none."""
+    read = [one.source for one in group if one.role in ("position", "theta")]
+    told = {name: found for name in read if (found := of_encoder(table[name])) is not None}
+    units = {unit for unit, _ in told.values()}
+    if len(units) != 1:
+        return None
+    why = {name: f"reads {step}" for name, (_, step) in told.items()}
+    like = f"in the unit of {next(iter(told))}"
+    return [
+        replace(one, why=f"{one.why}; {why.get(one.source, like)}")
+        for one in _all(group, units.pop())
+    ]
+
+
+def turns_by_name(group: Iterable[Guess]) -> bool:
+    """Whether a name among these is that of a joint, or says that it is an angle."""
+    return any(is_of_joint(one.source) for one in group)
+
+
+def ask_unit(
+    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
+) -> tuple[dict[str, str], str]:
+    """The unit to be written for columns of an axis of which nothing tells one, by their name in
+    the contract, and what to be asked of them; both empty where there are none.
+    """
+    open_ = [one for one in guesses.values() if one.name in LONE and _is_open(one)]
+    if not open_:
+        return {}, ""
+    largest = max(float(np.nanmax(np.abs(table[one.source]))) for one in open_)
+    slide = f"if it slides, [m] or [mm], {SLIDES}"
+    also = "" if turns_by_name(open_) else f"; {slide}"
+    return dict.fromkeys((one.name for one in open_), "rad"), (
+        f"{_names(open_)}: up to {largest:.4g}, and {NO_UNIT}; taken for radians; if it is degrees,"
+        f" put [deg] in place of [rad] {PUT}{also}"
+    )
 
 
 def _doubt(guess: Guess, values: FloatArray) -> str:

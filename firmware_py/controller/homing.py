@@ -71,8 +71,10 @@ class Homer:
         if self._robot.homing.method == "switch":
             for motor in range(MOTORS):
                 self._seek_switch(motor)
-        then = BUILT_OTHERWISE if self._machine.simulated else BY_HAND
-        return check_plausible(self._robot, self._listen(), accept_unseen_deg, then)
+        simulated = self._machine.simulated
+        then = BUILT_OTHERWISE if simulated else BY_HAND
+        heard_m = self._listen()
+        return check_plausible(self._robot, heard_m, accept_unseen_deg, then, simulated)
 
     def _place_simulated(self) -> None:
         """Release the drives and put the arms against their stops, which a person does on a robot.

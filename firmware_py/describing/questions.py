@@ -15,8 +15,12 @@ from firmware_py.describing.motors import (
     ratio_remark,
     too_few_pulses,
 )
+from firmware_py.describing.products import product
 from foundation.errors import ConfigError
 from models.gearing import LEAST_RATIO, too_small_ratio
+
+Answers = dict[str, str]
+"""By the key of the question."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +43,8 @@ class Question:
     unless: tuple[tuple[str, str], ...] = ()
     """Keys and answers of other questions, each of which leaves nothing to ask here: the default
     is taken, or where there is none, nothing is said of it."""
+    only: tuple[str, str, str] | None = None
+    """Key and answer of the one question with which this has a sense, and which machine that is."""
 
     def wrong(self, answer: str) -> str:
         """Why an answer cannot be taken, to be asked again at once; empty where it may do."""
@@ -55,6 +61,17 @@ class Question:
             said = self.too_small(smallest) if self.too_small else ""
             return f"{answer!r}: {said or f'must not be below {self.least:g}'}"
         return f"{answer!r}: must not be above {self.most:g}" if max(found) > self.most else ""
+
+    def misplaced(self, answers: Answers) -> str:
+        """Why it cannot be answered beside what is answered already; empty where it can."""
+        if self.only is None or answers.get(self.only[0], self.only[1]) == self.only[1]:
+            return ""
+        key, answer, machine = self.only
+        other = answers[key]
+        return (
+            f"{self.option}: is of {machine} (--{key} {answer}), and this one is {other}; leave it"
+            f" out, or say --{key} {answer}"
+        )
 
     @property
     def option(self) -> str:
@@ -94,6 +111,8 @@ ZERO = Question(
     " read 30); arbitrary: no (an encoder that begins anywhere, and reads 217 there)",
     "absolute", ("absolute", "arbitrary"), unless=(("recorded", "effort"),),
 )  # fmt: skip
+TURNS = ("motion", "rotary", "a servo_axis that turns")
+SLIDES = ("motion", "linear", "a servo_axis that slides")
 NO_EFFORT = (("recorded", "command"),)
 QUESTIONS: dict[str, tuple[Question, ...]] = {
     "delta": (
@@ -167,12 +186,14 @@ QUESTIONS: dict[str, tuple[Question, ...]] = {
             " 0: none hangs there, or the axis stands upright",
             "0",
             unless=(("motion", "linear"),),
+            only=TURNS,
         ),
         Question(
             "hanging_deg",
             "Position at which that weight hangs straight down, degrees",
             "0",
             unless=(("motion", "linear"), ("hanging_nm", "0")),
+            only=TURNS,
         ),
         Question(
             "slope_n",
@@ -180,6 +201,7 @@ QUESTIONS: dict[str, tuple[Question, ...]] = {
             " if it holds towards lower positions; 0: it is level",
             "0",
             unless=(*NO_EFFORT, ("motion", "rotary")),
+            only=SLIDES,
         ),
         ZERO,
     ),
@@ -204,7 +226,7 @@ WIRING: tuple[Question, ...] = (
     ),
 )
 """What hardware needs besides, and nobody can guess; a file without it runs simulated only."""
-Answers = dict[str, str]
+PRODUCTS = ", or a product or quotient of numbers, as 1.17*9.81*0.15 or 1/3"
 _THOUSANDS = re.compile(r"(-?\d{1,3}),(\d{3})")
 
 
@@ -222,6 +244,8 @@ def gather(
             answers[question.key] = given[question.key]
             if why := question.wrong(given[question.key]):
                 wrong.append(f"{question.option} {why}")
+            if why := question.misplaced(answers):
+                wrong.append(why)
         elif _settled(question, answers):
             if question.default is not None:
                 answers[question.key] = question.default
@@ -244,15 +268,22 @@ def _settled(question: Question, answers: Answers) -> bool:
     return any(answers.get(key) == answer for key, answer in question.unless)
 
 
-def remarks(questions: tuple[Question, ...], given: Answers, answers: Answers) -> list[str]:
-    """What was taken without anybody having said it, and what is seldom meant."""
-    taken = [
+def assumed(
+    questions: tuple[Question, ...], given: Answers, answers: Answers
+) -> tuple[Question, ...]:
+    """Questions whose default was taken without anybody having said it."""
+    return tuple(
         one
         for one in questions
         if one.key not in given
         and one.default == answers.get(one.key)
         and not _settled(one, answers)
-    ]
+    )
+
+
+def remarks(questions: tuple[Question, ...], given: Answers, answers: Answers) -> list[str]:
+    """What was taken without anybody having said it, and what is seldom meant."""
+    taken = assumed(questions, given, answers)
     said = []
     if names := ", ".join(f"{one.option} {one.default}" for one in taken):
         said.append(f"assumed:         {names}")
@@ -280,8 +311,9 @@ def _read(text: str, count: int, key: str = "") -> tuple[float, ...] | str:
         whole = "".join(found.groups())
         return f"is it {whole} or {'.'.join(found.groups())}? Write it without a comma"
     parts = [text.replace(",", ".")] if count == 1 else text.replace(",", " ").split()
-    try:
-        numbers = tuple(float(part) for part in parts)
-    except ValueError:
-        return "must be a number" if count == 1 else f"must be {count} numbers"
+    values = [product(part) for part in parts]
+    numbers = tuple(one for one in values if one is not None)
+    if len(numbers) < len(values):
+        also = PRODUCTS if set("*/") & set(text) else ""
+        return f"must be a number{also}" if count == 1 else f"must be {count} numbers"
     return numbers if len(numbers) == count else f"must be {count} numbers, with spaces between"

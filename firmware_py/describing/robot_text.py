@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Collection
+from functools import partial
 
 from firmware_py.describing.questions import Answers, numbers
 
 NOTE = "# Made by deltactl init. All keys: docs/reference/robots.md in the source of deltactl"
 
 
-def robot_text(kind: str, answers: Answers, wired: bool) -> str:
-    """YAML of a machine of this kind. Raises ConfigError for an answer that is no number."""
-    makers = {"delta": _delta, "stepper_axis": _stepper, "servo_axis": _servo}
+def robot_text(kind: str, answers: Answers, wired: bool, assumed: Collection[str] = ()) -> str:
+    """YAML of a machine of this kind; assumed: keys of answers that nobody gave.
+
+    Raises ConfigError for an answer that is no number.
+    """
+    makers: dict[str, Callable[[Answers], list[str]]] = {
+        "delta": _delta,
+        "stepper_axis": _stepper,
+        "servo_axis": partial(_servo, assumed),
+    }
     lines = [NOTE, f"kind: {kind}", f"name: {_text(answers['name'])}"]
     if kind in makers:
         lines += makers[kind](answers)
@@ -82,7 +91,7 @@ def _stepper(answers: Answers) -> list[str]:
     ]
 
 
-def _servo(answers: Answers) -> list[str]:
+def _servo(assumed: Collection[str], answers: Answers) -> list[str]:
     inertia, gain = numbers(answers, "inertia")[0], numbers(answers, "effort_gain")[0]
     unit = "kg" if answers["motion"] == "linear" else "kg m2"
     lines = [f"motion: {answers['motion']}"]
@@ -92,23 +101,35 @@ def _servo(answers: Answers) -> list[str]:
         lines.append(f"# inertia: 0.1   # {unit}; needed where the recording has an effort column")
     if inertia > 0.0 or gain != 1.0:
         lines.append(f"effort_gain: {_number(gain)}")
-    if answers["recorded"] != "command" or answers["motion"] == "rotary":
-        lines.append(_gravity(answers))
+    if answers["motion"] == "rotary":
+        lines.append(_hanging(answers, "hanging_nm" not in assumed))
+    elif answers["recorded"] != "command" or numbers(answers, "slope_n")[0]:
+        lines.append(_slope(answers, "slope_n" not in assumed))
     return [
         *lines,
         f"zero: {answers['zero']}   {ZERO}",
     ]
 
 
-def _gravity(answers: Answers) -> str:
-    """What weight does to an axis; an example behind a # where it does nothing."""
-    if answers["motion"] == "linear":
-        force_n = numbers(answers, "slope_n")[0]
-        said = f"gravity: {{force_n: {_number(force_n or 20.0)}}}   #"
-        if not force_n:
-            return f"# {said} only for a slide on a slope: N that hold it there"
-        return f"{said} N that hold it on its slope"
+NOTHING = "# nothing pulls at it: level, upright or balanced"
+
+
+def _slope(answers: Answers, known: bool) -> str:
+    """What weight does to a slide; an example behind a # where nobody said."""
+    force_n = numbers(answers, "slope_n")[0]
+    if known and not force_n:
+        return f"gravity: {{force_n: 0}}   {NOTHING}"
+    said = f"gravity: {{force_n: {_number(force_n or 20.0)}}}   #"
+    if not force_n:
+        return f"# {said} only for a slide on a slope: N that hold it there"
+    return f"{said} N that hold it on its slope"
+
+
+def _hanging(answers: Answers, known: bool) -> str:
+    """What weight does to an axis that turns; an example behind a # where nobody said."""
     torque_nm, at_deg = (numbers(answers, key)[0] for key in ("hanging_nm", "hanging_deg"))
+    if known and not torque_nm:
+        return f"gravity: {{torque_nm: 0}}   {NOTHING}"
     zero = _number(math.radians(at_deg))
     said = f"gravity: {{torque_nm: {_number(torque_nm or 1.5)}, zero_rad: {zero}}}   #"
     means = "N m that hold it level; the angle in rad at which it hangs straight down"

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import re
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from foundation.errors import RecordingError
 from recording.tables.cell import is_number
-from recording.tables.moment import is_moment
+from recording.tables.moment import is_date, is_moment, is_time_of_day
 from recording.tables.text_file import read_text
 
-SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces"}
+WIDE = "  "
+"""Stands for two spaces or more: one alone is part of a cell, as in a date with its time."""
+SEPARATORS = {
+    ",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces",
+    WIDE: "several spaces",
+}  # fmt: skip
 """Sought in this order; a space stands for any run of spaces and tabs."""
-IN_OPTIONS = {"\t": "tab", " ": "space", ",": "comma", ";": "semicolon"}
+IN_OPTIONS = {"\t": "tab", " ": "space", WIDE: "spaces", ",": "comma", ";": "semicolon"}
 """What a shell or an eye would lose, as it is typed after `separator=`."""
 MANY_LINES = 400
 UNIT_CELL = re.compile(
@@ -24,6 +31,7 @@ UNIT_CELL = re.compile(
 )
 _STAMPED = re.compile(r"^(\d\d:\d\d:\d\d[.,]\d+) -> ")
 """What a serial monitor puts before each line."""
+_WIDE_GAP = re.compile(r" {2,}|[ \t]*\t[ \t]*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +61,8 @@ def split(line: str, separator: str) -> list[str]:
     line = _STAMPED.sub(rf"\g<1>{separator}", line)
     if separator == " ":
         return line.split()
+    if separator == WIDE:
+        return _WIDE_GAP.split(line.strip())
     return [cell.strip() for cell in next(csv.reader(io.StringIO(line), delimiter=separator), [])]
 
 
@@ -95,27 +105,55 @@ def _first_lines(path: Path) -> list[str]:
 def _marks(
     path: Path, lines: list[str], separator: str | None, decimal: str | None
 ) -> tuple[str, str, int]:
-    """Separator, decimal mark and usual number of cells that make the most cells numbers."""
-    best: tuple[float, int] | None = None
+    """Separator, decimal mark and usual number of cells that suit the lines best."""
+    lines = [line for line in lines if line.strip()]
+    best: _Suits | None = None
     for between in SEPARATORS if separator is None else (separator,):
         for point in (".", ",") if decimal is None else (decimal,):
             suits = _suits(lines, between, point)
             if best is None or suits > best:
                 best, found = suits, (between, point)
-    if best is None or best[0] == 0.0:
+    if best is None or best.numbers == 0.0:
         raise RecordingError(f"{path}: no columns of numbers were found in it")
-    return *found, best[1]
+    return *found, best.width
 
 
-def _suits(lines: list[str], separator: str, decimal: str) -> tuple[float, int]:
-    """Which share of the cells are numbers in lines of the usual width, and that width."""
-    rows = [split(line, separator) for line in lines if line.strip()]
-    rows = [row for row in rows if any(row) and 2 * _good(row, decimal) > len(row)]
-    if not rows:
-        return 0.0, 0
-    width, _ = Counter(map(len, rows)).most_common(1)[0]
-    rows = [row for row in rows if len(row) == width]
-    return round(sum(_good(row, decimal) for row in rows) / (width * len(rows)), 2), width
+class _Suits(NamedTuple):
+    """How well a separator and a decimal mark suit a table; what comes first decides."""
+
+    numbers: float
+    """Share of the cells that are numbers or times, in lines of the usual width."""
+    steady: float
+    """Share of the lines that have this width."""
+    headed: bool
+    """Whether the line above has as many words; of one column any line would."""
+    whole: bool
+    """Whether no day stands apart from its time, as where the blank between them separates."""
+    width: int
+
+
+def _suits(lines: list[str], separator: str, decimal: str) -> _Suits:
+    split_up = [split(line, separator) for line in lines]
+    places = [
+        n for n, row in enumerate(split_up) if any(row) and 2 * _good(row, decimal) > len(row)
+    ]
+    if not places:
+        return _Suits(0.0, 0.0, False, False, 0)
+    width, _ = Counter(len(split_up[n]) for n in places).most_common(1)[0]
+    usual = [n for n in places if len(split_up[n]) == width]
+    good = sum(_good(split_up[n], decimal) for n in usual)
+    above = _words(lines[usual[0] - 1], separator) if usual[0] else []
+    return _Suits(
+        round(good / (width * len(usual)), 2),
+        round(len(usual) / len(lines), 2),
+        len(above) == width > 1,
+        not any(map(_is_apart, itertools.pairwise(split_up[usual[0]]))),
+        width,
+    )
+
+
+def _is_apart(cells: tuple[str, str]) -> bool:
+    return is_date(cells[0]) and is_time_of_day(cells[1])
 
 
 def _good(row: list[str], decimal: str) -> int:

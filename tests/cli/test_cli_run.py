@@ -61,6 +61,7 @@ def test_a_simulated_robot_that_sees_nothing_runs_unasked(deltactl, tmp_path: Pa
     for said in ((), ("--accept-unseen", "80")):
         ran = deltactl("run", "job.yaml", "--simulate", *said, "--json")
         assert json.loads(ran.stdout)["outcome"] == "done"
+        assert "look whether each arm" not in ran.stdout + ran.stderr
 
 
 def test_check_says_what_a_job_would_do(deltactl) -> None:

@@ -158,7 +158,8 @@ def test_a_delta_without_sensors_says_none_and_its_first_job_runs(
     )  # fmt: skip
     assert load_robot(tmp_path / "bare.yaml").sensors is None
     assert "then: deltactl run bare-circle.yaml\n" in done.stdout
-    assert "then type: deltactl home --accept-unseen 80" in done.stdout
+    said = " ".join(done.stdout.split())
+    assert "look yourself, then type: deltactl home --accept-unseen 80 (80 degrees is how" in said
     deltactl("run", "bare-circle.yaml", "--simulate")
 
 

@@ -97,3 +97,45 @@ def test_a_recording_is_measured_as_inspect_reads_it(deltactl: Deltactl, tmp_pat
     assert "write 1 divided by the steps per mm that are set" in done.stderr
     next_one = done.stdout.splitlines()[-1].removeprefix("next: deltactl ")
     deltactl(*shlex.split(next_one))
+
+
+def test_a_product_is_taken_for_the_torque_and_bounds_hold(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    hung = _weight(deltactl, str(tmp_path / "a.yaml"), "--hanging-nm", "1.17*9.81*0.15").gravity
+    assert hung is not None
+    assert hung.torque_nm == pytest.approx(1.17 * 9.81 * 0.15)
+    done = deltactl("init", "b.yaml", "--kind", "servo_axis", "--inertia", "-1/3", status=2)
+    assert "must not be below 0" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("motion", "option", "key"),
+    [("rotary", "--hanging-nm", "torque_nm"), ("linear", "--slope-n", "force_n")],
+)
+def test_an_answer_of_zero_is_written_and_a_default_is_not(
+    deltactl: Deltactl, tmp_path: Path, motion: str, option: str, key: str
+) -> None:
+    words = ["--motion", motion, "--recorded", "both", "--inertia", "1"]
+    free = _weight(deltactl, str(tmp_path / "free.yaml"), *words, option, "0").gravity
+    assert free is not None
+    assert (free.torque_nm, free.force_n) == (0.0, 0.0)
+    assert f"\ngravity: {{{key}: 0}}" in (tmp_path / "free.yaml").read_text()
+    assert _weight(deltactl, str(tmp_path / "open.yaml"), *words).gravity is None
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--slope-n", "3"], "--slope-n: is of a servo_axis that slides (--motion linear)"),
+        (
+            ["--motion", "linear", "--hanging-nm", "3"],
+            "--hanging-nm: is of a servo_axis that turns (--motion rotary)",
+        ),
+    ],
+)
+def test_a_weight_of_the_other_motion_is_refused(
+    deltactl: Deltactl, words: list[str], says: str
+) -> None:
+    done = deltactl("init", "a.yaml", "--kind", "servo_axis", *words, status=2)
+    assert says in " ".join(done.stderr.split())

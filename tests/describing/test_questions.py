@@ -146,3 +146,20 @@ def test_nothing_is_asked_about_what_is_not_recorded(recorded: str, asked: set[s
     answers = gather(QUESTIONS["servo_axis"], {}, ask)
     assert set(heard) - {"name", "motion", "recorded"} == asked
     assert (answers["zero"], answers["inertia"]) == ("absolute", "0")
+
+
+@pytest.mark.parametrize(
+    ("typed", "value"),
+    [
+        ("1.17*9.81*0.15", 1.17 * 9.81 * 0.15), ("1/3", 1 / 3), (" 2 * 3 / 4 ", 1.5),
+        ("-1e-3", -1e-3), ("1,17*9,81", 1.17 * 9.81), ("2*-3", -6.0),
+    ],
+)  # fmt: skip
+def test_products_and_quotients_are_numbers(typed: str, value: float) -> None:
+    assert numbers({"hanging_nm": typed}, "hanging_nm") == pytest.approx((value,))
+
+
+@pytest.mark.parametrize("typed", ["1/0", "2**3", "1*", "/3", "nan", "inf", "1e400", "1_0", "a*2"])
+def test_what_comes_to_no_number_is_refused(typed: str) -> None:
+    with pytest.raises(ConfigError, match="must be a number"):
+        numbers({"hanging_nm": typed}, "hanging_nm")

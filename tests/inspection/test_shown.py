@@ -66,3 +66,10 @@ def test_elsewhere_every_sentence_and_command_is_one_line(
     assert load.endswith("put load in place of effort in the command below")
     (command,) = [line for line in lines if line.startswith("diagnose it:")]
     assert command.endswith("'velocity=axis_of_the_gantry_speed[deg/s]'")
+
+
+def test_large_numbers_stand_without_a_power_of_ten(deltactl: Deltactl, tmp_path: Path) -> None:
+    rows = [f"{t:.2f},{1e6 * q:.1f},{1e6 * q - 5.0:.1f}" for t, q in zip(T_S, asked(), strict=True)]
+    (tmp_path / "um.csv").write_text("\n".join(["time,goal_um,laser_um", *rows]) + "\n")
+    done = deltactl("diagnose", "um.csv", "--inspect")
+    assert "e+0" not in done.stdout

@@ -1,0 +1,51 @@
+"""The unit of an angle by the steps of its reading: encoders part a turn into 2^n."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from diagnosis.columns.options import GUESSES
+from diagnosis.observations.readings import FloatArray
+
+TURNS: tuple[tuple[float, str], ...] = ((360.0, "deg"), (2.0 * np.pi, "rad"))
+"""One turn in each unit. No power of two brings the one near the other (57.3 is 2^5.84), nor near
+the decimal steps of a scale in mm."""
+SERVO_STEPS: tuple[tuple[float, int], ...] = ((300.0, 1024),)
+"""Degrees, and the steps they are parted into: Dynamixel AX."""
+
+
+def of_encoder(values: FloatArray) -> tuple[str, str] | None:
+    """Unit of readings (n,) that go in steps of an encoder, and words for the step; else None."""
+    step = step_of(values)
+    if step is None:
+        return None
+    for degrees, parts in SERVO_STEPS:
+        if abs(step * parts / degrees - 1.0) < GUESSES.near_step:
+            return "deg", f"in steps of {degrees:g}/{parts} degrees"
+    low, high = GUESSES.encoder_bits
+    for turn, unit in TURNS:
+        bits = round(float(np.log2(turn / step)))
+        if low <= bits <= high and abs(step * 2.0**bits / turn - 1.0) < GUESSES.near_step:
+            said = f"360/{2**bits} degrees" if unit == "deg" else f"2 pi/{2**bits} rad"
+            return unit, f"in steps of {said}"
+    return None
+
+
+def step_of(values: FloatArray) -> float | None:
+    """The step of readings (n,) that stand at places evenly apart, but for their last decimal;
+    None where they do not.
+    """
+    known = values[np.isfinite(values)]
+    if not len(known) or not np.ptp(known):
+        return None
+    alike = GUESSES.same_place * float(np.ptp(known))
+    places = np.unique(known)
+    places = places[np.diff(places, prepend=-np.inf) > alike]
+    if len(places) < GUESSES.fewest_places:
+        return None
+    apart = np.diff(places)
+    one = float(np.mean(apart[apart < 1.5 * apart.min()]))
+    number = np.concatenate([[0.0], np.cumsum(np.round(apart / one))])
+    step, begin = np.polyfit(number, places, 1)
+    left = float(np.max(np.abs(places - begin - step * number)))
+    return float(step) if left < GUESSES.off_place * step else None

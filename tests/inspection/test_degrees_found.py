@@ -1,0 +1,118 @@
+"""Degrees that no heading names: by the steps of the reading, or by the names of joints."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from diagnosis.columns.mapping import load_mapping
+from diagnosis.columns.reading import read_mapped
+from diagnosis.inspection.found import Inspection
+from diagnosis.inspection.inspection import inspect
+from diagnosis.inspection.steps_of_reading import of_encoder
+from tests.cli.conftest import Deltactl
+
+T_S = 0.02 * np.arange(1500)
+ASKED = np.sin(0.9 * T_S)
+
+
+def table(
+    path: Path, names: str, amplitude: float, step: float = 0.0, zero: float = 0.0
+) -> Inspection:
+    """What is found in a table of an axis that goes so far, and is read in such steps."""
+    noise = 0.003 * amplitude * np.random.default_rng(3).standard_normal(len(T_S))
+    seen = zero + 0.96 * amplitude * ASKED + noise
+    seen = step * np.round(seen / step) if step else seen
+    cells = np.stack([T_S, amplitude * ASKED, seen], axis=1)
+    np.savetxt(path, cells, "%.7f", ",", header=f"time,{names}", comments="")
+    return inspect(path)
+
+
+def units(found: Inspection) -> list[str | None]:
+    return [guess.unit for guess in found.guesses.values() if guess.role != "t"]
+
+
+@pytest.mark.parametrize(
+    ("step", "unit"),
+    [(360 / 4096, "deg"), (360 / 2**14, "deg"), (300 / 1024, "deg"), (2 * np.pi / 2**14, "rad")],
+)
+def test_the_steps_of_the_reading_tell(tmp_path: Path, step: float, unit: str) -> None:
+    found = table(tmp_path / "a.csv", "goal,read", 5.0, step)
+    assert units(found) == [unit, unit]
+    assert found.motion == "rotary"
+    assert not found.warnings
+    read = read_mapped(found.path, load_mapping(None, found.options[1::2]))
+    size = np.radians(5.0) if unit == "deg" else 5.0
+    assert np.ptp(read.column("command")) == pytest.approx(2 * size, rel=1e-3)
+
+
+def test_a_command_with_another_zero_is_in_the_unit_of_its_reading(tmp_path: Path) -> None:
+    assert units(table(tmp_path / "a.csv", "goal,read", 5.0, 360 / 4096, zero=-70.0)) == [
+        "deg",
+        "deg",
+    ]
+
+
+def test_joints_of_data_sets_are_in_degrees_and_turn(tmp_path: Path) -> None:
+    found = table(tmp_path / "a.csv", "elbow_flex.goal,elbow_flex.pos", 4.0)
+    assert (units(found), found.motion) == (["deg", "deg"], "rotary")
+    assert "put [rad] in place of [deg]" in found.warnings[0]
+
+
+def test_a_joint_turns_in_a_unit_that_is_asked_for(tmp_path: Path) -> None:
+    found = table(tmp_path / "a.csv", "goal_elbow,read_elbow", 1.2)
+    assert found.motion == "rotary"
+    assert found.options[3::2] == ["position=read_elbow[rad]", "command=goal_elbow[rad]"]
+    (question,) = found.warnings
+    assert "[deg]" in question
+    assert "[mm]" not in question
+
+
+def test_more_than_a_turn_is_degrees_or_something_else(tmp_path: Path) -> None:
+    found = table(tmp_path / "a.csv", "goal,read", 9.0)
+    assert units(found) == ["deg", "deg"]
+    (question,) = found.warnings
+    assert "[rad] in place of [deg]" in question
+    assert "[mm] in place of [deg]" in question
+
+
+@pytest.mark.parametrize("names", ["goal,read", "command,position"])
+def test_what_stays_open_is_asked_and_explicit_in_the_command(
+    deltactl: Deltactl, tmp_path: Path, names: str
+) -> None:
+    table(tmp_path / "a.csv", names, 1.2)
+    done = deltactl("diagnose", "a.csv", "--inspect")
+    for unit in ("[deg]", "[rad]", "[mm]", "[m]"):
+        assert unit in done.stdout
+    command = next(line for line in done.stdout.split("\n") if line.startswith("diagnose it:"))
+    said = [word for word in shlex.split(command) if "=" in word and not word.startswith("t=")]
+    assert len(said) == 2
+    assert all(word.endswith("[rad]") for word in said)
+
+
+@given(
+    bits=st.integers(8, 24), turn=st.sampled_from([(360.0, "deg"), (2.0 * np.pi, "rad")]),
+    moves=st.lists(st.integers(-1, 1), min_size=60, max_size=200),
+    decimals=st.integers(1, 3), zero=st.floats(-5.0, 5.0),
+)  # fmt: skip
+def test_any_encoder(
+    bits: int, turn: tuple[float, str], moves: list[int], decimals: int, zero: float
+) -> None:
+    full, unit = turn
+    step = full / 2.0**bits
+    digits = decimals - int(np.floor(np.log10(step)))
+    places = np.cumsum([1] * 8 + moves)
+    found = of_encoder(np.round(step * places + step * round(zero / step), digits))
+    assert found is not None
+    assert found[0] == unit
+    assert str(2**bits) in found[1]
+
+
+@pytest.mark.parametrize("step", [0.5, 0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0001])
+def test_decimal_steps_are_those_of_no_encoder(step: float) -> None:
+    assert of_encoder(step * np.round(8.0 * ASKED / step)) is None
