@@ -20,6 +20,8 @@ def alternatives(gravity: AxisGravity | None, load_nm: float = 0.0) -> set[str]:
     if load_nm:
         columns["load"] = np.full(len(T_S), load_nm)
     plant = CommandedAxis(axis, [FlatRecording(T_S, columns)])
+    (why,) = (one.why for one in plant.not_testable() if one.effect == "joint_compliance")
+    assert ("nothing pulls" in why) == (gravity is not None and not load_nm)
     ratio = next(one for one in plant.regressors if one.key == "ratio")
     return {same.effect for same in ratio.equivalents}
 

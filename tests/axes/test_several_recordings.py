@@ -95,11 +95,11 @@ def test_a_faint_effect_says_how_it_hangs_on_the_priors() -> None:
 
 
 def test_no_size_is_usual_of_what_has_no_name() -> None:
-    """An unknown at 81 %, 27 % and 98 % by the spread of its curve: no reader can use that."""
-    rec = FollowingRig(play=0.01).record(0)
-    t_s = rec.t_s[:400]
-    columns = {name: values[:400] for name, values in rec.columns.items()}
-    columns["position"] = columns["position"] + 0.004 * np.sin(3.0 * np.pi * t_s / np.ptp(t_s))
+    """An unknown at 91 %, 99 % and 53 % by the spread of its curve: no reader can use that."""
+    rec = FollowingRig(noise=1e-3, rho=0.0).record(1)
+    t_s = rec.t_s[:800]
+    columns = {name: values[:800] for name, values in rec.columns.items()}
+    columns["position"] = columns["position"] + 0.0006 * np.sin(3.0 * np.pi * t_s / np.ptp(t_s))
     robot = ServoAxis(kind="servo_axis", name="axis", motion="rotary")
     answer = diagnose_axis(robot, [replace(rec, t_s=t_s, columns=columns, extra={})])
     assert "unknown" in {one.effect for one in answer.findings}

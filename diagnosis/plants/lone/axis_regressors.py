@@ -48,7 +48,7 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     rotary = isinstance(axis.robot, ServoAxis) and axis.robot.motion == "rotary"
     yields = Equivalent("joint_compliance", ODDS.unknown_load_for_ratio)
     of_ratio = [Equivalent("unknown", ODDS.drift_for_ratio)] if axis.steady else []
-    of_ratio += [yields] if rotary and not known_pull and not _is_said_to_be_free(axis) else []
+    of_ratio += [yields] if rotary and not known_pull and not is_said_to_be_free(axis) else []
     # A rotary servo reads the encoder that it closes its loop over.
     of_ratio += [] if rotary else [Equivalent("sensor_scale", ODDS.scale_for_ratio)]
     found = [
@@ -105,7 +105,7 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     return [one for one in found if one.key not in blind]
 
 
-def _is_said_to_be_free(axis: RecordedAxis) -> bool:
+def is_said_to_be_free(axis: RecordedAxis) -> bool:
     """Whether the robot file says that nothing pulls at the axis: a gravity of zero."""
     gravity = axis.robot.gravity if isinstance(axis.robot, ServoAxis) else None
     return gravity is not None and not axis.pull.any()
