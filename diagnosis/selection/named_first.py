@@ -8,6 +8,7 @@ regressors that were neither sure nor out of the question are chosen once more b
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -137,7 +138,7 @@ def _beside(
 ) -> Selected:
     """Choose among what was open, or is needless beside the unknown, beside what is sure."""
     sure = frozenset(key for key in named.best.keys if chances[key] > SELECTION.sure)
-    needless = _needless(free, sure, unknown)
+    kept = _pruned(free, sure | unknown, unknown)
     opened = [
         key
         for key, p in chances.items()
@@ -145,24 +146,30 @@ def _beside(
     ]
     if sure == named.best.keys:
         opened = []
-    opened += sorted(needless)
-    both = HillClimb(free, (sure - needless) | unknown, among=opened).run()
+    opened += sorted(sure - kept)
+    both = HillClimb(free, kept, among=opened).run()
     found = {**chances, **{key: both.probability(key) for key in opened}}
     return Selected(
         plant, free, both, found, nothing, free(()), named.best, _shift(plant, both.best), free
     )
 
 
-def _needless(evidence: Laplace, sure: frozenset[str], unknown: frozenset[str]) -> frozenset[str]:
-    """Named regressors without which the evidence beside the unknown is better: they had stood in
-    for it.
+def _pruned(evidence: Laplace, keys: frozenset[str], unknown: frozenset[str]) -> frozenset[str]:
+    """What of a set is left when all is taken out without which the evidence is better.
+
+    A named regressor may have stood in for an unknown, or the two make up for each other: a wave
+    and a spline that together are nothing. So an unknown is also taken out with another.
     """
-    whole = evidence(sure | unknown)
-    return frozenset(
-        key
-        for key in sure
-        if evidence(whole.keys - {key}, [whole]).log_evidence > whole.log_evidence
-    )
+    here = evidence(keys)
+    while here.keys:
+        less = [here.keys - {key} for key in here.keys]
+        pairs = itertools.product(here.keys & unknown, here.keys - unknown)
+        less += [here.keys - set(pair) for pair in pairs]
+        best = max((evidence(some, [here]) for some in less), key=lambda e: e.log_evidence)
+        if best.log_evidence <= here.log_evidence:
+            break
+        here = best
+    return here.keys
 
 
 def shapes_of(plant: RegressionPlant, keys: frozenset[str], sizes: Sizes) -> FloatArray:
