@@ -12,7 +12,7 @@ import typer
 
 from command_line.output import say, tell, warn
 from command_line.overwriting import written_if_right
-from firmware_py.describing.questions import QUESTIONS, WIRING, assumed, gather, remarks
+from firmware_py.describing.questions import QUESTIONS, WIRING, gather, remarks
 from firmware_py.describing.robot_text import robot_text
 from foundation.errors import ConfigError
 from foundation.extras import needs
@@ -126,9 +126,7 @@ def init(
     answers = gather(questions, known, ask)
     for line in remarks(questions, known if ask is None else answers, answers):
         tell(line)
-    # What a person answered counts as known, a default that nobody was asked for does not.
-    open_ = frozenset(one.key for one in assumed(questions, known, answers) if ask is None)
-    for line in _write(file, kind.value, robot_text(kind.value, answers, wiring, open_), force):
+    for line in _write(file, kind.value, robot_text(kind.value, answers, wiring), force):
         (say if line.startswith(COPIED) else tell)(line)
     if kind is not Kind.DELTA:
         say(f"next: {_diagnosing(file, measure, columns or [])}")

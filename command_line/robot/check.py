@@ -73,13 +73,14 @@ def limit_rows(limit: Limit | str, path_m: float = 0.0) -> list[tuple[str, str]]
     if isinstance(limit, str):
         return [("error at best", limit)]
     best, counted = millimetres(limit.rms_m), millimetres(limit.counted_m)
-    evenly = f"{best} RMS{error_judged(limit.rms_m, path_m)}, {errors_from(limit)}"
+    judged, why = error_judged(limit.counted_m, path_m), errors_from(limit)
     return [
-        ("error at best", f"{evenly}, if motors turn evenly from step to step"),
         (
-            "in whole steps",
-            f"{counted} RMS in x, y and z together, as the table after a simulated run counts",
-        ),
+            "error at best",
+            f"{counted} RMS in x, y and z together{judged}, as the table after a simulated run"
+            f" shows it; a motor that turns evenly from one step to the next comes down to {best},"
+            f" {why}",
+        )
     ]
 
 

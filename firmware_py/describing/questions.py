@@ -21,6 +21,8 @@ from models.gearing import LEAST_RATIO, too_small_ratio
 
 Answers = dict[str, str]
 """By the key of the question."""
+UNKNOWN = "unknown"
+"""Answer of somebody who does not know, where that may be said: where it is the default."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +53,8 @@ class Question:
         if self.choices and answer not in self.choices:
             return f"{answer!r}: must be {' or '.join(self.choices)}"
         if self.choices or self.key == "name" or answer.strip() == "none":
+            return ""
+        if answer == self.default == UNKNOWN:
             return ""
         found = _read(answer, self.count, self.key)
         if isinstance(found, str):
@@ -183,8 +187,8 @@ QUESTIONS: dict[str, tuple[Question, ...]] = {
         Question(
             "hanging_nm",
             "Torque that holds a weight on the axis level, N m (kg * 9.81 * metres from the axis);"
-            " 0: none hangs there, or the axis stands upright",
-            "0",
+            " 0: none hangs there, or the axis stands upright; unknown: if you do not know",
+            UNKNOWN,
             unless=(("motion", "linear"),),
             only=TURNS,
         ),
@@ -192,14 +196,14 @@ QUESTIONS: dict[str, tuple[Question, ...]] = {
             "hanging_deg",
             "Position at which that weight hangs straight down, degrees",
             "0",
-            unless=(("motion", "linear"), ("hanging_nm", "0")),
+            unless=(("motion", "linear"), ("hanging_nm", "0"), ("hanging_nm", UNKNOWN)),
             only=TURNS,
         ),
         Question(
             "slope_n",
             "Force that holds the slide on its slope, N (kg * 9.81 * sine of the slope), negative"
-            " if it holds towards lower positions; 0: it is level",
-            "0",
+            " if it holds towards lower positions; 0: it is level; unknown: if you do not know",
+            UNKNOWN,
             unless=(*NO_EFFORT, ("motion", "rotary")),
             only=SLIDES,
         ),

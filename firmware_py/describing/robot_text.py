@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
-from functools import partial
+from collections.abc import Callable
 
-from firmware_py.describing.questions import Answers, numbers
+from firmware_py.describing.questions import UNKNOWN, Answers, numbers
 
 NOTE = "# Made by deltactl init. All keys: docs/reference/robots.md in the source of deltactl"
 
 
-def robot_text(kind: str, answers: Answers, wired: bool, assumed: Collection[str] = ()) -> str:
-    """YAML of a machine of this kind; assumed: keys of answers that nobody gave.
-
-    Raises ConfigError for an answer that is no number.
-    """
+def robot_text(kind: str, answers: Answers, wired: bool) -> str:
+    """YAML of a machine of this kind. Raises ConfigError for an answer that is no number."""
     makers: dict[str, Callable[[Answers], list[str]]] = {
         "delta": _delta,
         "stepper_axis": _stepper,
-        "servo_axis": partial(_servo, assumed),
+        "servo_axis": _servo,
     }
     lines = [NOTE, f"kind: {kind}", f"name: {_text(answers['name'])}"]
     if kind in makers:
@@ -91,7 +87,7 @@ def _stepper(answers: Answers) -> list[str]:
     ]
 
 
-def _servo(assumed: Collection[str], answers: Answers) -> list[str]:
+def _servo(answers: Answers) -> list[str]:
     inertia, gain = numbers(answers, "inertia")[0], numbers(answers, "effort_gain")[0]
     unit = "kg" if answers["motion"] == "linear" else "kg m2"
     lines = [f"motion: {answers['motion']}"]
@@ -102,9 +98,9 @@ def _servo(assumed: Collection[str], answers: Answers) -> list[str]:
     if inertia > 0.0 or gain != 1.0:
         lines.append(f"effort_gain: {_number(gain)}")
     if answers["motion"] == "rotary":
-        lines.append(_hanging(answers, "hanging_nm" not in assumed))
-    elif answers["recorded"] != "command" or numbers(answers, "slope_n")[0]:
-        lines.append(_slope(answers, "slope_n" not in assumed))
+        lines.append(_hanging(answers))
+    elif answers["recorded"] != "command" or answers["slope_n"] not in (UNKNOWN, "0"):
+        lines.append(_slope(answers))
     return [
         *lines,
         f"zero: {answers['zero']}   {ZERO}",
@@ -114,10 +110,15 @@ def _servo(assumed: Collection[str], answers: Answers) -> list[str]:
 NOTHING = "# nothing pulls at it: level, upright or balanced"
 
 
-def _slope(answers: Answers, known: bool) -> str:
-    """What weight does to a slide; an example behind a # where nobody said."""
-    force_n = numbers(answers, "slope_n")[0]
-    if known and not force_n:
+def _known(answers: Answers, key: str) -> float | None:
+    """A number that was answered, None where nobody knows it."""
+    return None if answers[key] == UNKNOWN else numbers(answers, key)[0]
+
+
+def _slope(answers: Answers) -> str:
+    """What weight does to a slide; an example behind a # where nobody knows."""
+    force_n = _known(answers, "slope_n")
+    if force_n == 0.0:
         return f"gravity: {{force_n: 0}}   {NOTHING}"
     said = f"gravity: {{force_n: {_number(force_n or 20.0)}}}   #"
     if not force_n:
@@ -125,12 +126,12 @@ def _slope(answers: Answers, known: bool) -> str:
     return f"{said} N that hold it on its slope"
 
 
-def _hanging(answers: Answers, known: bool) -> str:
-    """What weight does to an axis that turns; an example behind a # where nobody said."""
-    torque_nm, at_deg = (numbers(answers, key)[0] for key in ("hanging_nm", "hanging_deg"))
-    if known and not torque_nm:
+def _hanging(answers: Answers) -> str:
+    """What weight does to an axis that turns; an example behind a # where nobody knows."""
+    torque_nm = _known(answers, "hanging_nm")
+    if torque_nm == 0.0:
         return f"gravity: {{torque_nm: 0}}   {NOTHING}"
-    zero = _number(math.radians(at_deg))
+    zero = _number(math.radians(numbers(answers, "hanging_deg")[0]))
     said = f"gravity: {{torque_nm: {_number(torque_nm or 1.5)}, zero_rad: {zero}}}   #"
     means = "N m that hold it level; the angle in rad at which it hangs straight down"
     if not torque_nm:

@@ -139,3 +139,10 @@ def test_a_weight_of_the_other_motion_is_refused(
 ) -> None:
     done = deltactl("init", "a.yaml", "--kind", "servo_axis", *words, status=2)
     assert says in " ".join(done.stderr.split())
+
+
+def test_who_does_not_know_what_hangs_there_may_say_so(deltactl: Deltactl, tmp_path: Path) -> None:
+    path = tmp_path / "arm.yaml"
+    deltactl("init", str(path), "--kind", "servo_axis", "--motion", "rotary",
+             "--recorded", "command", "--hanging-nm", "unknown")  # fmt: skip
+    assert "# gravity: {torque_nm: 1.5" in path.read_text()

@@ -127,11 +127,11 @@ def test_of_a_delay_whose_parts_are_not_known_the_sum_is_told(make: Any) -> None
         return " ".join([*finding_lines(finding), *remedies(answer), *answer.says])
 
     open_one = text(lag((0.0019, 0.0, 0.129), (0.065, 0.0, 0.184)))
-    assert "Only the sum of 67 ms is known, not how it divides" in open_one
+    assert "Only the sum of 66.9 ms is known, not how it divides" in open_one
     assert "Time constant:" not in open_one, "parts that nobody knows have no size"
-    assert "it is late by 67 ms in all." in open_one
-    assert "The axis follows late, by 67 ms in all" in open_one
-    assert "by 63 ms in all" in text(lag((0.0515, 0.026, 0.078), (0.0118, 0.0, 0.037)))
+    assert "it is late by 66.9 ms in all." in open_one
+    assert "The axis follows late, by 66.9 ms in all" in open_one
+    assert "by 63.3 ms in all" in text(lag((0.0515, 0.026, 0.078), (0.0118, 0.0, 0.037)))
     sure = text(lag((0.0622, 0.0575, 0.0682), (0.0542, 0.0476, 0.0597)))
     assert "in all" not in sure
     assert "with a time constant of 54.2 ms after a dead time of 62.2 ms" in sure
@@ -205,3 +205,19 @@ def test_what_comes_with_motion_is_said_once_and_not_as_noise(make: Any) -> None
     assert "this noise" not in text
     assert "noise floor" not in text
     assert "need not be noise" not in text
+
+
+def test_friction_that_a_load_makes_larger_says_how_much_is_there_without_one() -> None:
+    def told_of(unloaded: float) -> str:
+        parameters = {
+            "width": ParameterResult(value=0.09, ci95=[0.08, 0.1], unit="rad"),
+            "unloaded": ParameterResult(value=unloaded, ci95=[0.0, 1.0], unit="1"),
+        }
+        finding = following().model_copy(
+            update={"effect": "joint_friction", "parameters": parameters}
+        )
+        return " ".join(finding_lines(finding))
+
+    assert "It grows with the load" in told_of(0.3)
+    assert "without one it is 1.5 degrees" in told_of(0.3)
+    assert "load" not in told_of(0.97)

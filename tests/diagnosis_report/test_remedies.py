@@ -78,7 +78,7 @@ def test_a_drive_is_late_by_dead_time_and_time_constant() -> None:
         (SENSOR, "sensor_scale", "scale", 1.014, "1", "by 1.0140"),
         (SERVO, "home_offset", "angle", -0.01, "rad", "Add 0.573 degrees to the commands"),
         (SERVO, "gear_ratio", "scale", 1.00069, "1", "Divide the commands of the axis by 1.000690"),
-        (SERVO, "gear_ratio", "scale", 1.5, "1", "counts per turn of its encoder"),
+        (SERVO, "gear_ratio", "scale", 1.5, "1", "turns angles into counts"),
         (SLIDE, "gear_ratio", "scale", 1.002, "1", "Divide the steps per mm (or counts) of the"),
         (SLIDE, "gear_ratio", "scale", 1.2, "1", "the lead of the screw, and the teeth and pitch"),
         (SLIDE, "gear_backlash", "width", 4e-5, "m", "replace the nut of the screw, tension the"),

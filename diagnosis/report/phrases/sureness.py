@@ -74,6 +74,16 @@ def by_priors(one: PriorSensitivity) -> str:
     )
 
 
+def by_priors_here(one: PriorSensitivity) -> str:
+    """The same beside the finding that it is of."""
+    narrower, wider = percent(one.narrower), percent(one.wider)
+    return (
+        f"The {percent(one.probability)} rest on how large this usually is on such machines: were"
+        f" it usually three times smaller, they would be {narrower}; three times larger, {wider}."
+        " A further recording that shows more of it makes this matter less."
+    )
+
+
 def evidence(finding: Finding) -> str:
     """How sure a finding is, in a sentence; where it is open, with what else it may be.
 

@@ -120,6 +120,9 @@ OF_AN_AXIS: Table = {
 }
 
 OF_A_SERVO_AXIS: Table = {
+    "gear_ratio": "divide the commands of {part} by {factor}, or correct the scale by which its"
+    " drive or program turns angles into counts: it moves {size} {sign:further|less far} than"
+    " commanded",
     "joint_friction.width": "look for what rubs at {part}, raise the gain of its position control,"
     " or come to each place from the same side: its two directions end {size} apart",
     "joint_compliance": "raise the gain of the position control of {part}, or look for what gives"

@@ -16,6 +16,8 @@ MOST_NAMED = 4
 """Channels or stretches of time that a sentence names."""
 PART_OF_UNKNOWN = "probably only a part of what is unknown, though it looks like this: "
 FAR_LESS = "Far less probable:"
+UNLOADED_ALIKE = 0.9
+"""Share of friction that is there without a load, from which on nothing is said of the load."""
 MINOR = 20.0
 """Percent: what comes back of less sounds like a minor cause, which it need not be."""
 
@@ -38,6 +40,7 @@ def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.
     """Size, how sure, where, and what else it could be."""
     lines = [divided(finding)] if divided(finding) else []
     lines += [words.sentence(f"{size.name}: {size.text}") for _, _, size in told_sizes(finding)]
+    lines.append(grows_with_load(finding))
     lines.append(sureness.evidence(finding))
     if math.isfinite(finding.share_of_mismatch):
         lines.append(share_line(finding))
@@ -50,7 +53,17 @@ def divided(finding: Finding) -> str:
     late_s = sureness.late_in_all_s(finding)
     if late_s is None:
         return ""
-    return words.sentence(sureness.divided(quantity(late_s, "s", digits=2)))
+    return words.sentence(sureness.divided(quantity(late_s, "s", digits=3)))
+
+
+def grows_with_load(finding: Finding) -> str:
+    """Of friction that a load makes larger: how much of it is there without one; else empty."""
+    share = finding.parameters.get("unloaded")
+    if share is None or share.components[0][0] > UNLOADED_ALIKE:
+        return ""
+    width = finding.parameters["width"]
+    alone = quantity(share.components[0][0] * width.components[0][0], width.unit, digits=2)
+    return f"It grows with the load: this is at the usual load, and without one it is {alone}."
 
 
 def told_sizes(finding: Finding) -> Iterator[tuple[str, ParameterResult, Size]]:

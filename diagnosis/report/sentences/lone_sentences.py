@@ -132,7 +132,7 @@ def _says(finding: Finding, kinds: Mapping[str, EffectKind], answer: Diagnosis) 
         follows = words.listed([words.followed(one) for one in finding.depends_on])
         return f"a mismatch{size} follows {follows}, as no known effect does"
     if (late_s := sureness.late_in_all_s(finding)) is not None:
-        return f"the axis follows late, by {quantity(late_s, 's', digits=2)} in all"
+        return f"the axis follows late, by {quantity(late_s, 's', digits=3)} in all"
     values = {name: size.components[0][0] for name, size in finding.parameters.items()}
     return kinds[finding.effect].sentence(finding.component, values)
 

@@ -30,6 +30,10 @@ TOGETHER = (
     "Make these corrections together: each was found beside the others, and one alone makes some"
     " distances worse."
 )
+ALONG = (
+    "Make the corrections of its zero and of its ratio together: each was found beside the other,"
+    " and one alone makes some places worse."
+)
 OF_DISTANCE = frozenset({"sensor_offset", "sensor_scale", "sensor_crosstalk"})
 LEAST_FOR_A_TABLE = 0.02
 """Share of the mismatch below which, beside named causes, nobody is asked to enter a table."""
@@ -109,6 +113,8 @@ def remedies(
     ]
     if sum(map(_of_distance, diagnosis.findings)) > 1:
         lines.append(TOGETHER)
+    if {"home_offset", "gear_ratio"} <= {one.effect for one in named if one.component == LONE}:
+        lines.append(ALONG)
     plan = diagnosis.next_experiment
     if lines and plan is not None and any(tied(one) for one in named):
         lines.insert(0, ways.run_first)
@@ -303,7 +309,7 @@ def _late(finding: Finding) -> str:
     if finding.effect != "following_lag":
         return ""
     if (late_s := late_in_all_s(finding)) is not None:
-        return f"{quantity(late_s, 's', digits=2)} in all"
+        return f"{quantity(late_s, 's', digits=3)} in all"
     times = {n: p.components[0][0] for n, p in finding.parameters.items() if p.unit == "s"}
     said = {"dead_time": "a dead time of {}", "time": "a time constant of {}"}
     parts = [

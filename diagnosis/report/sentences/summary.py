@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from rich.markup import escape
 
-from diagnosis.answer.records import Diagnosis, Finding, Thinned
+from diagnosis.answer.records import Diagnosis, Finding, PriorSensitivity, Thinned
 from diagnosis.answer.verdict import claimed, too_little
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.fit_words import fit_lines, fit_title
@@ -82,6 +82,11 @@ def _summary(
         if robot is not None and _known(finding, robot):
             yield "", f"   {ways.on_top}"
         yield from (("", f"   {line}") for line in finding_lines(finding, span_s(diagnosis)))
+        yield from (
+            ("", f"   {sureness.by_priors_here(one)}")
+            for one in diagnosis.prior_sensitivity
+            if _of(one, finding)
+        )
         open_to_a_run = diagnosis.next_experiment is not None or diagnosis.open_ties
         if not open_to_a_run and tied(finding) and (tells := hint(finding, ways)):
             yield "", f"   {tells}"
@@ -99,6 +104,11 @@ def _summary(
         yield "", following
 
 
+def _of(one: PriorSensitivity, finding: Finding) -> bool:
+    """Whether it is the probability of this finding."""
+    return (one.effect, one.component) == (finding.effect, finding.component)
+
+
 def _known(finding: Finding, robot: RobotModel) -> bool:
     """Whether the robot file has this effect already."""
     own = (finding.effect, finding.component)
@@ -111,7 +121,11 @@ def remarks(diagnosis: Diagnosis, ways: Ways = TERMINAL) -> list[str]:
     lines += [ENDED_EARLY.format(way=ways.all_compared)] if diagnosis.ended_early else []
     lines += [thinned_line(one) for one in diagnosis.thinned]
     lines += [f"The torques were not read: {why}." for why in diagnosis.not_read]
-    lines += [sureness.by_priors(one) for one in diagnosis.prior_sensitivity]
+    lines += [
+        sureness.by_priors(one)
+        for one in diagnosis.prior_sensitivity
+        if not any(_of(one, finding) for finding in diagnosis.findings)
+    ]
     return [*lines, *tie_lines(diagnosis)]
 
 

@@ -85,7 +85,7 @@ def sentence(finding: Finding, kinds: Mapping[str, EffectKind] = VOCABULARY) -> 
         begin, end = finding.where.times_s[0]
         return f"{part} repeats one value from {begin:.2f} s to {end:.2f} s"
     if (late_s := late_in_all_s(finding)) is not None:
-        return f"{part} follows its command late, by {quantity(late_s, 's', digits=2)} in all"
+        return f"{part} follows its command late, by {quantity(late_s, 's', digits=3)} in all"
     kind = kinds.get(finding.effect)
     if kind is None:
         return words.effect(finding.effect, finding.component)
