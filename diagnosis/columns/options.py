@@ -68,12 +68,12 @@ class GuessOptions:
     """Of an axis without a unit: more is degrees or mm more often than rad or m."""
     encoder_bits: tuple[int, int] = (8, 24)
     """Steps of a turn as powers of two: from the coarsest magnetic encoders to the finest glass."""
-    near_step: float = 0.01
+    near_unit_step: float = 0.01
     """Of such a step, by which the step of a reading may differ: decimal steps (0.1 mm, 0.001 rad)
     are 4 % and more from all of them."""
-    fewest_places: int = 8
+    places_for_a_step: int = 8
     """At which readings must have stood before they have a step."""
-    same_place: float = 1e-9
+    same_reading: float = 1e-9
     """Of the whole travel, within which two readings are the same but for their last digit."""
     off_place: float = 0.15
     """Of the step, by which readings rounded to few decimals may stand beside their places."""

@@ -20,12 +20,12 @@ def of_encoder(values: FloatArray) -> tuple[str, str] | None:
     if step is None:
         return None
     for degrees, parts in SERVO_STEPS:
-        if abs(step * parts / degrees - 1.0) < GUESSES.near_step:
+        if abs(step * parts / degrees - 1.0) < GUESSES.near_unit_step:
             return "deg", f"in steps of {degrees:g}/{parts} degrees"
     low, high = GUESSES.encoder_bits
     for turn, unit in TURNS:
         bits = round(float(np.log2(turn / step)))
-        if low <= bits <= high and abs(step * 2.0**bits / turn - 1.0) < GUESSES.near_step:
+        if low <= bits <= high and abs(step * 2.0**bits / turn - 1.0) < GUESSES.near_unit_step:
             said = f"360/{2**bits} degrees" if unit == "deg" else f"2 pi/{2**bits} rad"
             return unit, f"in steps of {said}"
     return None
@@ -38,10 +38,10 @@ def step_of(values: FloatArray) -> float | None:
     known = values[np.isfinite(values)]
     if not len(known) or not np.ptp(known):
         return None
-    alike = GUESSES.same_place * float(np.ptp(known))
+    alike = GUESSES.same_reading * float(np.ptp(known))
     places = np.unique(known)
     places = places[np.diff(places, prepend=-np.inf) > alike]
-    if len(places) < GUESSES.fewest_places:
+    if len(places) < GUESSES.places_for_a_step:
         return None
     apart = np.diff(places)
     one = float(np.mean(apart[apart < 1.5 * apart.min()]))

@@ -42,7 +42,7 @@ def test_then_nothing_more_is_missing(corrected: DeltaRobot, seed: int) -> None:
     answer = diagnose_recordings(corrected, [recorded(seed)], [])
     assert not answer.findings
     assert answer.verdict == "nothing_missing"
-    assert "no drive or bearing is as simple" in unexplained(answer)
+    assert "usually leave beyond their simple models" in unexplained(answer)
 
 
 def test_what_is_new_is_found(corrected: DeltaRobot) -> None:
