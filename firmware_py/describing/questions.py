@@ -272,22 +272,15 @@ def _settled(question: Question, answers: Answers) -> bool:
     return any(answers.get(key) == answer for key, answer in question.unless)
 
 
-def assumed(
-    questions: tuple[Question, ...], given: Answers, answers: Answers
-) -> tuple[Question, ...]:
-    """Questions whose default was taken without anybody having said it."""
-    return tuple(
+def remarks(questions: tuple[Question, ...], given: Answers, answers: Answers) -> list[str]:
+    """What was taken without anybody having said it, and what is seldom meant."""
+    taken = [
         one
         for one in questions
         if one.key not in given
         and one.default == answers.get(one.key)
         and not _settled(one, answers)
-    )
-
-
-def remarks(questions: tuple[Question, ...], given: Answers, answers: Answers) -> list[str]:
-    """What was taken without anybody having said it, and what is seldom meant."""
-    taken = assumed(questions, given, answers)
+    ]
     said = []
     if names := ", ".join(f"{one.option} {one.default}" for one in taken):
         said.append(f"assumed:         {names}")

@@ -63,6 +63,9 @@ def odds(p: float) -> str:
     return f"about 1 in {round(each / power) * power:,.0f}"
 
 
+MATTERS_LESS = "A further recording that shows more of it makes this matter less."
+
+
 def by_priors(one: PriorSensitivity) -> str:
     """How a probability depends on the priors of sizes."""
     now, narrower, wider = (percent(x) for x in (one.probability, one.narrower, one.wider))
@@ -70,7 +73,7 @@ def by_priors(one: PriorSensitivity) -> str:
         f"The probability of {words.effect(one.effect, one.component)}, {now}, rests on an"
         " assumption: how large this usually is on such machines. Were it usually three times"
         f" smaller, the probability would be {narrower}; were it three times larger, {wider}."
-        " A further recording that shows more of it makes this matter less."
+        f" {MATTERS_LESS}"
     )
 
 
@@ -80,7 +83,7 @@ def by_priors_here(one: PriorSensitivity) -> str:
     return (
         f"The {percent(one.probability)} rest on how large this usually is on such machines: were"
         f" it usually three times smaller, they would be {narrower}; three times larger, {wider}."
-        " A further recording that shows more of it makes this matter less."
+        f" {MATTERS_LESS}"
     )
 
 
