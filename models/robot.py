@@ -196,7 +196,8 @@ class StepperAxis(StrictModel):
     drive: Drive | None = None
     """Not needed where recordings give angles."""
     zero: Literal["arbitrary", "absolute"] = "absolute"
-    """`arbitrary`: a constant between command and reading means nothing."""
+    """`arbitrary`: a constant between command and reading means nothing; `absolute` also where one
+    was set equal to the other once."""
     effects: tuple[EffectEntry, ...] = ()
     """What is known of it already."""
 
@@ -236,7 +237,8 @@ class ServoAxis(RuledModel):
     ) = None
     """By which the position drive yields to a load; absent where it is not known."""
     zero: Literal["arbitrary", "absolute"] = "absolute"
-    """`arbitrary`: a constant between command and reading means nothing."""
+    """`arbitrary`: a constant between command and reading means nothing; `absolute` also where one
+    was set equal to the other once."""
     effects: tuple[EffectEntry, ...] = ()
     """What is known of it already."""
 

@@ -112,7 +112,8 @@ GEAR_OF_ARM = replace(GEAR, least=LEAST_RATIO, too_small=too_small_ratio)
 ZERO = Question(
     "zero",
     "Should the reading be 0 where the command is 0? absolute: yes (told to go to 30, it should"
-    " read 30); arbitrary: no (an encoder that begins anywhere, and reads 217 there)",
+    " read 30; also where one was set equal to the other once, at the start or at home); arbitrary:"
+    " no (an encoder that begins anywhere, and reads 217 there)",
     "absolute", ("absolute", "arbitrary"), unless=(("recorded", "effort"),),
 )  # fmt: skip
 TURNS = ("motion", "rotary", "a servo_axis that turns")

@@ -1,4 +1,4 @@
-"""A robot file that says that nothing pulls: what yields is then no alternative to a ratio."""
+"""A robot file that says that nothing pulls: no ratio or zero may then be what yields."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ASKED_RAD = 0.8 * np.sin(T_S)
 
 
 def alternatives(gravity: AxisGravity | None, load_nm: float = 0.0) -> set[str]:
-    """What a wrong ratio may be instead, on an axis that turns."""
+    """What a wrong ratio, and a wrong zero as well, may be instead, on an axis that turns."""
     axis = ServoAxis(kind="servo_axis", name="arm", motion="rotary", gravity=gravity)
     columns = {"command": ASKED_RAD, "position": 0.97 * ASKED_RAD}
     if load_nm:
@@ -22,8 +22,12 @@ def alternatives(gravity: AxisGravity | None, load_nm: float = 0.0) -> set[str]:
     plant = CommandedAxis(axis, [FlatRecording(T_S, columns)])
     (why,) = (one.why for one in plant.not_testable() if one.effect == "joint_compliance")
     assert ("nothing pulls" in why) == (gravity is not None and not load_nm)
-    ratio = next(one for one in plant.regressors if one.key == "ratio")
-    return {same.effect for same in ratio.equivalents}
+    ratio, home = (
+        {same.effect for one in plant.regressors if one.key == key for same in one.equivalents}
+        for key in ("ratio", "offset")
+    )
+    assert ("joint_compliance" in ratio) == ("joint_compliance" in home)
+    return ratio
 
 
 def test_what_pulls_may_be_meant_unless_it_is_said_that_nothing_does() -> None:

@@ -11,8 +11,10 @@ from diagnosis.report.phrases import words
 from diagnosis.report.phrases.words import EFFECTS
 from diagnosis.report.sentences.advice import ADVICE, EVERYWHERE, advice
 from diagnosis.report.sentences.headline import headline
-from diagnosis.report.sentences.remedies import remedies, remedy
+from diagnosis.report.sentences.remedies import remedies
+from diagnosis.report.sentences.remedy import remedy
 from diagnosis.report.sentences.ways import TERMINAL
+from diagnosis.report.sentences.zero_of_play import zero_of_play
 from firmware_py.robot_file import CONFIG_FOLDER
 from models.effects.lone_axis import effort_effects
 from models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis, load_robot_model
@@ -226,3 +228,23 @@ def test_drives_that_are_all_late_are_one_line(make: Any) -> None:
     assert headline(answer) == (
         "The mismatch is explained by drives of motors 1, 2 and 3 that follow late."
     )
+
+
+def sized(effect: str, name: str, value: float) -> Finding:
+    one = found(effect, "axis", value, "rad")
+    one.parameters[name] = one.parameters.pop("size")
+    return one
+
+
+def test_a_zero_that_play_may_have_moved_is_looked_at_after_the_play(make: Any) -> None:
+    home, play = sized("home_offset", "angle", 0.0011), sized("gear_backlash", "width", 0.002)
+    first, second, *_ = remedies(make("explained", findings=[home, play]), STEPPER)
+    assert first.startswith("Take up the play")
+    assert second.startswith("Then look at the zero of the axis again: it stands 0.0630 degrees")
+    assert "about half of the play (0.0573 degrees)" in zero_of_play(home, [home, play])
+    far = sized("home_offset", "angle", 0.0026)
+    first, *_ = remedies(make("explained", findings=[far, play]), STEPPER)
+    assert first.startswith("Take 0.149 degrees off"), "no play of this width moves a zero so far"
+    assert zero_of_play(far, [far, play]) == ""
+    near = sized("home_offset", "angle", -0.0003)
+    assert "less than half of the play" in zero_of_play(near, [near, play])

@@ -44,11 +44,14 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
     )
     known_pull = bool(np.ptp(axis.pull[axis.rows]) > 0.0)
     stepper = isinstance(axis.robot, StepperAxis)
-    # A weight that the file leaves out bends a rotary servo nearly in proportion to its angle.
     rotary = isinstance(axis.robot, ServoAxis) and axis.robot.motion == "rotary"
+    # A weight that the file leaves out bends a rotary servo by nearly the same everywhere, or
+    # nearly in proportion to its angle; slides are mostly level.
+    may_yield = rotary and not known_pull and not is_said_to_be_free(axis)
     yields = Equivalent("joint_compliance", ODDS.unknown_load_for_ratio)
+    sags = Equivalent("joint_compliance", ODDS.unknown_load_for_home)
     of_ratio = [Equivalent("unknown", ODDS.drift_for_ratio)] if axis.steady else []
-    of_ratio += [yields] if rotary and not known_pull and not is_said_to_be_free(axis) else []
+    of_ratio += [yields] if may_yield else []
     # A rotary servo reads the encoder that it closes its loop over.
     of_ratio += [] if rotary else [Equivalent("sensor_scale", ODDS.scale_for_ratio)]
     found = [
@@ -62,7 +65,8 @@ def regressors_of(axis: RecordedAxis) -> list[Regressor]:
         Regressor("lag", "following_lag", ODDS.everyday, sizes=lag, equivalents=late),
     ]
     if axis.robot.zero == "absolute":
-        found.append(Regressor("offset", "home_offset", ODDS.everyday))
+        of_home = (sags,) if may_yield else ()
+        found.append(Regressor("offset", "home_offset", ODDS.everyday, equivalents=of_home))
     if known_pull:
         found += [
             Regressor("droop", "joint_compliance", ODDS.everyday),

@@ -60,6 +60,8 @@ class LoneOddsOptions:
     unknown_load_for_ratio: float = 0.0
     """A servo that yields under a weight, of which the file says nothing: yielding is the more
     frequent, but a file without a weight is mostly that of an axis without one."""
+    unknown_load_for_home: float = -0.7
+    """The same, against a zero set by hand, which every axis has."""
     drift_for_ratio: float = 0.0
     """Of an axis that turns at one speed: what it stands on, or its clock, drifts about as often as
     a ratio is typed wrong."""

@@ -21,6 +21,7 @@ from diagnosis.report.sentences.finding_words import (
     alternatives_line,
     divided,
     finding_title,
+    grows_with_load,
     memory_line,
     share_line,
     told_sizes,
@@ -28,6 +29,7 @@ from diagnosis.report.sentences.finding_words import (
 )
 from diagnosis.report.sentences.telling_apart import hint
 from diagnosis.report.sentences.ways import TERMINAL, Ways
+from diagnosis.report.sentences.zero_of_play import zero_of_play
 
 NOT_FROM_ZERO = frozenset(
     {"time", "time_constant", "period", "height", "frequency", "stiffness", "times_s", "speed"}
@@ -69,6 +71,8 @@ def _sizes(finding: Finding, diagnosis: Diagnosis) -> str:
     for name, result, size in told_sizes(finding):
         text = f'<div class="size">{html.escape(f"{size.name}: {size.text}")}'
         parts.append(f"{text}{_bar(finding, name, result, size, diagnosis)}</div>")
+    notes = (grows_with_load(finding), zero_of_play(finding, diagnosis.findings))
+    parts += [f"<div>{_text(note)}</div>" for note in notes if note]
     return "".join(parts)
 
 

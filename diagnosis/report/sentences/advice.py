@@ -5,8 +5,8 @@ A machine's own lines stand before those that hold for all. `{part}` is the comp
 own value becomes, `{follows}` what an unknown follows; `{sign:a|b}` is a where the main size is
 above nothing and b where it is below.
 A key may end in `.small` (below what SMALL says), in the name of the main parameter, or of an
-unknown in what it follows (and `.force` where it is one, `.beside`
-where friction or play is found too).
+unknown in what it follows (and `.force` where it is one); in `.beside` where friction or play is
+found too that may be the cause.
 """
 
 from __future__ import annotations
@@ -108,6 +108,9 @@ OF_AN_AXIS: Table = {
     " weight",
     "home_offset": "{sign:take|add} {size} {sign:off|to} the commands of {part}, or move its zero"
     " by as much: it stands that far {sign:above|below} what it is told",
+    "home_offset.beside": "then look at the zero of {part} again: it stands {size}"
+    " {sign:above|below} what it is told, as it may where the zero was set after coming from one"
+    " side; {sign:take|add} what stays {sign:off|to} its commands",
     "gear_ratio.small": "divide the commands of {part} by {factor}, or correct the scale in its"
     " drive: it moves {size} {sign:further|less far} than commanded",
     "transmission_error": "have the controller of {part} subtract the periodic error of its gear"

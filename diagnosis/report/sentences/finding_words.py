@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from diagnosis.answer.records import Diagnosis, Finding, ParameterResult, Where
 from diagnosis.answer.verdict import NAMELESS, as_well, rather_unknown
@@ -11,6 +11,7 @@ from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.percent import negligible, percent
 from diagnosis.report.phrases.rivals import as_well_line, rivals
 from diagnosis.report.phrases.sizes import Size, quantity, sizes, told
+from diagnosis.report.sentences.zero_of_play import zero_of_play
 
 MOST_NAMED = 4
 """Channels or stretches of time that a sentence names."""
@@ -36,11 +37,15 @@ def span_s(diagnosis: Diagnosis) -> tuple[float, float]:
     return float(picture.t_s[0]), float(picture.t_s[-1])
 
 
-def finding_lines(finding: Finding, span: tuple[float, float] = (math.nan, math.nan)) -> list[str]:
-    """Size, how sure, where, and what else it could be."""
+def finding_lines(
+    finding: Finding,
+    span: tuple[float, float] = (math.nan, math.nan),
+    others: Sequence[Finding] = (),
+) -> list[str]:
+    """Size, how sure, where, and what else it could be; others: all that was found."""
     lines = [divided(finding)] if divided(finding) else []
     lines += [words.sentence(f"{size.name}: {size.text}") for _, _, size in told_sizes(finding)]
-    lines.append(grows_with_load(finding))
+    lines += [grows_with_load(finding), zero_of_play(finding, others)]
     lines.append(sureness.evidence(finding))
     if math.isfinite(finding.share_of_mismatch):
         lines.append(share_line(finding))

@@ -14,7 +14,8 @@ from diagnosis.report.phrases.limit_words import faintest_line, untested_line
 from diagnosis.report.sentences.finding_words import finding_lines, finding_title, span_s
 from diagnosis.report.sentences.headline import SO_LITTLE, headline
 from diagnosis.report.sentences.next_run_words import experiment_line, tie_lines
-from diagnosis.report.sentences.remedies import remedies, tied
+from diagnosis.report.sentences.remedies import remedies
+from diagnosis.report.sentences.remedy import tied
 from diagnosis.report.sentences.telling_apart import hint
 from diagnosis.report.sentences.ways import TERMINAL, Ways
 from models.robot import RobotModel
@@ -81,7 +82,8 @@ def _summary(
         yield "head", f"{number}. {title}"
         if robot is not None and _known(finding, robot):
             yield "", f"   {ways.on_top}"
-        yield from (("", f"   {line}") for line in finding_lines(finding, span_s(diagnosis)))
+        lines = finding_lines(finding, span_s(diagnosis), diagnosis.findings)
+        yield from (("", f"   {line}") for line in lines)
         yield from (
             ("", f"   {sureness.by_priors_here(one)}")
             for one in diagnosis.prior_sensitivity

@@ -12,6 +12,10 @@ from diagnosis.answer.records import Finding
 from diagnosis.report.sentences.ways import TERMINAL, Ways
 
 Pair = frozenset[str]
+SAY_WHAT_PULLS = (
+    "Or say in the robot file what pulls at it, as `gravity` ('deltactl init' has --hanging-nm and "
+    "--slope-n for it; 0 where nothing does), and diagnose again"
+)
 _AXES: dict[Pair, str] = {
     frozenset({"gear_backlash", "joint_friction"}): (
         "repeat the motion with a weight that always pulls one way (play closes, friction stays)"
@@ -30,8 +34,7 @@ _AXES: dict[Pair, str] = {
     ),
     frozenset({"gear_ratio", "joint_compliance"}): (
         "measure how far it moves between two places, with its load and without: a wrong ratio "
-        "stays, what yields does not. Or say in the robot file what pulls at it, as `gravity` "
-        "('deltactl init' has --hanging-nm and --slope-n for it), and diagnose again"
+        f"stays, what yields does not. {SAY_WHAT_PULLS}"
     ),
     frozenset({"gear_ratio", "sensor_scale"}): (
         "measure one long move of the axis by other means (gauge blocks, a tape, a second encoder)"
@@ -41,7 +44,8 @@ _AXES: dict[Pair, str] = {
         "what the axis stands on, of its clock) with the time"
     ),
     frozenset({"home_offset", "joint_compliance"}): (
-        "repeat the motion with a known weight on the axis: a yielding joint sags further"
+        "repeat the motion with a known weight on the axis: a yielding joint sags further. "
+        f"{SAY_WHAT_PULLS}"
     ),
     frozenset({"home_offset", "gear_backlash"}): (
         "come to the same places from both sides: play shows twice, an offset once"
