@@ -10,9 +10,10 @@ import pytest
 
 from diagnosis.answer.corrected_robot import save_corrected
 from diagnosis.pipelines.lone_machine import diagnose_axis
+from diagnosis.plants.lone.commanded_axis import CommandedAxis
 from diagnosis.report.sentences.summary import plain_lines
 from diagnosis.report.sentences.telling import told
-from models.robot import DeltaRobot, RobotModel, load_robot_model
+from models.robot import DeltaRobot, EffectEntry, RobotModel, ServoAxis, load_robot_model
 from recording.tables.flat import FlatRecording
 
 FOLLOWS = "kind: servo_axis\nname: follows\nmotion: rotary\n"
@@ -69,6 +70,21 @@ def test_play_is_known_from_whichever_flank_a_recording_begins(
         answer = diagnose_axis(robot, [begins])
         assert answer.findings == []
         assert answer.fit.rms_before_m < 0.1 * before
+
+
+def test_each_stretch_begins_on_the_flank_that_it_shows() -> None:
+    """Recorded on the way up, and after a pause on the way down: play is left never, only met."""
+    half, noise = 0.015, 1e-4
+    t_s = np.concatenate([0.01 * np.arange(600), 20.0 + 0.01 * np.arange(600)])
+    up = np.linspace(0.0, 0.02, 600)
+    command = np.concatenate([up, up[::-1]])
+    rng = np.random.default_rng(4)
+    position = command + np.repeat([-half, half], 600) + noise * rng.standard_normal(1200)
+    known = EffectEntry(effect="gear_backlash", component="axis", parameters={"width": 2.0 * half})
+    robot = ServoAxis(kind="servo_axis", name="follows", motion="rotary", effects=(known,))
+    recording = FlatRecording(t_s, {"command": command, "position": position})
+    plant = CommandedAxis(robot, [recording])
+    assert np.std(plant.observed - plant.nominal) < 1.1 * noise
 
 
 def test_play_that_has_grown_is_found_beyond_what_the_file_knows(

@@ -24,7 +24,7 @@ from diagnosis.observations.readings import (
     gather,
     step_of,
 )
-from diagnosis.plants.lone.known_effects import Foretold, begun, may_leave
+from diagnosis.plants.lone.known_effects import Foretold, begun, foretold_by, may_leave
 from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.plants.lone.travel import (
     arrivals,
@@ -97,10 +97,13 @@ class RecordedAxis:
         nominal, left, bare = [], [], []
         for commands, part in zip(self._commands, self.parts, strict=True):
             foretold = self._by_effects(commands, self.pull[part, None])
-            known = begun(self.robot.effects, foretold, self.readings.values[part, 0], constant)
-            nominal.append(foretold(known))
-            left.append(may_leave(known, nominal[-1], foretold, constant))
-            bare.append(foretold([one for one in known if one.found is None]))
+            stretches = np.cumsum(self.readings.fresh[part]).astype(np.intp) - 1
+            read = self.readings.values[part, 0]
+            known = begun(self.robot.effects, foretold, read, stretches, constant)
+            nominal.append(foretold_by(known, foretold, stretches))
+            left.append(may_leave(known, nominal[-1], foretold, stretches, constant))
+            unfound = [[one for one in effects if one.found is None] for effects in known]
+            bare.append(foretold_by(unfound, foretold, stretches))
         self.nominal = np.concatenate(nominal)
         self.left_by_known: Sequence[tuple[float, FloatArray]] = [
             (parts[0][0], np.concatenate([alone for _, alone in parts]))
