@@ -114,11 +114,12 @@ _WORDS = {
     "effort_offset": "a constant {offset} of the effort is there whichever way the axis moves: it"
     " holds against a weight or a slope, or the effort's zero is off",
     "stribeck_friction": "friction is {torque} higher near standstill, falling off within {speed}",
-    "inertia": "the axis moves a mass of {inertia}",
+    "inertia": "the moment of inertia of what the axis turns is {inertia}",
     "sensor_scale": "the sensor reads {scale} times the distance",
     "sensor_drift": "the sensor drifts by {offset} with a time constant of {time_constant}",
 }
 _SLIDING = {
+    "inertia": "the axis moves a mass of {inertia}",
     "transmission_error": "the screw or belt adds a periodic error of {amplitude} every {period}",
     "encoder_error": "the scale or encoder adds a periodic error of {amplitude} every {period}",
 }
@@ -128,6 +129,7 @@ _FRICTION = {
 }
 FEW_DEGREES = 0.02
 """Below it people who have such angles count seconds of arc."""
+SQUARE_METRE = "m\u00b2"
 _SMALL = {"m": ("mm", 1e3), "s": ("ms", 1e3)}
 
 
@@ -146,7 +148,7 @@ def said(value: float, unit: str) -> str:
     if unit in _SMALL and abs(value) < 1.0:
         unit, factor = _SMALL[unit]
         value *= factor
-    return f"{plain(value)} {unit}"
+    return f"{plain(value)} {unit.replace('m2', SQUARE_METRE)}"
 
 
 def plain(value: float, digits: int = 3) -> str:
