@@ -285,6 +285,17 @@ SHOWN = 10
 
 JOB_KEY, ROBOT_KEY = "robot", "kind"
 """Keys that a job and a robot file have, and the other has not."""
+NO_YAML = frozenset(
+    {".csv", ".tsv", ".txt", ".gz", ".parquet", ".mat", ".mcap", ".gcode", ".nc", ".ngc", ".g"}
+)
+"""Endings of recordings, tables of points and G-code."""
+NEEDED = {
+    JOB_KEY: "a job (YAML) is needed here: 'deltactl convert {file} job.yaml --robot ROBOT.yaml'"
+    " makes one of points in mm or of G-code, and 'deltactl diagnose --inspect {file}' looks into a"
+    " recording",
+    ROBOT_KEY: "a robot file (YAML) is needed here: 'deltactl init my-robot.yaml' writes one",
+}
+"""What is said where a file of those is named for a job or a robot."""
 LOOKED_INTO = 200
 """So many files are looked into for a proposal: a message must not wait for a folder full."""
 
@@ -294,15 +305,19 @@ def find(name: str, beside: Path | None = None, listing: bool = True, key: str =
 
     The project's places are `config/` and, for networks, `models/trained/`. Raises
     MissingFile, which lists the files of that kind there are; without `listing` only
-    those of the project, and with a key only those that have it at the left edge.
+    those of the project, and with a key only those that have it at the left edge. With a
+    key it raises ConfigError for a file that is there and by its name no YAML.
     """
     given = Path(name)
+    no_yaml = bool(key) and given.suffix.lower() in NO_YAML
     project = "models/trained" if given.suffix == ".tflite" else "config"
     folders = [Path() if beside is None else beside.parent, CONFIG_FOLDER, TRAINED_FOLDER]
     for folder in folders:
         if (folder / given).is_file():
+            if no_yaml:
+                raise ConfigError(f"{name}: {NEEDED[key].format(file=name)}")
             return folder / given
-    suffix = "" if given.suffix == ".yml" else given.suffix  # both are YAML
+    suffix = "" if no_yaml or given.suffix == ".yml" else given.suffix  # both are YAML
     shown = folders if listing else folders[1:]
     paths = [path for folder in shown for path in folder.glob(f"*{suffix or '.yaml'}")]
     there = sorted({path.name for path in paths[:LOOKED_INTO] if not key or _has(path, key)})

@@ -10,7 +10,7 @@ import pytest
 
 from firmware_py.controller.build import build_controller
 from firmware_py.job_file import load_job
-from firmware_py.robot_file import CONFIG_FOLDER, find, load_robot
+from firmware_py.robot_file import CONFIG_FOLDER, JOB_KEY, ROBOT_KEY, find, load_robot
 from foundation.errors import ConfigError, MissingFile
 
 HEART = (CONFIG_FOLDER / "heart.yaml").read_text(encoding="utf-8")
@@ -187,6 +187,17 @@ def test_a_robot_taken_for_a_job_and_a_job_for_a_robot(tmp_path):
     assert "kind: describes a robot, and a job is needed here; one says 'robot: job.yaml'" in says
     says = refusal(tmp_path / "robot.yaml", load_robot, HEART)
     assert "this is a job, and a robot file is needed here, such as zhao-2023.yaml" in says
+
+
+def test_a_table_in_place_of_a_job_or_a_robot_is_told_what_makes_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(MissingFile, match=r"there are .*heart\.yaml"):
+        find("star.gcode", key=JOB_KEY)
+    (tmp_path / "lift.csv").write_text("time,goal\n0,0\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match="'deltactl convert lift.csv job.yaml"):
+        find("lift.csv", key=JOB_KEY)
+    with pytest.raises(ConfigError, match="'deltactl init my-robot.yaml' writes one"):
+        find("lift.csv", key=ROBOT_KEY)
 
 
 def test_named_files_are_sought_beside_the_job_first(tmp_path):
