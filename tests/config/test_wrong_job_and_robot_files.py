@@ -194,9 +194,9 @@ def test_a_table_in_place_of_a_job_or_a_robot_is_told_what_makes_one(tmp_path, m
     with pytest.raises(MissingFile, match=r"there are .*heart\.yaml"):
         find("star.gcode", key=JOB_KEY)
     (tmp_path / "lift.csv").write_text("time,goal\n0,0\n", encoding="utf-8")
-    with pytest.raises(ConfigError, match="'deltactl convert lift.csv job.yaml"):
+    with pytest.raises(ConfigError, match=r"'deltactl convert lift\.csv job\.yaml"):
         find("lift.csv", key=JOB_KEY)
-    with pytest.raises(ConfigError, match="'deltactl init my-robot.yaml' writes one"):
+    with pytest.raises(ConfigError, match=r"'deltactl init my-robot\.yaml' writes one"):
         find("lift.csv", key=ROBOT_KEY)
 
 
