@@ -9,7 +9,7 @@ from pathlib import Path
 
 from diagnosis.admission.excerpt import excerpt, excerpts, most_rows, thinned
 from diagnosis.admission.exchanged_arms import refuse_exchanged_arms
-from diagnosis.admission.joint_ranges import check_arm_angles, far_for_a_joint
+from diagnosis.admission.joint_ranges import check_arm_angles, far_for_a_joint, steps_of_degrees
 from diagnosis.admission.robot_match import check_belongs
 from diagnosis.admission.step_counts import check_steps
 from diagnosis.answer.records import Diagnosis
@@ -102,7 +102,11 @@ def diagnose_recordings(
         )
     except MissingColumns as error:
         raise _of_another_kind(error, belief, [*recordings, *holdout]) from None
-    doubts = [one for recording in recordings for one in far_for_a_joint(belief, recording)]
+    doubts = [
+        one
+        for recording in recordings
+        for one in steps_of_degrees(belief, recording) or far_for_a_joint(belief, recording)
+    ]
     says = [*doubts, *answer.says] if answer.says else []
     update = {"thinned": thinned(recordings), "doubts": doubts, "says": says}
     return told(with_units(answer.model_copy(update=update), belief))

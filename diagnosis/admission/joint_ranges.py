@@ -6,6 +6,7 @@ import numpy as np
 
 from diagnosis.admission.options import ADMISSION
 from diagnosis.columns.doubts import TURNS_RAD, turns
+from diagnosis.columns.encoder_steps import of_encoder
 from diagnosis.columns.options import GUESSES
 from foundation.errors import RecordingError
 from models.robot import DeltaRobot, RobotModel, ServoAxis, StepperAxis
@@ -44,14 +45,31 @@ def _usual_largest(recording: FlatRecording, name: str) -> float:
     return float(np.quantile(known, ADMISSION.most_of_arms)) if len(known) else 0.0
 
 
-def far_for_a_joint(robot: RobotModel, recording: FlatRecording) -> list[str]:
-    """A sentence where a turning axis goes through more turns than joints do; motors may."""
-    turning = isinstance(robot, StepperAxis) or (
+def steps_of_degrees(robot: RobotModel, recording: FlatRecording) -> list[str]:
+    """A sentence where an axis that turns reads in an encoder's steps of degrees, not of rad."""
+    for name in ("position", "theta_1") if _turns(robot) else ():
+        unit, step = of_encoder(recording.columns.get(name, np.zeros(0))) or ("", "")
+        if unit == "deg":
+            return [
+                f"{name} of {recording.source} was read in rad, and its readings stand {step}: it"
+                " is probably in degrees, and every size below then 57 times too large: give the"
+                f' unit of it and of the command, as --set "{name}=COLUMN[deg]".'
+            ]
+    return []
+
+
+def _turns(robot: RobotModel) -> bool:
+    """Whether it is one axis that turns."""
+    return isinstance(robot, StepperAxis) or (
         isinstance(robot, ServoAxis) and robot.motion == "rotary"
     )
+
+
+def far_for_a_joint(robot: RobotModel, recording: FlatRecording) -> list[str]:
+    """A sentence where a turning axis goes through more turns than joints do; motors may."""
     for name in ("position", "theta_1", "command", "command_1"):
         values = recording.columns.get(name)
-        if not turning or values is None or not np.isfinite(values).any():
+        if not _turns(robot) or values is None or not np.isfinite(values).any():
             continue
         farthest = float(np.nanmax(np.abs(values)))
         if farthest > TURNS_RAD:

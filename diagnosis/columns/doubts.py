@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
+from diagnosis.columns.encoder_steps import of_encoder
 from diagnosis.columns.names import unit_said, without_unit
 from diagnosis.columns.options import GUESSES
 from diagnosis.columns.units import LINEAR, ROTARY
@@ -19,7 +20,8 @@ LONG_STEP_S = 2.0
 RTDE = re.compile(r"(actual|target)_q(_?\d)?$")
 """Joint angles in the logs of Universal Robots, whose interface gives them in rad."""
 RADIANS = {"rad", "rad/s"}
-ANGULAR = ("command", "position", "theta")
+READ = ("position", "theta")
+ANGULAR = ("command", *READ)
 
 
 def doubt(name: str, column: str, unit: str, values: FloatArray) -> str:
@@ -35,6 +37,11 @@ def doubt(name: str, column: str, unit: str, values: FloatArray) -> str:
                 f't was read in s, in steps of {step_s:g} s; if it is in ms, --set "t={column}[ms]"'
             )
     if name.split("_")[0] in ANGULAR and unit in ("1", "rad") and len(known):
+        if (step := _other_steps(name, values, "deg")) is not None:
+            return (
+                f"{name} was read in rad, and its readings stand {step}; if it is in degrees,"
+                f' --set "{name}={without_unit(column)}[deg]", and the same for the command'
+            )
         farthest = float(np.max(np.abs(known)))
         if farthest > TURNS_RAD * (1.0 if unit == "1" else GUESSES.said_factor):
             read = "rad (or m)" if unit == "1" else f"rad ({turns(farthest)})"
@@ -55,6 +62,11 @@ def of_radians(
     known = values[np.isfinite(values)]
     if unit != "deg" or name.split("_")[0] not in ANGULAR or not len(known):
         return ""
+    if (step := _other_steps(name, values, "rad")) is not None:
+        return (
+            f"{name} was read in degrees, and its readings stand {step}; if it is in rad,"
+            f' --set "{name}={without_unit(column)}[rad]", and the same for the command'
+        )
     farthest = float(np.max(np.abs(known)))
     if unit_said(column, name) is not None or farthest > TURNS_RAD:
         return ""
@@ -70,6 +82,14 @@ def of_radians(
         f"{name} was read in degrees and stays within {farthest:.3g}, and {why}; if it is in rad,"
         f' --set "{name}={without_unit(column)}[rad]"'
     )
+
+
+def _other_steps(name: str, values: FloatArray, other: str) -> str | None:
+    """The steps of an encoder's readings (n,), where they are those of the other unit."""
+    if name.split("_")[0] not in READ:
+        return None
+    unit, step = of_encoder(values) or ("", "")
+    return step if unit == other else None
 
 
 def _says_radians(heading: str) -> bool:
@@ -97,7 +117,7 @@ def of_counts(name: str, column: str, unit: str, values: FloatArray) -> str:
 
     Commands may be whole degrees over many turns, readings of an angle hardly ever are.
     """
-    if unit != "deg" or name.split("_")[0] not in ("position", "theta") or not counts_like(values):
+    if unit != "deg" or name.split("_")[0] not in READ or not counts_like(values):
         return ""
     return (
         f"{name} is given in degrees, and '{column}' has only whole numbers, up to"

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.columns.doubts import ANGULAR, counts_like, of_counts, turns
+from diagnosis.columns.encoder_steps import of_encoder
 from diagnosis.columns.names import Guess, is_of_data_joint, is_of_joint, without_unit
 from diagnosis.columns.options import GUESSES
 from diagnosis.inspection.shapes import same_range
-from diagnosis.inspection.steps_of_reading import of_encoder
 from diagnosis.observations.needed_columns import travel
 from diagnosis.observations.readings import FloatArray
 

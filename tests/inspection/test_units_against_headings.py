@@ -161,6 +161,27 @@ def test_radians_over_many_turns_are_told_by_reading_and_by_the_answer(tmp_path:
     assert line in answer.says
 
 
+def test_steps_of_degrees_in_radians_are_told_by_reading_and_by_the_answer(tmp_path: Path) -> None:
+    """A hobby servo's log in degrees, typed as rad: a swing of 985 degrees passed undoubted."""
+    command = 8.0 * WAVE
+    step = 360.0 / 4096.0
+    seen = step * np.round((command + 0.2) / step)
+    path = write(tmp_path / "a.csv", "t,q,soll", T_S, seen, command)
+    told: list[str] = []
+    named = ["t=t", "position=q[rad]", "command=soll[rad]"]
+    recording = read_mapped(path, load_mapping(None, named), told.append)
+    (line,) = told
+    assert "in steps of 360/4096 degrees" in line
+    assert 'if it is in degrees, --set "position=q[deg]"' in line
+    (line,) = diagnose_recordings(TURNING, [recording]).doubts
+    assert "every size below then 57 times too large" in line
+    told.clear()
+    named = [one.replace("rad", "deg") for one in named]
+    recording = read_mapped(path, load_mapping(None, named), told.append)
+    assert told == []
+    assert diagnose_recordings(TURNING, [recording]).doubts == []
+
+
 def test_a_slide_and_a_joint_are_not_asked_about_turns() -> None:
     far = from_columns({"t": T_S, "command": 70.0 * WAVE, "position": 70.0 * WAVE}, "a.csv")
     near = from_columns({"t": T_S, "command": 3.0 * WAVE, "position": 3.0 * WAVE}, "a.csv")

@@ -16,7 +16,7 @@ SERVO_STEPS: tuple[tuple[float, int], ...] = ((300.0, 1024),)
 
 def of_encoder(values: FloatArray) -> tuple[str, str] | None:
     """Unit of readings (n,) that go in steps of an encoder, and words for the step; else None."""
-    step = step_of(values)
+    step = even_step(values)
     if step is None:
         return None
     for degrees, parts in SERVO_STEPS:
@@ -31,9 +31,11 @@ def of_encoder(values: FloatArray) -> tuple[str, str] | None:
     return None
 
 
-def step_of(values: FloatArray) -> float | None:
-    """The step of readings (n,) that stand at places evenly apart, but for their last decimal;
-    None where they do not.
+def even_step(values: FloatArray) -> float | None:
+    """The step of readings (n,) that stand at places evenly apart; None where they do not.
+
+    It allows for the last decimal that a log leaves out. What the engine takes for the rounding of
+    a reading (`observations.readings.step_of`) does not: there a step must be right in full.
     """
     known = values[np.isfinite(values)]
     if not len(known) or not np.ptp(known):
