@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from firmware_py.robot_file import CONFIG_FOLDER, TRAINED_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
 from foundation.errors import ConfigError, MissingFile, NetworkError
 from foundation.strict_yaml import MAX_BYTES
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from firmware_py.job_file import CalibratedIk, JobFile, NetworkIk
-from firmware_py.robot_file import RobotFile, find
+from firmware_py.named_files import find
+from firmware_py.robot_file import RobotFile
 from foundation.errors import ConfigError
 from models.calibrated_inverse import CalibratedInverse
 from models.inverse_kinematics import GeometricInverse, InverseKinematics

@@ -17,9 +17,10 @@ from diagnosis.answer.tables import Tables
 from diagnosis.api import diagnose
 from firmware_py.job_file import JobFile, NetworkIk, load_job
 from firmware_py.kinematics_of_job import kinematics_of
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.planner.check import make_plan
 from firmware_py.planner.plan import Plan
-from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
+from firmware_py.robot_file import RobotFile, load_robot
 from models.calibrated_inverse import corrections_of
 from recording.tables.flat_files import write_flat
 from repair.coverage import coverage

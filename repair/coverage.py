@@ -9,8 +9,9 @@ from typing import Any
 from firmware_py.compensation.ways import AHEAD, AT_REVERSALS, RINGING, WARMING
 from firmware_py.job_file import JobFile, NetworkIk
 from firmware_py.kinematics_of_job import network_file
+from firmware_py.named_files import find
 from firmware_py.program.includes import kinematics_in, paths_of, read_whole
-from firmware_py.robot_file import RobotFile, find, load_robot
+from firmware_py.robot_file import RobotFile, load_robot
 from models.calibrated_inverse import INVERTIBLE, corrections_of
 from models.effects import effect_kind
 from models.robot import EffectEntry

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from firmware_py.robot_file import TRAINED_FOLDER, RobotFile
+from firmware_py.named_files import TRAINED_FOLDER
+from firmware_py.robot_file import RobotFile
 from foundation.errors import DeltactlError
 from models.network.file import NetworkFile
 

@@ -19,7 +19,8 @@ import numpy as np
 from drivers.current.fake import FakeCurrentDrives
 from drivers.steps.contract import Ticks
 from firmware_py.controller.build import build_controller
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.named_files import CONFIG_FOLDER
+from firmware_py.robot_file import load_robot
 from firmware_py.servo.law import AccelerationControl, LawSettings
 from firmware_py.servo.loop import ServoLoop
 from firmware_py.simulation.servo_world import plant_of

@@ -32,7 +32,7 @@ import socketio
 
 from benchmarks.simulated_share import TALLY, make_tally, tally
 from firmware_py.daemon.client import Client, daemon_answers
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from foundation.errors import ServiceError
 from models.robot import FloatArray
 from recording.reading.reader import read_run

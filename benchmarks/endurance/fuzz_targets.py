@@ -21,7 +21,8 @@ from firmware_py.daemon.address import Peer
 from firmware_py.daemon.job_store import JobStore
 from firmware_py.daemon.limits import Lines
 from firmware_py.job_file import load_job
-from firmware_py.robot_file import CONFIG_FOLDER, TRAINED_FOLDER, load_robot
+from firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
+from firmware_py.robot_file import load_robot
 from foundation.errors import DeltactlError, NotReady
 from models.network.file import checked_metadata, checksum, checksum_start
 from models.network.flat import FlatError

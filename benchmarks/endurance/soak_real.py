@@ -18,7 +18,7 @@ from benchmarks.endurance.soak_table import Sample, Tally
 from drivers.fakes.lines import BenchMemory
 from firmware_py.controller.contract import JobResult
 from firmware_py.daemon.client import Client, daemon_answers
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from foundation.errors import DeltactlError
 from recording.reading.reader import read_run
 from tests.rigs.faults.daemon_stand import bench_of

@@ -20,7 +20,7 @@ from firmware_py.daemon.actions import Actions
 from firmware_py.daemon.address import Peer
 from firmware_py.daemon.job_store import JobStore
 from firmware_py.daemon.protocol import Message, Request
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from foundation.clock import NS_PER_S, sleep_s
 from recording.writing.keeping import GIB, KeptRecordings, RecordingKeeper
 from tests.rigs.faults.vitals import vitals

@@ -23,7 +23,7 @@ from drivers.fakes.bench import FakeBench
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.controller import Controller
 from firmware_py.controller.states import State
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from foundation.clock import NS_PER_S, sleep_s
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"

@@ -54,7 +54,8 @@ def collect(
     ```
     """
     from command_line.robot.which_robot import robot_or_here
-    from firmware_py.robot_file import find, load_robot
+    from firmware_py.named_files import find
+    from firmware_py.robot_file import load_robot
     from firmware_py.robots_here import EXAMPLE
     from models.training.dataset import load_dataset
 

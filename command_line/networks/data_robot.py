@@ -16,7 +16,7 @@ def robot_file_of(data: DataSet, named: str | None) -> Path:
 
     Raises MissingFile, or ConfigError where nothing was named and no file is called so.
     """
-    from firmware_py.robot_file import find
+    from firmware_py.named_files import find
 
     if named is not None:
         return find(named)

@@ -94,7 +94,7 @@ def train(
 
 
 def _source(dataset: Path | None, robot: str | None, samples: int | None, seed: int) -> Source:
-    from firmware_py.robot_file import find
+    from firmware_py.named_files import find
     from models.robot import load_delta
     from models.training.dataset import load_dataset
     from models.training.sources import of_dataset, of_geometry

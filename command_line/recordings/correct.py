@@ -56,7 +56,7 @@ def correct(
     with waiting("loading", json_out), needs("diagnosis,training", "correct"):
         from diagnosis.answer.tables import Tables
         from repair.correct import correct as run
-    from firmware_py.robot_file import find
+    from firmware_py.named_files import find
 
     with waiting("reading", json_out) as show:
         found = run(recordings, find(robot), out, all_of_them, train, Tables(tables), show)

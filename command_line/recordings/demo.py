@@ -61,7 +61,7 @@ def demo(
         from repair.demonstration import CORRECTED, RECORDING, demonstrate
         from repair.page import write_page
     from firmware_py.job_file import load_job
-    from firmware_py.robot_file import find
+    from firmware_py.named_files import find
 
     path = find(job)
     robot = load_job(path).robot

@@ -16,7 +16,7 @@ from command_line.recordings.column_options import mapping_of
 from command_line.recordings.notes import Notes, next_commands
 from command_line.recordings.tables import read_plain
 from command_line.wrapped import print_wrapped
-from firmware_py.robot_file import CONFIG_FOLDER, find
+from firmware_py.named_files import CONFIG_FOLDER, find
 from foundation.errors import ConfigError
 from foundation.extras import needs
 from models.robot import DeltaRobot, RobotModel, ServoAxis

@@ -14,12 +14,13 @@ from command_line.robot.judged import (
     too_coarse,
 )
 from firmware_py.feedback.reach import farthest_m as farthest_m_of
+from firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
 from firmware_py.planner.check import home_counts
 from firmware_py.planner.summary import CheckSummary
 from firmware_py.program.dry_run import program_of
 from firmware_py.program.instructions import Program
 from firmware_py.program.totals import summarise_program
-from firmware_py.robot_file import JOB_KEY, ROBOT_KEY, find, load_robot
+from firmware_py.robot_file import load_robot
 from models.robot import AXES, FloatArray
 from repair.coverage import Coverage, coverage_of
 from repair.limit import Limit

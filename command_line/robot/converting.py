@@ -71,7 +71,7 @@ def convert(
     from firmware_py.importing.gcode import read_gcode
     from firmware_py.importing.origin import with_an_origin
     from firmware_py.importing.points_table import read_points
-    from firmware_py.robot_file import ROBOT_KEY, find
+    from firmware_py.named_files import ROBOT_KEY, find
     from foundation.counting import count
     from foundation.errors import ConfigError
 

@@ -154,8 +154,8 @@ def _go_simulated(
 
     from command_line.output import say
     from command_line.robot.run import run_job
+    from firmware_py.named_files import ROBOT_KEY, find
     from firmware_py.planner.check import plan_of
-    from firmware_py.robot_file import ROBOT_KEY, find
     from models.calibrated_inverse import CalibratedInverse
     from models.linkage.counted_pose import counted_pose
 

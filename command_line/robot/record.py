@@ -12,7 +12,8 @@ from command_line.robot.which_robot import robot_or_here
 from firmware_py.controller.jobs.active_job import software_version
 from firmware_py.controller.sensing.ranging_loop import RangingLoop
 from firmware_py.daemon.client import daemon_answers
-from firmware_py.robot_file import ROBOT_KEY, find, load_robot
+from firmware_py.named_files import ROBOT_KEY, find
+from firmware_py.robot_file import load_robot
 from foundation.clock import ns, sleep_s
 from foundation.errors import ConfigError, RecordingError, ServiceError
 from recording.format.configuration import RunConfiguration

@@ -14,8 +14,8 @@ from firmware_py.controller.contract import JobResult, Status
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.job_file import load_job
 from firmware_py.machine import is_raspberry_pi
+from firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
 from firmware_py.program.includes import read_whole
-from firmware_py.robot_file import JOB_KEY, ROBOT_KEY, find
 from foundation.errors import (
     ConfigError,
     DeltactlError,

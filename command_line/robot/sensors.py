@@ -18,7 +18,8 @@ from firmware_py.controller.contract import SensorStatus
 from firmware_py.controller.sensing.ranging_loop import RangingLoop
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.machine import Machine, is_raspberry_pi
-from firmware_py.robot_file import ROBOT_KEY, RobotFile, find, load_robot
+from firmware_py.named_files import ROBOT_KEY, find
+from firmware_py.robot_file import RobotFile, load_robot
 from foundation.clock import sleep_s
 from foundation.errors import ConfigError
 from models.robot import AXES

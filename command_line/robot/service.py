@@ -59,7 +59,7 @@ def home(
     ```
     """
     from command_line.robot.remote import home_robot
-    from firmware_py.robot_file import find
+    from firmware_py.named_files import find
 
     home_robot(accept_unseen, None if robot is None else find(robot), socket)
 
@@ -145,7 +145,7 @@ def daemon(
     from command_line.output import errors
     from firmware_py.daemon.main import serve
     from firmware_py.machine import is_raspberry_pi
-    from firmware_py.robot_file import find
+    from firmware_py.named_files import find
     from foundation.errors import ConfigError
 
     if not simulate and not is_raspberry_pi():

@@ -14,7 +14,8 @@ from firmware_py.controller.sensing.verify import Verification, verify
 from firmware_py.daemon.client import Client, daemon_answers
 from firmware_py.job_file import load_job
 from firmware_py.machine import is_raspberry_pi
-from firmware_py.robot_file import JOB_KEY, ROBOT_KEY, RobotFile, find, load_robot
+from firmware_py.named_files import JOB_KEY, ROBOT_KEY, find
+from firmware_py.robot_file import RobotFile, load_robot
 from foundation.errors import MotionError, ServiceError
 
 POLL_S = 0.1

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from command_line.output import say, warn
 from command_line.robot.which_robot import robot_or_here
-from firmware_py.robot_file import find
+from firmware_py.named_files import find
 from foundation.errors import RecordingError
 from foundation.extras import needs
 

@@ -12,7 +12,7 @@ def install_service(robot: str | None, apply: bool) -> None:
     """Show, or do, what installing the service takes."""
     from command_line.robot.which_robot import robot_or_here
     from firmware_py.install.install import install
-    from firmware_py.robot_file import find
+    from firmware_py.named_files import find
 
     install(find(robot_or_here(robot)), apply=apply)
 

@@ -16,7 +16,8 @@ import typer
 from command_line.output import say, warn
 from command_line.robot.which_robot import robot_or_here
 from firmware_py.daemon.client import daemon_answers
-from firmware_py.robot_file import find, load_robot
+from firmware_py.named_files import find
+from firmware_py.robot_file import load_robot
 from foundation.errors import ServiceError
 from foundation.extras import needs
 

@@ -15,8 +15,9 @@ from firmware_py.describing.first_job import heights_m
 from firmware_py.importing.drawn import Drawn, Point, job_text
 from firmware_py.job_file import JobFile
 from firmware_py.kinematics_of_job import kinematics_of
+from firmware_py.named_files import find
 from firmware_py.planner.check import make_plan
-from firmware_py.robot_file import RobotFile, find, load_robot
+from firmware_py.robot_file import RobotFile, load_robot
 from foundation.errors import MotionError
 from foundation.strict_yaml import Document
 from models.linkage import Linkage, inverse

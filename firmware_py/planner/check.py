@@ -9,6 +9,7 @@ from drivers.steps.contract import Counts
 from firmware_py.compensation.remembering import Remembering
 from firmware_py.job_file import JobFile, load_job, way_in_mps
 from firmware_py.kinematics_of_job import kinematics_of
+from firmware_py.named_files import find
 from firmware_py.path_of_job import path_of
 from firmware_py.paths.path import Space
 from firmware_py.planner.lap_memory import LapMemory
@@ -16,7 +17,7 @@ from firmware_py.planner.limits import PathLimits
 from firmware_py.planner.plan import Plan, TimedLap, schedule_of
 from firmware_py.planner.targets import Lap, LapBuilder, MappingFailed
 from firmware_py.planner.timing_accelerated import CurveSchedule
-from firmware_py.robot_file import RobotFile, find, load_robot
+from firmware_py.robot_file import RobotFile, load_robot
 from foundation.errors import ConfigError
 from models.inverse_kinematics import InverseKinematics
 from models.linkage import Linkage

@@ -22,9 +22,10 @@ from firmware_py.job_steps import (
     PathStep,
     RepeatStep,
 )
+from firmware_py.named_files import find
 from firmware_py.path_file import PathSpec
 from firmware_py.program.one_file import read_one, with_those_of_all
-from firmware_py.robot_file import RobotFile, find
+from firmware_py.robot_file import RobotFile
 from foundation.errors import ConfigError
 from foundation.strict_yaml import Document
 

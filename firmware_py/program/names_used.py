@@ -12,7 +12,8 @@ from typing import Any
 
 from firmware_py.clashes import Clash
 from firmware_py.file_access import FileAccess
-from firmware_py.robot_file import RobotFile, find, load_robot
+from firmware_py.named_files import find
+from firmware_py.robot_file import RobotFile, load_robot
 from foundation.errors import ConfigError, MissingFile
 from foundation.strict_yaml import Document
 from foundation.yaml_tree import Location

@@ -8,8 +8,9 @@ from typing import Any
 
 from firmware_py.file_access import FileAccess, without_quoting
 from firmware_py.job_file import JobFile, job_in
+from firmware_py.named_files import find
 from firmware_py.program.names_used import wrong_names
-from firmware_py.robot_file import RobotFile, find, load_robot
+from firmware_py.robot_file import RobotFile, load_robot
 from foundation.errors import ConfigError, MissingFile
 from foundation.strict_yaml import Document
 

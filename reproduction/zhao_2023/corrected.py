@@ -21,7 +21,8 @@ from drivers.steps.contract import Counts, Ticks
 from firmware_py.compensation.remembering import Course, Remembering
 from firmware_py.feedback.feedback import Feedback
 from firmware_py.feedback.settings import FeedbackSettings
-from firmware_py.robot_file import RobotFile, find, load_robot
+from firmware_py.named_files import find
+from firmware_py.robot_file import RobotFile, load_robot
 from foundation.clock import NS_PER_S
 from models.calibrated_inverse import CalibratedInverse
 from models.robot import AXES, FloatArray

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from firmware_py.robot_file import find, load_robot
+from firmware_py.named_files import find
+from firmware_py.robot_file import load_robot
 from foundation.errors import DeltactlError, RecordingError
 from reproduction.outcome import Outcome, check_writable, write
 from reproduction.sheet import Sheet

@@ -17,8 +17,9 @@ from firmware_py.controller.controller import Controller
 from firmware_py.daemon.listener import Listener
 from firmware_py.daemon.server import Server
 from firmware_py.importing.points_table import read_points
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.planning.process import PlanningProcess
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.robot_file import load_robot
 from foundation.errors import DeltactlError
 from recording.reading.reader import read_run
 

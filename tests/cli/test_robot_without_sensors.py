@@ -9,7 +9,8 @@ import pytest
 
 from firmware_py.controller.belief import needs_restart
 from firmware_py.controller.build import simulated_machine
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.named_files import CONFIG_FOLDER
+from firmware_py.robot_file import load_robot
 from recording.reading.reader import read_run
 from recording.tables.flat_files import read_flat
 

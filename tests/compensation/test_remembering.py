@@ -8,10 +8,11 @@ import pytest
 from firmware_py.compensation.remembering import Course, Remembering
 from firmware_py.job_file import JobFile, load_job
 from firmware_py.kinematics_of_job import kinematics_of
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.planner.check import home_counts, make_plan
 from firmware_py.planner.plan import Plan
 from firmware_py.planner.stream import MotionStream
-from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
+from firmware_py.robot_file import RobotFile, load_robot
 from firmware_py.simulation.world import SimulatedRobot
 from foundation.clock import NS_PER_S
 from models.chain import Chain, Commands

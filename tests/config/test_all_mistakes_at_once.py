@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from firmware_py.job_file import load_job
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.program.dry_run import check_job
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.robot_file import load_robot
 from foundation.errors import ConfigError
 from models.robot_with_effects import load_with_effects
 

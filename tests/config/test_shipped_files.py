@@ -9,13 +9,14 @@ import pytest
 import yaml
 
 from firmware_py.job_file import GeometryIk, JobFile, load_job
+from firmware_py.named_files import CONFIG_FOLDER, find
 from firmware_py.planner.check import home_counts, plan_of
 from firmware_py.planner.stream import MotionStream
 from firmware_py.planner.summary import CheckSummary
 from firmware_py.program.building import make_program
 from firmware_py.program.includes import read_whole
 from firmware_py.program.totals import summarise_program
-from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, find, load_robot
+from firmware_py.robot_file import RobotFile, load_robot
 from foundation.errors import LimitExceeded, UnreachablePoint
 from models.inverse_kinematics import GeometricInverse
 from models.linkage import Linkage, Status, forward

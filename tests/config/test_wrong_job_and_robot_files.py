@@ -10,7 +10,8 @@ import pytest
 
 from firmware_py.controller.build import build_controller
 from firmware_py.job_file import load_job
-from firmware_py.robot_file import CONFIG_FOLDER, JOB_KEY, ROBOT_KEY, find, load_robot
+from firmware_py.named_files import CONFIG_FOLDER, JOB_KEY, ROBOT_KEY, find
+from firmware_py.robot_file import load_robot
 from foundation.errors import ConfigError, MissingFile
 
 HEART = (CONFIG_FOLDER / "heart.yaml").read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ import pytest
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.contract import JobResult
 from firmware_py.controller.controller import Controller
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from foundation.clock import sleep_s
 
 ROBOT = CONFIG_FOLDER / "zhao-2023.yaml"

@@ -14,7 +14,8 @@ from firmware_py.controller.sensing.home_check import check_plausible, expected_
 from firmware_py.controller.sensing.ranging_loop import RangingLoop
 from firmware_py.controller.sensing.sight import BLIND_S, Blindness, Sight
 from firmware_py.controller.states import State
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.named_files import CONFIG_FOLDER
+from firmware_py.robot_file import load_robot
 from foundation.clock import VirtualClock, ns, sleep_s
 from foundation.errors import NotReady
 from models.linkage import Linkage, forward

@@ -12,7 +12,7 @@ from drivers.steps.contract import Ticks
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.controller import Controller
 from firmware_py.controller.homing import Homer
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from foundation.clock import sleep_s
 from foundation.errors import BusDead, NotReady, SensorFault
 from recording.reading.reader import read_run

@@ -192,7 +192,7 @@ def test_a_path_out_of_reach_is_refused_before_anything_moves(
 
 
 def test_a_job_for_another_robot_is_refused(homed: Controller, write_job) -> None:
-    from firmware_py.robot_file import CONFIG_FOLDER
+    from firmware_py.named_files import CONFIG_FOLDER
 
     job = write_job("foreign", robot=CONFIG_FOLDER / "uzunovic-2013.yaml")
     with pytest.raises(ConfigError, match=r"this robot runs zhao-2023\.yaml"):

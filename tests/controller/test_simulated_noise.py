@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from firmware_py.robot_file import CONFIG_FOLDER, AsBuilt, RobotFile, SensorNoise, load_robot
+from firmware_py.named_files import CONFIG_FOLDER
+from firmware_py.robot_file import AsBuilt, RobotFile, SensorNoise, load_robot
 from firmware_py.simulation.noise import range_noise, with_seed
 
 ZHAO = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")

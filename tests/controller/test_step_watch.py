@@ -14,7 +14,8 @@ from drivers.ranging.contract import Gate, Reading
 from drivers.steps.contract import Ticks
 from firmware_py.controller.controller import Controller
 from firmware_py.controller.sensing.step_watch import LOOK_S, NOW_S, Moved, StepLoss, StepWatch
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.named_files import CONFIG_FOLDER
+from firmware_py.robot_file import load_robot
 from foundation.clock import sleep_s
 from models.linkage import Linkage, forward
 from models.robot import AXES

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from firmware_py.controller.build import build_controller
-from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
+from firmware_py.named_files import CONFIG_FOLDER
+from firmware_py.robot_file import RobotFile, load_robot
 from firmware_py.simulation.world import GRID_S, SimulatedRobot
 from foundation.clock import NS_PER_S, sleep_s
 from models.chain import OnlineChain, Outputs

@@ -13,7 +13,7 @@ from firmware_py.controller.controller import Controller
 from firmware_py.daemon.client import Client
 from firmware_py.daemon.listener import Listener
 from firmware_py.daemon.server import Server
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from foundation.clock import sleep_s
 from foundation.errors import ConfigError, NotReady
 

@@ -67,7 +67,7 @@ def test_a_pipe_named_as_a_file_holds_nobody_up(tmp_path: Path, load) -> None:
 
 def test_a_job_cannot_place_its_recording_elsewhere(tmp_path: Path) -> None:
     from firmware_py.controller.build import build_controller
-    from firmware_py.robot_file import CONFIG_FOLDER
+    from firmware_py.named_files import CONFIG_FOLDER
 
     one = build_controller(
         CONFIG_FOLDER / "zhao-2023.yaml", simulated=True, realtime=False, recordings=tmp_path / "r"

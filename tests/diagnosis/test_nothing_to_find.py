@@ -7,7 +7,7 @@ import pytest
 
 from diagnosis.api import diagnose_recordings
 from diagnosis.assessment.detection_limits import NORMAL_FROM, noncentrality
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from models.chain import Chain, Commands
 from models.linkage import Linkage, forward
 from models.robot import DeltaRobot, FloatArray, load_robot_model

@@ -15,8 +15,9 @@ from diagnosis.plants.delta.motions import motions
 from diagnosis.plants.delta.next_runs import job_of
 from diagnosis.plants.delta.safe_poses import MotionLimits, is_safe
 from diagnosis.plants.delta.timeline import duration_s
+from firmware_py.named_files import CONFIG_FOLDER, find
 from firmware_py.program.dry_run import check_job
-from firmware_py.robot_file import CONFIG_FOLDER, find, load_robot
+from firmware_py.robot_file import load_robot
 from models.linkage import Linkage, forward
 
 ROBOTS = ("zhao-2023.yaml", "uzunovic-2013.yaml")

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from diagnosis import api
-from firmware_py.robot_file import find
+from firmware_py.named_files import find
 from recording.tables.flat import FlatRecording
 
 

@@ -15,7 +15,7 @@ from diagnosis.report.sentences.remedies import remedies
 from diagnosis.report.sentences.remedy import remedy
 from diagnosis.report.sentences.ways import TERMINAL
 from diagnosis.report.sentences.zero_of_play import zero_of_play
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from models.effects.lone_axis import effort_effects
 from models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis, load_robot_model
 

@@ -17,8 +17,9 @@ from firmware_py.feedback.feedback import Feedback
 from firmware_py.feedback.settings import FeedbackSettings
 from firmware_py.job_file import JobFile
 from firmware_py.kinematics_of_job import kinematics_of
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.planner.check import home_counts, make_plan
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.robot_file import load_robot
 from foundation.clock import NS_PER_S
 from models.linkage import Linkage, forward
 from models.robot import AXES, FloatArray

@@ -10,7 +10,7 @@ import yaml
 
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.contract import JobResult
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.run_report.reference import path_windows, targets_at
 from foundation.clock import sleep_s
 from models.robot import FloatArray

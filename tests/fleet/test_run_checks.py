@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from fleet.checks import RunChecks, read_announced, standing
 from recording.format.configuration import RunConfiguration
 from recording.writing.writer import RunRecorder

@@ -15,7 +15,8 @@ import pytest
 from drivers.fakes.syscall_trap import available
 from firmware_py.controller.contract import JobResult
 from firmware_py.daemon.client import Client
-from firmware_py.robot_file import find, load_robot
+from firmware_py.named_files import find
+from firmware_py.robot_file import load_robot
 from foundation.errors import DeltactlError
 from tests.rigs import needs
 from tests.rigs.hil.modelled_pi import ModelledPi

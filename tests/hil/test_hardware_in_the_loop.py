@@ -17,7 +17,8 @@ import pytest
 from drivers.fakes.gpio_chip import SET_VALUES
 from drivers.fakes.i2c_device import I2C_RDWR
 from firmware_py.daemon.client import Client
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.named_files import CONFIG_FOLDER
+from firmware_py.robot_file import load_robot
 from firmware_py.run_report.tracking import robot_of, track
 from foundation.errors import DeltactlError
 from recording.reading.reader import read_run

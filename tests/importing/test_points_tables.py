@@ -12,7 +12,7 @@ import pytest
 from firmware_py.importing.drawn import Drawn, held
 from firmware_py.importing.points_table import read_points
 from firmware_py.importing.teaching import add_point
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from foundation.errors import ConfigError
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]

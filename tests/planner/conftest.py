@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from firmware_py.job_file import JobFile
-from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
+from firmware_py.named_files import CONFIG_FOLDER
+from firmware_py.robot_file import RobotFile, load_robot
 
 MakeJob = Callable[..., JobFile]
 MakeRobot = Callable[..., RobotFile]

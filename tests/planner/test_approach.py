@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.paths import reach
 from firmware_py.planner.approach import approach, find_way
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.robot_file import load_robot
 from foundation.errors import UnreachablePoint
 from models.linkage import Linkage
 

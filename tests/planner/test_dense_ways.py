@@ -10,13 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_py.job_file import JobFile
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.paths.corner import from_polyline
 from firmware_py.paths.merging import longest
 from firmware_py.paths.way import Leg, way
 from firmware_py.planner.check import make_plan
 from firmware_py.planner.plan import Plan
 from firmware_py.planner.summary import slower
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.robot_file import load_robot
 from models.inverse_kinematics import GeometricInverse
 from models.robot import FloatArray
 

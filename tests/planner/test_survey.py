@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.paths import reach
 from firmware_py.paths.survey import survey
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.robot_file import load_robot
 from foundation.errors import UnreachablePoint
 from models.linkage import Linkage
 

@@ -12,10 +12,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from firmware_py.job_file import JobFile
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.paths.corner import from_polyline
 from firmware_py.paths.way import Leg, courses_of, way
 from firmware_py.planner.check import make_plan
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.robot_file import load_robot
 from models.inverse_kinematics import GeometricInverse
 
 ROBOT = load_robot(CONFIG_FOLDER / "zhao-2023.yaml")

@@ -11,10 +11,11 @@ import pytest
 
 from firmware_py.controller.file_in_force import FileInForce
 from firmware_py.file_access import FileAccess
+from firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
 from firmware_py.planning.packed import pack, unpack
 from firmware_py.planning.prepared import InForce, prepare_here
 from firmware_py.planning.process import NOTHING_SHOWN, PlanningProcess
-from firmware_py.robot_file import CONFIG_FOLDER, TRAINED_FOLDER, load_robot
+from firmware_py.robot_file import load_robot
 from foundation.errors import ConfigError, DeltactlError, MissingFile, NetworkError
 
 ROBOT_FILE = CONFIG_FOLDER / "zhao-2023.yaml"

@@ -56,7 +56,8 @@ def _simulated(clock: Clock) -> Backend:
 def _hardware(robot: str) -> Backend:
     from gpiozero import Device
 
-    from firmware_py.robot_file import find, load_robot
+    from firmware_py.named_files import find
+    from firmware_py.robot_file import load_robot
 
     settings = load_robot(find(robot)).ranging
     clock = RealClock()

@@ -15,7 +15,8 @@ from mcap.reader import make_reader
 
 from drivers.ranging.contract import Gate, Reading
 from firmware_py.controller.jobs.view import View
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.named_files import CONFIG_FOLDER
+from firmware_py.robot_file import load_robot
 from recording.format.configuration import RunConfiguration
 from recording.format.viewed import SCHEMAS, VIEWED
 from recording.reading.reader import read_run

@@ -10,7 +10,8 @@ import pytest
 pytest.importorskip("mujoco", reason="the robot of the proof is MuJoCo's")
 
 from diagnosis.api import diagnose
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.named_files import CONFIG_FOLDER
+from firmware_py.robot_file import load_robot
 from foundation.errors import RecordingError
 from recording.tables.flat_files import write_flat
 from repair.campaign import BESIDE_FROM, Row, kinds_of

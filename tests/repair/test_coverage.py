@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.planning.prepared import InForce, prepare_here
 from firmware_py.program.dry_run import check_job
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.robot_file import load_robot
 from foundation.errors import ConfigError
 from models.calibrated_inverse import INVERTIBLE, CalibratedInverse
 from models.chain import Chain, Commands

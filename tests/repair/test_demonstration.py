@@ -13,8 +13,8 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the robot of the proof is MuJoCo's")
 
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.planner.check import plan_of
-from firmware_py.robot_file import CONFIG_FOLDER
 from foundation.errors import ConfigError
 from proof.hidden.hidden import Hidden
 from repair.demonstration import CORRECTED, RECORDING, demonstrate

@@ -9,10 +9,11 @@ import pytest
 
 from firmware_py.job_file import load_job
 from firmware_py.kinematics_of_job import kinematics_of
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.planner.check import make_plan
 from firmware_py.program.dry_run import program_of
 from firmware_py.program.includes import read_whole
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.robot_file import load_robot
 from models.robot import EffectEntry, FoundBy
 from repair.coverage import coverage
 from repair.limit import Limit, limit_of

@@ -10,7 +10,8 @@ import pytest
 from diagnosis.answer.corrected_robot import corrected_text
 from diagnosis.answer.records import Diagnosis, Evidence, Finding, Fit, Table, Unexplained, Where
 from diagnosis.answer.tables import Tables, table_of
-from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
+from firmware_py.named_files import CONFIG_FOLDER
+from firmware_py.robot_file import RobotFile, load_robot
 from foundation.errors import ConfigError
 from models.belief import merged
 from models.calibrated_inverse import CalibratedInverse

@@ -66,7 +66,8 @@ def here(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) ->
 def surveyed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A data set of 120 samples of the as-built robot."""
     pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'")
-    from firmware_py.robot_file import find, load_robot
+    from firmware_py.named_files import find
+    from firmware_py.robot_file import load_robot
     from reproduction.zhao_2023.as_built import AS_BUILT_FILE, load_as_built
     from reproduction.zhao_2023.collecting import collect
 

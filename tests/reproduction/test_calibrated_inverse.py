@@ -9,7 +9,8 @@ import pytest
 
 from firmware_py.job_file import JobFile, load_job
 from firmware_py.kinematics_of_job import kinematics_of
-from firmware_py.robot_file import find, load_robot
+from firmware_py.named_files import find
+from firmware_py.robot_file import load_robot
 from foundation.errors import ConfigError, RecordingError, UnreachablePoint
 from models.calibrated_inverse import CalibratedInverse
 from models.chain.commands import Commands

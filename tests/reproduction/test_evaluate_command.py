@@ -11,7 +11,8 @@ pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'
 pytest.importorskip("tflite", reason="training needs the extra 'training'")
 
 from firmware_py.evaluating.held_out import held_out
-from firmware_py.robot_file import find, load_robot
+from firmware_py.named_files import find
+from firmware_py.robot_file import load_robot
 from models.network.file import NetworkFile
 from models.training.dataset import load_dataset
 from models.training.sources import of_dataset

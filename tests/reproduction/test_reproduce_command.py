@@ -12,7 +12,7 @@ pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'
 pytest.importorskip("tflite", reason="training needs the extra 'training'")
 pytest.importorskip("numba", reason="training needs the extra 'training'")
 
-from firmware_py.robot_file import find
+from firmware_py.named_files import find
 from foundation.errors import RecordingError
 from models.robot import load_delta
 from models.training.dataset import load_dataset

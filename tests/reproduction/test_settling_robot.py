@@ -8,7 +8,8 @@ import pytest
 pytest.importorskip("mujoco", reason="the as-built robot needs the extra 'proof'")
 
 from firmware_py.collecting.poses import survey_counts
-from firmware_py.robot_file import find, load_robot
+from firmware_py.named_files import find
+from firmware_py.robot_file import load_robot
 from foundation.errors import ConfigError, UnreachablePoint
 from models.linkage import Linkage, forward
 from proof.recorded import Machine

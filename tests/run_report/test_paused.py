@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firmware_py.controller.build import build_controller
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.run_report.tracking import robot_of, track
 from foundation.clock import sleep_s
 from recording.reading.reader import read_run

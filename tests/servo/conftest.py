@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
+from firmware_py.named_files import CONFIG_FOLDER
+from firmware_py.robot_file import RobotFile, load_robot
 from firmware_py.servo.law import JointLaw, LawSettings
 from models.robot import FloatArray
 from models.servo_drive import ServoDrive

@@ -11,7 +11,7 @@ import pytest
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.contract import JobResult
 from firmware_py.controller.controller import Controller
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from foundation.clock import sleep_s
 from foundation.errors import DriveAlarm, EmergencyStop, LimitExceeded, NotReady
 from models.linkage import Linkage, forward

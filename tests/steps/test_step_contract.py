@@ -13,7 +13,8 @@ from drivers.fakes.steps import simulated_step_output
 from drivers.fakes.syscall_trap import SyscallTrap, available
 from drivers.settings import StepSettings
 from drivers.steps.build import build_step_output
-from firmware_py.robot_file import find, load_robot
+from firmware_py.named_files import find
+from firmware_py.robot_file import load_robot
 from foundation.clock import RealClock, VirtualClock
 from tests.rigs import needs
 from tests.steps.step_contract import StepOutputContract

@@ -8,7 +8,8 @@ import pytest
 
 from drivers.steps.contract import OutputState, Ticks
 from firmware_py.controller.servo_machine import servo_machine
-from firmware_py.robot_file import find, load_robot
+from firmware_py.named_files import find
+from firmware_py.robot_file import load_robot
 from foundation.clock import VirtualClock, sleep_s
 from foundation.errors import NotReady
 from tests.steps.step_contract import StepOutputContract

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from models.calibrated_inverse import CalibratedInverse
 from models.network import InverseNetwork
 from models.network.domain import Cylinder

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_py.controller.contract import SensorStatus
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from models.linkage import forward
 from models.linkage.skeleton import Skeleton
 from web.behind.belief import Belief

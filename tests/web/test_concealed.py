@@ -18,7 +18,8 @@ from selenium.webdriver.common.by import By
 from firmware_py.controller.build import build_controller
 from firmware_py.controller.controller import Controller
 from firmware_py.daemon.client import Client
-from firmware_py.robot_file import CONFIG_FOLDER, load_robot
+from firmware_py.named_files import CONFIG_FOLDER
+from firmware_py.robot_file import load_robot
 from foundation.clock import sleep_s
 from foundation.errors import ConfigError
 from recording.reading.reader import read_run

@@ -20,7 +20,7 @@ from mcap_protobuf.decoder import DecoderFactory
 from websockets.sync.client import ClientConnection, connect
 
 from firmware_py.controller.contract import SensorStatus, Status
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from foundation.errors import RecordingError
 from models.linkage.skeleton import quaternion
 from recording.format.configuration import RunConfiguration

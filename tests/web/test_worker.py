@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from recording.format.configuration import RunConfiguration
 from recording.writing.writer import RunRecorder
 from web.behind.belief import Beliefs

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from firmware_py.controller.contract import SensorStatus
+from firmware_py.named_files import CONFIG_FOLDER
 from firmware_py.planner.check import home_counts
-from firmware_py.robot_file import CONFIG_FOLDER, RobotFile, load_robot
+from firmware_py.robot_file import RobotFile, load_robot
 from foundation.errors import ConfigError, DeltactlError, MissingFile
 from models.linkage import Linkage, inverse
 from models.linkage.counted_pose import counted_pose

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from firmware_py.robot_file import CONFIG_FOLDER
+from firmware_py.named_files import CONFIG_FOLDER
 from web.behind.belief import Belief, Beliefs
 from web.behind.concealment import Concealment
 from web.behind.link import DaemonLink, Seen

@@ -55,7 +55,7 @@ def diagnose(folder: Path, believed: Path, *recordings: Path) -> dict[str, Any]:
     from diagnosis.report.sentences.saved import support, written
     from diagnosis.report.sentences.summary import WHY, head_lines, plain_lines
     from diagnosis.report.sentences.ways import PAGE
-    from firmware_py.robot_file import CONFIG_FOLDER
+    from firmware_py.named_files import CONFIG_FOLDER
     from models.robot_with_effects import load_with_effects
     from web.behind.carried import carried_by
     from web.behind.columns import reader

@@ -18,7 +18,7 @@ import numpy as np
 from drivers.fakes.lines import BENCH_BYTES, BenchMemory
 from firmware_py.controller.states import State, said
 from firmware_py.daemon.client import Client, daemon_answers
-from firmware_py.robot_file import TRAINED_FOLDER
+from firmware_py.named_files import TRAINED_FOLDER
 from foundation.errors import DeltactlError
 from recording.reading.reader import read_run
 from tests.rigs.faults.edges import after, edge_times_ns

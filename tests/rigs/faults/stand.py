@@ -29,8 +29,8 @@ from firmware_py.controller.states import State
 from firmware_py.daemon.listener import Listener
 from firmware_py.daemon.main import SWITCH_S
 from firmware_py.daemon.server import Server
+from firmware_py.named_files import CONFIG_FOLDER, TRAINED_FOLDER
 from firmware_py.planning.process import PlanningProcess
-from firmware_py.robot_file import CONFIG_FOLDER, TRAINED_FOLDER
 from foundation.errors import MotionError
 from tests.rigs.faults.run_delay import waited_s
 

@@ -1,0 +1,65 @@
+"""Where a file is that a job, a robot or a command line names, and what is needed in its place."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+
+from foundation.errors import ConfigError, MissingFile
+
+CONFIG_FOLDER = Path(__file__).resolve().parent.parent / "config"
+TRAINED_FOLDER = CONFIG_FOLDER.parent / "models" / "trained"
+SHOWN = 10
+"""So many names of files are listed in a message."""
+JOB_KEY, ROBOT_KEY = "robot", "kind"
+"""Keys that a job and a robot file have, and the other has not."""
+NO_YAML = frozenset(
+    {".csv", ".tsv", ".txt", ".gz", ".parquet", ".mat", ".mcap", ".gcode", ".nc", ".ngc", ".g"}
+)
+"""Endings of recordings, tables of points and G-code."""
+NEEDED = {
+    JOB_KEY: "a job (YAML) is needed here: 'deltactl convert {file} job.yaml --robot ROBOT.yaml'"
+    " makes one of points in mm or of G-code, and 'deltactl diagnose --inspect {file}' looks into a"
+    " recording",
+    ROBOT_KEY: "a robot file (YAML) is needed here: 'deltactl init my-robot.yaml' writes one",
+}
+"""What is said where a file of those is named for a job or a robot."""
+LOOKED_INTO = 200
+"""So many files are looked into for a proposal: a message must not wait for a folder full."""
+
+
+def find(name: str, beside: Path | None = None, listing: bool = True, key: str = "") -> Path:
+    """Where a named file is: as given, beside the file that names it, or in the project.
+
+    The project's places are `config/` and, for networks, `models/trained/`. Raises
+    MissingFile, which lists the files of that kind there are; without `listing` only
+    those of the project, and with a key only those that have it at the left edge. With a
+    key it raises ConfigError for a file that is there and by its name no YAML.
+    """
+    given = Path(name)
+    no_yaml = bool(key) and given.suffix.lower() in NO_YAML
+    project = "models/trained" if given.suffix == ".tflite" else "config"
+    folders = [Path() if beside is None else beside.parent, CONFIG_FOLDER, TRAINED_FOLDER]
+    for folder in folders:
+        if (folder / given).is_file():
+            if no_yaml:
+                raise ConfigError(f"{name}: {NEEDED[key].format(file=name)}")
+            return folder / given
+    suffix = "" if no_yaml or given.suffix == ".yml" else given.suffix  # both are YAML
+    shown = folders if listing else folders[1:]
+    paths = [path for folder in shown for path in folder.glob(f"*{suffix or '.yaml'}")]
+    there = sorted({path.name for path in paths[:LOOKED_INTO] if not key or _has(path, key)})
+    close = difflib.get_close_matches(given.name, there, n=1, cutoff=0.75)
+    few = ", ".join(there[:SHOWN]) + (" and more" if len(there) > SHOWN else "")
+    hint = f"did you mean '{close[0]}'?" if close else f"there are {few or 'none'}"
+    place = "here" if beside is None else f"beside {beside}"
+    raise MissingFile(f"{name}: no such file {place} or in {project}; {hint}")
+
+
+def _has(path: Path, key: str) -> bool:
+    """Whether a YAML file has a key at its left edge; it need not be right otherwise."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return False
+    return any(line.startswith(f"{key}:") for line in lines)
