@@ -274,4 +274,4 @@ def test_a_small_share_of_a_sure_finding_is_explained(
     page = report_html(make("explained", findings=[finding]), parts["delta"]())
     assert page.count(", but more than noise") == said
     small = page.count("Its part is small: less than 1 % of the mismatch")
-    assert small + page.count("of the mismatch comes back") == 1
+    assert small + page.count("of what is explained comes back") == 1

@@ -84,11 +84,11 @@ def share_line(finding: Finding) -> str:
     """What the other findings cannot take over: each is left out and the others fitted again."""
     share, own = 100.0 * finding.share_of_mismatch, 100.0 * (finding.own_share or 0.0)
     if share >= MINOR:
-        return f"Without it {share:.0f} % of the mismatch comes back."
+        return f"Without it {share:.0f} % of what is explained comes back."
     if share >= 1.0 or own >= 1.0:
         back = f"{share:.0f} %" if share >= 1.0 else "less than 1 %"
         return (
-            f"Without it {back} of the mismatch comes back; the other findings would take"
+            f"Without it {back} of what is explained comes back; the other findings would take"
             " over the rest, with wrong sizes."
         )
     more = ", but more than noise" if finding.evidence.p < sureness.SURE_P else ""
