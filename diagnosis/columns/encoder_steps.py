@@ -19,13 +19,16 @@ def of_encoder(values: FloatArray) -> tuple[str, str] | None:
     step = even_step(values)
     if step is None:
         return None
+    across = float(np.nanmax(values) - np.nanmin(values)) / step
+    least, most = GUESSES.near_unit_step
+    near = float(np.clip(GUESSES.slip / across, least, most))
     for degrees, parts in SERVO_STEPS:
-        if abs(step * parts / degrees - 1.0) < GUESSES.near_unit_step:
+        if abs(step * parts / degrees - 1.0) < near:
             return "deg", f"in steps of {degrees:g}/{parts} degrees"
     low, high = GUESSES.encoder_bits
     for turn, unit in TURNS:
         bits = round(float(np.log2(turn / step)))
-        if low <= bits <= high and abs(step * 2.0**bits / turn - 1.0) < GUESSES.near_unit_step:
+        if low <= bits <= high and abs(step * 2.0**bits / turn - 1.0) < near:
             said = f"360/{2**bits} degrees" if unit == "deg" else f"2 pi/{2**bits} rad"
             return unit, f"in steps of {said}"
     return None

@@ -68,9 +68,12 @@ class GuessOptions:
     """Of an axis without a unit: more is degrees or mm more often than rad or m."""
     encoder_bits: tuple[int, int] = (8, 24)
     """Steps of a turn as powers of two: from the coarsest magnetic encoders to the finest glass."""
-    near_unit_step: float = 0.01
-    """Of such a step, by which the step of a reading may differ: decimal steps (0.1 mm, 0.001 rad)
-    are 4 % and more from all of them."""
+    near_unit_step: tuple[float, float] = (0.001, 0.01)
+    """Of such a step, by which the step of a reading may differ, at least (a turn is parted into
+    4095 too) and at most: decimal steps (0.1 mm, 0.001 rad) are 4 % and more from all of them."""
+    slip: float = 0.5
+    """Of a step, by which a grid may slip over all that was read: 2 pi/16384 behind a gear of 9 is
+    within 0.8 % of 360/2^23 degrees, and slips a step in 140."""
     places_for_a_step: int = 8
     """At which readings must have stood before they have a step."""
     same_reading: float = 1e-9

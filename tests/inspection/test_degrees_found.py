@@ -113,6 +113,12 @@ def test_any_encoder(
     assert str(2**bits) in found[1]
 
 
+def test_the_count_of_a_geared_encoder_is_no_step_of_degrees() -> None:
+    """2 pi/16384 behind a gear of 9 is within 0.8 % of 360/2^23 degrees."""
+    step = 2.0 * np.pi / 2**14 / 9.0
+    assert of_encoder(step * np.round(0.5 * ASKED / step)) is None
+
+
 @pytest.mark.parametrize("step", [0.5, 0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0001])
 def test_decimal_steps_are_those_of_no_encoder(step: float) -> None:
     assert of_encoder(step * np.round(8.0 * ASKED / step)) is None
