@@ -67,6 +67,32 @@ def test_far_outliers_are_left_out_and_counted() -> None:
     assert np.nanmax(one.before) < 100.0
 
 
+@pytest.mark.parametrize(("far_m", "left_out"), [(0.002, 0), (0.008, 2)])
+def test_the_axis_reaches_to_readings_that_are_few_but_not_extreme(
+    far_m: float, left_out: int
+) -> None:
+    """Beside noise of 0.1 mm, a jump of 2 mm was not drawn."""
+    n = 4000
+    noise = 1e-4 * np.random.default_rng(3).standard_normal(n)
+    noise[[100, 200]] = far_m, -far_m
+    one = channel(noise, np.zeros(n), np.zeros(n))
+    picture = Picture(t_s=0.02 * np.arange(n), channels=[one])
+    (drawn,) = mismatches(picture)
+    assert drawn.far_out == left_out
+    widest_mm = float(np.nanmax(np.abs(drawn.before)))
+    assert widest_mm == pytest.approx(1e3 * far_m) if not left_out else widest_mm < 0.5
+
+
+def test_outliers_of_the_fit_are_drawn_and_enter_no_mean() -> None:
+    n = 4000
+    noise = 1e-4 * np.random.default_rng(3).standard_normal(n)
+    noise[[100, 200]] = 0.002
+    one = channel(noise, np.zeros(n), np.zeros(n)).model_copy(update={"counted": noise < 0.001})
+    (drawn,) = mismatches(Picture(t_s=0.02 * np.arange(n), channels=[one]))
+    assert np.nanmax(drawn.readings) == pytest.approx(2.0)
+    assert np.nanmax(drawn.before) < 0.5
+
+
 def test_smoothing_keeps_gaps_and_means() -> None:
     t_s = np.concatenate([np.arange(0.0, 20.0, 0.02), np.arange(40.0, 60.0, 0.02)])
     n = len(t_s)

@@ -76,13 +76,13 @@ def _by_time(
 def _time_chart(
     picture: Picture, one: Mismatch, spans: Sequence[Span], most: int
 ) -> LineChart:  # fmt: skip
-    rows = np.flatnonzero(np.isfinite(one.before))
-    rows = rows[keep(picture.t_s[rows], one.before[rows], most)]
+    rows = np.flatnonzero(np.isfinite(one.readings))
+    rows = rows[keep(picture.t_s[rows], one.readings[rows], most)]
     curve = smoothed(picture.t_s, one)
     everywhere = np.ones(len(curve.x), dtype=np.bool_)
     faint = max(rms(curve.before, everywhere), rms(curve.after, everywhere)) < FAINT * one.noise
     series = [
-        Series("single readings, before", picture.t_s[rows], one.before[rows], Colour.QUIET,
+        Series("single readings, before", picture.t_s[rows], one.readings[rows], Colour.QUIET,
                Style.POINTS, hidden=faint),
         Series("before, smoothed", curve.x, curve.before, Colour.SECOND),
         Series("after, smoothed", curve.x, curve.after, Colour.FIRST),

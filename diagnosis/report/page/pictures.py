@@ -82,7 +82,7 @@ def _driver_section(
     if not charts:
         return []
     about = (
-        "Mean of all readings with the same value; the clearest dependence first. Noise alone "
+        "Mean of the readings with the same value; the clearest dependence first. Noise alone "
         "keeps a whole curve within the grey band in 19 of 20 charts: one of many may leave it a "
         "little by chance, a curve that leaves it far shows more than noise."
     )

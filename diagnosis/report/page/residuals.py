@@ -17,6 +17,9 @@ from foundation.scatter import MAD_TO_SIGMA
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 
 OUTLIER_SIGMAS = 7.0
+"""Readings further from the median than this are few where the mismatch is noise,"""
+REACH = 3.0
+"""and are drawn up to so many times the range of the others: those keep a sixth of the height."""
 BUCKETS = 1200
 SMOOTHED_OVER = 5
 """Buckets a smoothed curve averages over at most."""
@@ -36,8 +39,10 @@ NARROWEST = 0.01
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mismatch:
-    """One channel. before, after: shape (n,), NaN where nothing valid was read or it lies far out.
+    """One channel. before, after: shape (n,), NaN where nothing valid was read, it lies far out, or
+    the fit took it for an outlier: what means are of.
 
+    readings: before, shape (n,), with the outliers of the fit that do not lie far out.
     far_out: readings that stand so far out that they would hide everything else.
     all_before, all_after: shape (n,), with those that lie far out, without those that the fit took
     for outliers: as the figures of the fit.
@@ -51,6 +56,7 @@ class Mismatch:
     before: FloatArray
     after: FloatArray
     noise: float
+    readings: FloatArray
     far_out: int
     all_before: FloatArray
     all_after: FloatArray
@@ -104,9 +110,10 @@ def _mismatch(channel: Channel) -> Mismatch:
         unit=scale.unit,
         source=channel.name,
         source_unit=channel.unit,
-        before=np.where(far | ~np.isfinite(before), np.nan, before),
-        after=np.where(far | ~np.isfinite(after), np.nan, after),
+        before=np.where(far | ~counted | ~np.isfinite(before), np.nan, before),
+        after=np.where(far | ~counted | ~np.isfinite(after), np.nan, after),
         noise=channel.noise * scale.factor,
+        readings=np.where(far | ~np.isfinite(before), np.nan, before),
         far_out=int(far.sum()),
         all_before=np.where(counted, before, np.nan),
         all_after=np.where(counted, after, np.nan),
@@ -114,13 +121,17 @@ def _mismatch(channel: Channel) -> Mismatch:
 
 
 def _far_out(values: FloatArray) -> BoolArray:
+    """Which of the values (n,) would squeeze all others to a line if they were drawn."""
     finite = values[np.isfinite(values)]
     if not len(finite):
         return np.zeros(len(values), dtype=np.bool_)
     middle = float(np.median(finite))
     spread = MAD_TO_SIGMA * float(np.median(np.abs(finite - middle)))
-    far: BoolArray = np.abs(values - middle) > OUTLIER_SIGMAS * spread
-    return far if spread > 0.0 else np.zeros(len(values), dtype=np.bool_)
+    if spread <= 0.0:
+        return np.zeros(len(values), dtype=np.bool_)
+    usual = np.ptp(finite[np.abs(finite - middle) <= OUTLIER_SIGMAS * spread])
+    far: BoolArray = np.abs(values - middle) > max(OUTLIER_SIGMAS * spread, REACH * float(usual))
+    return far
 
 
 def smoothed(t_s: FloatArray, one: Mismatch) -> Curve:
