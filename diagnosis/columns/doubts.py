@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping
 import numpy as np
 
 from diagnosis.columns.encoder_steps import of_encoder
-from diagnosis.columns.names import unit_said, without_unit
+from diagnosis.columns.names import read_name, unit_said, without_unit
 from diagnosis.columns.options import GUESSES
 from diagnosis.columns.units import LINEAR, ROTARY
 from diagnosis.observations.readings import FloatArray
@@ -19,9 +19,10 @@ LONG_STEP_S = 2.0
 """Whole steps of time from here on are more often ms or us."""
 RTDE = re.compile(r"(actual|target)_q(_?\d)?$")
 """Joint angles in the logs of Universal Robots, whose interface gives them in rad."""
-RADIANS = {"rad", "rad/s"}
+RADIANS, DEGREES = {"rad", "rad/s"}, {"deg", "deg/s"}
 READ = ("position", "theta")
 ANGULAR = ("command", *READ)
+MOVES = {*ANGULAR, "velocity"}
 
 
 def doubt(name: str, column: str, unit: str, values: FloatArray) -> str:
@@ -92,9 +93,41 @@ def _other_steps(name: str, values: FloatArray, other: str) -> str | None:
     return step if unit == other else None
 
 
+def of_degrees(
+    name: str, column: str, unit: str, values: FloatArray, headings: Collection[str]
+) -> str:
+    """A sentence for angles (n,) read in rad in a table of degrees; empty where there is none.
+
+    headings: of all the table's columns.
+    """
+    known = values[np.isfinite(values)]
+    if unit not in ("1", "rad") or name.split("_")[0] not in ANGULAR or not len(known):
+        return ""
+    others = [one for one in headings if _says_degrees(one) and one != column]
+    if not others or unit_said(column, name) is not None:
+        return ""
+    if np.ptp(known) < GUESSES.narrowest_deg:  # few machines move so little in degrees
+        return ""
+    read = "rad (or m)" if unit == "1" else "rad"
+    return (
+        f"{name} was read in {read}, and the heading '{others[0]}' says deg; if it is in degrees,"
+        f' --set "{name}={without_unit(column)}[deg]"'
+    )
+
+
 def _says_radians(heading: str) -> bool:
     """Whether the unit of a heading is made of radians."""
-    return {unit_said(heading, "position"), unit_said(heading, "velocity")} & RADIANS != set()
+    return _units(heading) & RADIANS != set()
+
+
+def _says_degrees(heading: str) -> bool:
+    """Whether a heading is that of a motion in degrees; temp_deg is none."""
+    return read_name(heading).role in MOVES and _units(heading) & DEGREES != set()
+
+
+def _units(heading: str) -> set[str | None]:
+    """What a heading would say as that of an angle, and as that of a velocity."""
+    return {unit_said(heading, "position"), unit_said(heading, "velocity")}
 
 
 def turns(angle_rad: float) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from diagnosis.columns.doubts import doubt, of_counts, of_radians
+from diagnosis.columns.doubts import doubt, of_counts, of_degrees, of_radians
 from diagnosis.columns.mapping import Mapping, Source
 from diagnosis.columns.missing import no_column, no_time, other_separator
 from diagnosis.columns.names import Guess, unit_said, without_unit
@@ -51,7 +51,10 @@ def read_mapped(
         if "scale" not in source.model_fields_set:
             if why := of_counts(name, column, unit, table[column]):
                 raise RecordingError(f"{path}: {why}")
-            if why := doubt(name, column, unit, table[column]):
+            if why := (
+                doubt(name, column, unit, table[column])
+                or of_degrees(name, column, unit, table[column], table)
+            ):
                 tell(f"{path.name}: {why}")
             if why := of_radians(name, column, unit, table[column], table):
                 tell(f"{path.name}: {why}")

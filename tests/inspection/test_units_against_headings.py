@@ -144,6 +144,41 @@ def test_degrees_in_a_table_of_radians_are_doubted(
     )
 
 
+@pytest.mark.parametrize(
+    ("heading", "unit", "says"),
+    [
+        ("t,q,goal_deg", "[rad]", "the heading 'goal_deg' says deg"),
+        ("t,q,speed [deg/s]", "", "rad (or m), and the heading 'speed [deg/s]' says deg"),
+        ("t,q,temp_deg", "[rad]", ""),
+        ("t,q [rad],goal_deg", "", ""),
+        ("t,q,goal_deg", "[deg]", ""),
+    ],
+)
+def test_radians_in_a_table_of_degrees_are_doubted(
+    tmp_path: Path, heading: str, unit: str, says: str
+) -> None:
+    """Of an angle typed as rad beside a command in degrees, nothing was doubted."""
+    path = write(tmp_path / "a.csv", heading, T_S, 3.0 * WAVE, 3.0 * WAVE)
+    told: list[str] = []
+    read_mapped(path, load_mapping(None, [f"position=q{unit}"]), told.append)
+    doubts = [one for one in told if "if it is in degrees" in one]
+    assert [says in one and '"position=q[deg]"' in one for one in doubts] == [True] * bool(says)
+
+
+def test_degrees_typed_as_rad_are_doubted_on_the_command_line(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    for turn in (360.0, 2.0 * np.pi):
+        step = turn / 4096.0
+        seen = step * np.round((8.0 * WAVE + 0.2) / step)
+        write(tmp_path / "a.csv", "t,soll,q", T_S, 8.0 * WAVE, seen)
+        (tmp_path / "r.yaml").write_text("kind: servo_axis\nname: a\nmotion: rotary\n")
+        sets = ["--set", "position=q[rad]", "--set", "command=soll[rad]"]
+        done = deltactl("diagnose", "a.csv", "--robot", "r.yaml", *sets)
+        assert ("Look at this first: position of a.csv" in done.stdout) == (turn == 360.0)
+        assert ('--set "position=q[deg]"' in done.stderr) == (turn == 360.0)
+
+
 def test_radians_over_many_turns_are_told_by_reading_and_by_the_answer(tmp_path: Path) -> None:
     path = write(tmp_path / "a.csv", "t,q,soll", T_S, 70.0 * WAVE, 70.0 * WAVE)
     told: list[str] = []
