@@ -81,8 +81,8 @@ def by_priors_here(one: PriorSensitivity) -> str:
     """The same beside the finding that it is of."""
     narrower, wider = percent(one.narrower), percent(one.wider)
     return (
-        f"The {percent(one.probability)} rest on how large this usually is on such machines: were"
-        f" it usually three times smaller, they would be {narrower}; three times larger, {wider}."
+        "How sure this is depends on how large it usually is on such machines: were it usually"
+        f" three times smaller, it would be {narrower} sure; three times larger, {wider}."
         f" {MATTERS_LESS}"
     )
 
