@@ -1,4 +1,4 @@
-"""What to do about all that was found, for the person with the spanner: what comes first first."""
+"""What to do about all that was found, for the person with the spanner, in the order to do it."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ TOGETHER = (
     " distances worse."
 )
 ALONG = (
-    "Make the corrections of its zero and of its ratio together (of a command first the one of the"
-    " zero, then the one of the ratio): each was found beside the other, and one alone makes some"
-    " places worse."
+    "Make the corrections of its zero and of its ratio together (where both are made to its"
+    " commands, the zero first): each was found beside the other, and one alone makes some places"
+    " worse."
 )
 OF_DISTANCE = frozenset({"sensor_offset", "sensor_scale", "sensor_crosstalk"})
 LEAST_FOR_A_TABLE = 0.02
@@ -76,17 +76,9 @@ def remedies(
         return [CHANGE_NOTHING]
     late = [one for one in named if one.effect == "following_lag" and not tied(one)]
     late = late if len(late) > 1 else []
-    after_play = [one for one in named if beside_play(one, named) is not None]
-    named = sorted(
-        named,
-        key=lambda one: (
-            _minor(one),
-            one in after_play or (tied(one) and not sure(one, diagnosis)),
-            one in after_play,
-        ),
-    )
+    named = _in_order(named, diagnosis)
     found = (
-        remedy(one, robot, sure(one, diagnosis), ways, one in after_play)
+        remedy(one, robot, sure(one, diagnosis), ways, beside_play(one, named) is not None)
         for one in named
         if one not in late
     )
@@ -109,6 +101,17 @@ def remedies(
     if lines and plan is not None and any(tied(one) for one in named):
         lines.insert(0, ways.run_first)
     return list(dict.fromkeys(lines))
+
+
+def _in_order(named: Sequence[Finding], diagnosis: Diagnosis) -> list[Finding]:
+    """What hardly matters last, before it what is unsure; a zero behind the play that moved it."""
+    ordered = sorted(named, key=lambda one: (_minor(one), tied(one) and not sure(one, diagnosis)))
+    for home in tuple(ordered):
+        play = beside_play(home, ordered)
+        if play is not None and ordered.index(home) < ordered.index(play):
+            ordered.remove(home)
+            ordered.insert(ordered.index(play) + 1, home)
+    return ordered
 
 
 def _minor(finding: Finding) -> bool:
