@@ -64,6 +64,18 @@ class Unexplained(Record):
     says: str = ""
 
 
+class AllowedFor(Record):
+    """A small error that was fitted beside the findings and clearly shows, yet is no finding."""
+
+    effect: str
+    component: str
+    parameters: dict[str, ParameterResult]
+    usual: float
+    """How far off a machine built with care may be, in the unit of the first parameter."""
+    times_usual: float
+    """How many times as far off it is."""
+
+
 class NextExperiment(Record):
     """The safe job that would best separate the explanations."""
 
@@ -157,6 +169,8 @@ class Diagnosis(Record):
     unexplained: Unexplained
     loosely_built: bool = False
     """Build tolerances everywhere were fitted beside the findings."""
+    allowed_for: list[AllowedFor] = Field(default_factory=list)
+    """Those of them that the recording clearly shows, the one farthest off first."""
     ended_early: bool = False
     """The search reached its limit of work before everything was compared."""
     thinned: list[Thinned] = Field(default_factory=list)

@@ -38,6 +38,9 @@ class AssessmentOptions:
     """Of the spline by which an unknown of one run is carried to another."""
     matters: float = 0.1
     """Change of a probability under other prior spreads from which on the answer says so."""
+    clearly_off: float = 3.0
+    """Standard deviations from which on the size of a build tolerance is told: of the twenty that
+    are fitted, one is two off by chance."""
     profile_tries: int = 4
     """Refits by which each end of an interval that follows the likelihood is looked for."""
     profile_close: float = 0.1

@@ -25,6 +25,7 @@ from diagnosis.evidence.detection import Progress
 from diagnosis.evidence.noise_estimation import Prepared, prepare
 from diagnosis.experiment.propose import Proposal, propose
 from diagnosis.observations.readings import BoolArray, FloatArray
+from diagnosis.pipelines.allowed_for import allowed_for
 from diagnosis.pipelines.findings import Outcome, findings, picture, rest
 from diagnosis.pipelines.way import Figures, Limits, answered
 from diagnosis.plants.contract import Model
@@ -144,9 +145,11 @@ class FittedTogether:
         return picture(self.outcome, self.outcome.fitter.model.covariates(), self.prepared.valid)
 
     def remarks(self) -> dict[str, Any]:
-        """Whether build tolerances were needed, and whether the limit of work was reached."""
+        """Build tolerances if they were needed, and whether the limit of work was reached."""
+        outcome, loose = self.outcome, self.outcome.explained.with_tolerances
         return {
-            "loosely_built": self.outcome.explained.with_tolerances,
+            "loosely_built": loose,
+            "allowed_for": allowed_for(outcome.fitter, outcome.solution) if loose else [],
             "ended_early": self.budget.ended,
         }
 

@@ -144,6 +144,8 @@ def joined(torques: Diagnosis, outside: Diagnosis) -> Diagnosis:
             "findings": [*first.findings, *second.findings],
             "not_testable": [*torques.not_testable, *untested],
             "smallest_detectable": [*torques.smallest_detectable, *outside.smallest_detectable],
+            "loosely_built": outside.loosely_built,
+            "allowed_for": outside.allowed_for,
             "next_experiment": outside.next_experiment,
             "says": [*first.says, *second.says],
         }

@@ -11,6 +11,7 @@ from diagnosis.answer.verdict import claimed, too_little
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.fit_words import fit_lines, fit_title
 from diagnosis.report.phrases.limit_words import faintest_line, untested_line
+from diagnosis.report.sentences.allowed_words import allowed_line
 from diagnosis.report.sentences.finding_words import finding_lines, finding_title, span_s
 from diagnosis.report.sentences.headline import SO_LITTLE, headline
 from diagnosis.report.sentences.next_run_words import experiment_line, tie_lines
@@ -24,13 +25,6 @@ ENDED_EARLY = (
     "The search stopped at its limit of work, with the best explanation so far: not everything was "
     "compared ({way})."
 )
-LOOSE = (
-    "Beside the findings, small errors of {what} were allowed for, as large as those of a machine "
-    "built with care: together they explain what no single finding does. They are in no corrected "
-    "file, which therefore leaves a little more."
-)
-LENGTHS = frozenset({"upper_arm_length", "forearm_length", "base_radius"})
-"""Of which a recording of arm angles shows nothing."""
 BESIDE_KNOWN = "What is left is under 1 % of what the effects in the robot file explain"
 WHY = "Why"
 """Title above the reasons: what comes before is what to do."""
@@ -119,7 +113,7 @@ def _known(finding: Finding, robot: RobotModel) -> bool:
 
 def remarks(diagnosis: Diagnosis, ways: Ways = TERMINAL) -> list[str]:
     """Remarks on the machine and the search as a whole, in addition to the findings."""
-    lines = [_loose(diagnosis)] if diagnosis.loosely_built else []
+    lines = [allowed] if (allowed := allowed_line(diagnosis)) else []
     lines += [ENDED_EARLY.format(way=ways.all_compared)] if diagnosis.ended_early else []
     lines += [thinned_line(one) for one in diagnosis.thinned]
     lines += [f"The torques were not read: {why}." for why in diagnosis.not_read]
@@ -129,12 +123,6 @@ def remarks(diagnosis: Diagnosis, ways: Ways = TERMINAL) -> list[str]:
         if not any(_of(one, finding) for finding in diagnosis.findings)
     ]
     return [*lines, *tie_lines(diagnosis)]
-
-
-def _loose(diagnosis: Diagnosis) -> str:
-    """Which small errors were fitted beside the findings: those that the recording shows."""
-    hidden = {one.effect for one in diagnosis.not_testable} >= LENGTHS
-    return LOOSE.format(what="home angles and ratios" if hidden else "lengths and angles")
 
 
 def thinned_line(thinned: Thinned) -> str:
