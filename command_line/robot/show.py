@@ -9,6 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from command_line.output import console, decimals, print_json, say, warn
+from firmware_py.run_report.home_rounding import said_of_home
 from firmware_py.run_report.report import write_report
 from firmware_py.run_report.tracking import ENDED_EARLY, RunTracking, robot_of, track
 from models.robot import AXES
@@ -20,12 +21,15 @@ __all__ = ["export_recording", "show_recording", "show_tracking", "write_report"
 def show_tracking(recording: Path, quiet: bool) -> dict[str, Any]:
     """Print the tracking errors of a run, unless quiet; returns them as plain types."""
     run = read_run(recording)
-    tracking = track(run, robot_of(run))
+    robot = robot_of(run)
+    tracking = track(run, robot)
     if not quiet:
         if any(min(one.samples) for one in tracking.all()):
             console.print(tracking_table(run.configuration.job_name, tracking))
             if not tracking.whole:
                 say(ENDED_EARLY.format(tracking.on_path_s))
+            if said := said_of_home(run, robot, tracking):
+                say(said)
         else:
             say(
                 f"{run.configuration.job_name}: no readings between the first target of the path"
