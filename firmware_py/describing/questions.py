@@ -1,238 +1,29 @@
-"""What is asked about a machine of each kind: a table, with what a good answer looks like."""
+"""What is asked about a machine of each kind, and how answers are gathered."""
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
-from firmware_py.describing.motors import (
-    LEAST_PULSES,
-    of_both,
-    of_ratio,
-    pulses_remark,
-    ratio_remark,
-    too_few_pulses,
-)
-from firmware_py.describing.products import product
+from firmware_py.describing.asked_of_a_delta import DELTA
+from firmware_py.describing.asked_of_a_delta import WIRING as WIRING
+from firmware_py.describing.asked_of_all import GEAR, NAME
+from firmware_py.describing.asked_of_all import MICROSTEPS as MICROSTEPS
+from firmware_py.describing.asked_of_an_axis import SERVO_AXIS, STEPPER_AXIS
+from firmware_py.describing.motors import pulses_remark, ratio_remark
+from firmware_py.describing.question import UNKNOWN as UNKNOWN
+from firmware_py.describing.question import Answers as Answers
+from firmware_py.describing.question import Question as Question
+from firmware_py.describing.question import read_numbers
 from foundation.errors import ConfigError
-from models.gearing import LEAST_RATIO, too_small_ratio
 
-Answers = dict[str, str]
-"""By the key of the question."""
-UNKNOWN = "unknown"
-"""Answer of somebody who does not know, where that may be said: where it is the default."""
-
-
-@dataclass(frozen=True, slots=True)
-class Question:
-    """One thing to know. `key` is also the option, `--upper-arm-mm`; unit is said in its name."""
-
-    key: str
-    text: str
-    default: str | None = None
-    """What Enter means; None where there is no safe guess."""
-    choices: tuple[str, ...] = ()
-    count: int = 1
-    """So many numbers, where it is none of `choices`."""
-    least: float = -math.inf
-    most: float = math.inf
-    too_small: Callable[[float], str] | None = None
-    """What is said of a number below `least`, where more than that can be said."""
-    guessed: bool = False
-    """Whether the default is only what is most often met: it is said with what is missing."""
-    unless: tuple[tuple[str, str], ...] = ()
-    """Keys and answers of other questions, each of which leaves nothing to ask here: the default
-    is taken, or where there is none, nothing is said of it."""
-    only: tuple[str, str, str] | None = None
-    """Key and answer of the one question with which this has a sense, and which machine that is."""
-
-    def wrong(self, answer: str) -> str:
-        """Why an answer cannot be taken, to be asked again at once; empty where it may do."""
-        if self.choices and answer not in self.choices:
-            return f"{answer!r}: must be {' or '.join(self.choices)}"
-        if self.choices or self.key == "name" or answer.strip() == "none":
-            return ""
-        if answer == self.default == UNKNOWN:
-            return ""
-        found = _read(answer, self.count, self.key)
-        if isinstance(found, str):
-            return f"{answer!r}: {found}"
-        # Whoever writes both does not mean the one by the other.
-        least = 1.0 if self.key == "microsteps_per_rev" and of_both(answer) else self.least
-        if (smallest := min(found)) < least:
-            said = self.too_small(smallest) if self.too_small else ""
-            return f"{answer!r}: {said or f'must not be below {self.least:g}'}"
-        return f"{answer!r}: must not be above {self.most:g}" if max(found) > self.most else ""
-
-    def misplaced(self, answers: Answers) -> str:
-        """Why it cannot be answered beside what is answered already; empty where it can."""
-        if self.only is None or answers.get(self.only[0], self.only[1]) == self.only[1]:
-            return ""
-        key, answer, machine = self.only
-        other = answers[key]
-        return (
-            f"{self.option}: is of {machine} (--{key} {answer}), and this one is {other}; leave it"
-            f" out, or say --{key} {answer}"
-        )
-
-    @property
-    def option(self) -> str:
-        """As it is typed on the command line."""
-        return "--" + self.key.replace("_", "-")
-
-
-LEAST_MM, MOST_MM = 1.0, 9999.0
-
-
-def _in_metres(size: float) -> str:
-    if size <= 0.0:
-        return ""
-    return f"must not be below {LEAST_MM:g} mm; is it in metres? Then write {1e3 * size:g}"
-
-
-NAME = Question("name", "Name of the machine", "my-robot")
-MICROSTEPS = Question(
-    "microsteps_per_rev",
-    "Step pulses for one turn of the motor, as set at the drive (200 full steps of 8 microsteps:"
-    " 1600, or 200x8). With servo drives, or where recordings hold angles and no steps, 1600 will"
-    " do",
-    "1600",
-    least=LEAST_PULSES,
-    too_small=too_few_pulses,
-    guessed=True,
-)
-GEAR = Question(
-    "gear_ratio",
-    "Turns of the motor for one turn of the arm (5 for a gear of 5:1, 1 without a gear)",
-    least=0.001,
-)
-GEAR_OF_ARM = replace(GEAR, least=LEAST_RATIO, too_small=too_small_ratio)
-ZERO = Question(
-    "zero",
-    "Should the reading be 0 where the command is 0? absolute: yes (told to go to 30, it should"
-    " read 30; also where one was set equal to the other once, at the start or at home); arbitrary:"
-    " no (an encoder that begins anywhere, and reads 217 there)",
-    "absolute", ("absolute", "arbitrary"), unless=(("recorded", "effort"),),
-)  # fmt: skip
-TURNS = ("motion", "rotary", "a servo_axis that turns")
-SLIDES = ("motion", "linear", "a servo_axis that slides")
-NO_EFFORT = (("recorded", "command"),)
 QUESTIONS: dict[str, tuple[Question, ...]] = {
-    "delta": (
-        NAME,
-        Question(
-            "base_radius_mm",
-            "Base radius: from the middle to a motor axis, mm",
-            least=LEAST_MM,
-            most=MOST_MM,
-            too_small=_in_metres,
-        ),
-        Question(
-            "platform_radius_mm",
-            "Platform radius: from its middle to a joint, mm",
-            least=LEAST_MM,
-            most=MOST_MM,
-            too_small=_in_metres,
-        ),
-        Question(
-            "upper_arm_mm",
-            "Upper arm: from the motor axis to the elbow, mm",
-            least=LEAST_MM,
-            most=MOST_MM,
-            too_small=_in_metres,
-        ),
-        Question(
-            "forearm_mm",
-            "Forearm: from the elbow to the platform's joint, mm",
-            least=LEAST_MM,
-            most=MOST_MM,
-            too_small=_in_metres,
-        ),
-        MICROSTEPS,
-        GEAR_OF_ARM,
-        Question(
-            "sensors",
-            "Ranging sensors that see the platform: three along x, y and z (xyz), or none?",
-            "xyz",
-            ("xyz", "none"),
-        ),
-    ),
-    "stepper_axis": (NAME, MICROSTEPS, GEAR, ZERO),
-    "servo_axis": (
-        NAME,
-        Question(
-            "motion", "Does it turn (rotary) or slide (linear)?", "rotary", ("rotary", "linear")
-        ),
-        Question(
-            "recorded",
-            "What is recorded beside the position: its command, the effort (force, torque,"
-            " current), or both?",
-            "command",
-            ("command", "effort", "both"),
-        ),
-        Question(
-            "inertia",
-            "Moving inertia, kg m2 (rotary) or kg (linear); 0 if unknown or no effort is recorded",
-            "0",
-            least=0.0,
-            unless=NO_EFFORT,
-        ),
-        Question(
-            "effort_gain",
-            "N m (or N) for one unit of the effort column; 1 if there is none",
-            "1",
-            unless=NO_EFFORT,
-        ),
-        Question(
-            "hanging_nm",
-            "Torque that holds a weight on the axis level, N m (kg * 9.81 * metres from the axis);"
-            " 0: none hangs there, or the axis stands upright; unknown: if you do not know",
-            UNKNOWN,
-            unless=(("motion", "linear"),),
-            only=TURNS,
-        ),
-        Question(
-            "hanging_deg",
-            "Position at which that weight hangs straight down, degrees",
-            "0",
-            unless=(("motion", "linear"), ("hanging_nm", "0"), ("hanging_nm", UNKNOWN)),
-            only=TURNS,
-        ),
-        Question(
-            "slope_n",
-            "Force that holds the slide on its slope, N (kg * 9.81 * sine of the slope), negative"
-            " if it holds towards lower positions; 0: it is level; unknown: if you do not know",
-            UNKNOWN,
-            unless=(*NO_EFFORT, ("motion", "rotary")),
-            only=SLIDES,
-        ),
-        ZERO,
-    ),
+    "delta": DELTA,
+    "stepper_axis": STEPPER_AXIS,
+    "servo_axis": SERVO_AXIS,
     "range_sensor": (NAME,),
 }
-WIRING: tuple[Question, ...] = (
-    Question("step_pins", "STEP pins of motors 1, 2, 3 (BCM numbers)", count=3),
-    Question("direction_pins", "DIR pins of motors 1, 2, 3", count=3),
-    Question("enable_pin", "ENA pin of the drives, or none"),
-    Question("alarm_pins", "ALM pins of drives 1, 2, 3, or none", count=3),
-    Question("estop_pin", "E-stop pin (normally closed to ground), or none"),
-    Question("xshut_pins", "XSHUT pins of sensors x, y, z", count=3, unless=(("sensors", "none"),)),
-    Question("arm_deg", "Lowest and highest arm angle, degrees (0 level, positive down)", count=2),
-    Question("step_rate_hz", "Most steps a second of a motor (a Pi sends up to 20000)"),
-    Question("joint_speed_radps", "Fastest an arm may turn, rad/s"),
-    Question("joint_acceleration_radps2", "Fastest it may gain speed, rad/s2"),
-    Question("approach_speed_radps", "How fast it goes to where a job begins, rad/s (say 0.5)"),
-    Question(
-        "home_deg",
-        "Angles of arms 1, 2, 3 at the stops or jig where they are put, degrees",
-        count=3,
-    ),
-)
-"""What hardware needs besides, and nobody can guess; a file without it runs simulated only."""
-PRODUCTS = ", or a product or quotient of numbers, as 1.17*9.81*0.15 or 1/3"
-_THOUSANDS = re.compile(r"(-?\d{1,3}),(\d{3})")
+_NOTATIONS = {one.key: one.notation for asked in QUESTIONS.values() for one in asked}
+"""By the key of the question."""
 
 
 def gather(
@@ -293,25 +84,7 @@ def remarks(questions: tuple[Question, ...], given: Answers, answers: Answers) -
 
 def numbers(answers: Answers, key: str, count: int = 1) -> tuple[float, ...]:
     """The numbers of an answer, with spaces or commas between. Raises ConfigError."""
-    found = _read(answers[key], count, key)
+    found = read_numbers(answers[key], count, _NOTATIONS.get(key))
     if isinstance(found, str):
         raise ConfigError(f"--{key.replace('_', '-')} {answers[key]!r}: {found}")
     return found
-
-
-def _read(text: str, count: int, key: str = "") -> tuple[float, ...] | str:
-    """So many numbers, or why they are not; in one number alone a comma is a decimal one."""
-    if key == GEAR.key and (turns := of_ratio(text)) is not None:
-        return (turns,)
-    if key == MICROSTEPS.key and (pulses := of_both(text)) is not None:
-        return (pulses,)
-    if count == 1 and (found := _THOUSANDS.fullmatch(text.strip())):
-        whole = "".join(found.groups())
-        return f"is it {whole} or {'.'.join(found.groups())}? Write it without a comma"
-    parts = [text.replace(",", ".")] if count == 1 else text.replace(",", " ").split()
-    values = [product(part) for part in parts]
-    numbers = tuple(one for one in values if one is not None)
-    if len(numbers) < len(values):
-        also = PRODUCTS if set("*/") & set(text) else ""
-        return f"must be a number{also}" if count == 1 else f"must be {count} numbers"
-    return numbers if len(numbers) == count else f"must be {count} numbers, with spaces between"
