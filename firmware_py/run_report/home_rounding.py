@@ -17,7 +17,7 @@ from models.servo_drive import ServoDrive
 from recording.reading.run import Run
 
 TELLS = 0.8
-"""Share of an axis' error, at most, that is left without this where it is worth a word."""
+"""Share of an axis' error, at most, that is left without this where it is told."""
 ROUNDED = "Home itself is rounded to whole microsteps: up to {:.2f} mm of that are in {}."
 
 
