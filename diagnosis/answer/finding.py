@@ -133,6 +133,9 @@ class Finding(Record):
     own_share: float | None = None
     """Power of what it does by itself, as a share of the mismatch's; the others may be able to take
     it over, or make up for it. None where it was not computed."""
+    left_without_m: float | None = None
+    """The mismatch (root mean square, in the unit of the fit) without it, with the others fitted
+    again; None where it was not computed."""
     probability: float | None = None
     """Posterior that this effect acts at this component (unknown: that something outside the
     vocabulary does); None where it was not computed."""

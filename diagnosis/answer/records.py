@@ -23,6 +23,24 @@ from diagnosis.answer.picture import Picture as Picture
 Verdict = Literal["nothing_missing", "explained", "partly_explained", "unexplained"]
 
 
+class AtRest(Record):
+    """What is left of an axis while its command stands, in the unit of the fit, and while it moves.
+
+    Both root mean square, over the rows that count.
+    """
+
+    left_m: float
+    left_in_motion_m: float
+    rests: int
+    """Rests that last long enough to tell whether the axis moved in them."""
+    moved: int
+    """Those in which it moved by more than its readings scatter."""
+    moved_by_m: float
+    """By how much at most."""
+    load_known: bool = False
+    """Whether the recording or the robot file says what pulls at it."""
+
+
 class Fit(Record):
     """Mismatch in the unit of the position (m for a delta, else `unit`)."""
 
@@ -39,6 +57,8 @@ class Fit(Record):
     """Of a lone machine: how large what those effects do is, root mean square."""
     scatter_within_m: float | None = None
     """Of a lone machine: what readings scatter around their mean while it stays at one place."""
+    at_rest: AtRest | None = None
+    """Of an axis that follows commands, and both rests and moves."""
     left_correlation: float | None = None
     """Of what is left, from one reading that was used to the next; None where these are few."""
     left_apart_s: float | None = None

@@ -36,6 +36,15 @@ class AssessmentOptions:
     """Share of a finding's power that a channel must show to be named with it."""
     carried_pieces: int = 6
     """Of the spline by which an unknown of one run is carried to another."""
+    fewest_at_rest: int = 5
+    """Rows of a rest, and of all motion, that tell how much is left there."""
+    settling_share: float = 0.33
+    """First part of each rest, in which a drive may still arrive."""
+    moved_sigma: float = 8.0
+    """Standard deviations of the noise from one reading to the next by which an axis has moved: a
+    thousand readings scatter over 6.5."""
+    moved_steps: float = 3.0
+    """The same in steps of the reading."""
     matters: float = 0.1
     """Change of a probability under other prior spreads from which on the answer says so."""
     clearly_off: float = 3.0

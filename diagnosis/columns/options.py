@@ -36,6 +36,12 @@ class GuessOptions:
 
     same_difference: float = 0.02
     """Of its own spread, within which a column is the difference of two others, all rounded."""
+    fast_of_top: float = 0.5
+    """Of the top speed, from which an axis moves fast: a drive gives a torque then."""
+    no_torque: float = 0.02
+    """Of the largest torque, up to which there is none."""
+    pulled_at: float = 0.1
+    """Share of the rows in which something must pull to be a load."""
     few_columns: int = 8
     """Of so many at most it is looked for: all triples are compared."""
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from diagnosis.columns.mapping import Mapping, Source
-from diagnosis.columns.names import Guess, may_be_outside, of_contract, without_unit
+from diagnosis.columns.names import Guess, of_contract, without_unit
 from diagnosis.columns.options import GUESSES
 from diagnosis.columns.reading import against_heading, named_column, unit_of
 from diagnosis.columns.units import IN_SI
@@ -23,6 +23,7 @@ from diagnosis.inspection.by_values import EARLIER
 from diagnosis.inspection.found import Inspection
 from diagnosis.inspection.guess import guess_columns, of_other_joints
 from diagnosis.inspection.joints import of_data_set, one_joint
+from diagnosis.inspection.loads import from_outside
 from diagnosis.inspection.machine_kind import kind_of
 from diagnosis.inspection.motion_units import ask_unit, turns_by_name
 from diagnosis.inspection.shapes import rising
@@ -144,6 +145,7 @@ def inspect_table(
             f"there are more joints than one: {', '.join(others[:6])}"
             f"{', ...' if len(others) > 6 else ''}; name the columns of another with --set"
         )
+    guesses, of_load = from_outside(guesses, known)
     left = [name for name, one in known.items() if name not in guesses and not rising(one)]
     kind, motion, why = kind_of(guesses, left)
     asked: dict[str, str] = {}
@@ -152,7 +154,7 @@ def inspect_table(
         warnings += [question] if question else []
         motion = "rotary" if turns_by_name(guesses.values()) else None
     if kind == "servo_axis":
-        warnings += _from_outside(guesses)
+        warnings += of_load
     timeless = base.rate_hz is not None and "t" not in said
     counter = row_number(guesses, known) if kind == "range_sensor" else None
     if timeless or counter:
@@ -194,20 +196,6 @@ def _which_came_first(guesses: AnyMapping[str, Guess]) -> list[str]:
     return [
         f"{', '.join(asked)}: taken for what was commanded, as {are} {EARLIER} than what moves"
         " alike; where it is the other way round, exchange the two in the command below"
-    ]
-
-
-def _from_outside(guesses: AnyMapping[str, Guess]) -> list[str]:
-    """A word of a torque or a force beside a command: it may pull at the axis from outside."""
-    by_name = {guess.name: guess for guess in guesses.values()}
-    effort = by_name.get("effort")
-    if effort is None or "command" not in by_name or "load" in by_name:
-        return []
-    if effort.why == "as you say" or not may_be_outside(effort.source):
-        return []
-    return [
-        f"{effort.source}: taken for what the drive itself gives; if it pulls at the axis from"
-        " outside (a weight, a spring), put load in place of effort in the command below"
     ]
 
 

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.answer.records import Channel, Fit, Picture, SmallestDetectable
+from diagnosis.answer.records import AtRest, Channel, Fit, Picture, SmallestDetectable
 from diagnosis.answer.verdict import Rest, seen
+from diagnosis.assessment.at_rest import at_rest
 from diagnosis.assessment.covariance import NORMAL_95
 from diagnosis.assessment.regression_holdout import Blocks, on_other_runs, scaled_covariance
 from diagnosis.assessment.significance import chance, charge
@@ -57,6 +58,7 @@ def fit_of(
         unit=selected.plant.unit,
         done_by_known_m=_done_by_known(selected),
         scatter_within_m=_within(selected),
+        at_rest=_at_rest(selected),
         holdout="run" if others else "blocks",
     )
 
@@ -77,6 +79,15 @@ def _done_by_known(selected: Selected) -> float:
     """How large what effects of the file do is, root mean square over the rows that count."""
     done = selected.plant.done_by_known
     return 0.0 if done is None else float(np.sqrt(np.mean(done[selected.noise.rows] ** 2)))
+
+
+def _at_rest(selected: Selected) -> AtRest | None:
+    plant, rows = selected.plant, selected.noise.rows
+    if plant.averages or plant.unit not in ("m", "rad"):
+        return None
+    step = plant.rounding * math.sqrt(12.0)
+    loaded = "load" in plant.covariates
+    return at_rest(selected.best.residual[rows], plant.stays[rows], step, loaded)
 
 
 def _within(selected: Selected) -> float | None:

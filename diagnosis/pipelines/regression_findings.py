@@ -72,6 +72,7 @@ def _finding(
         evidence=Evidence(delta_chi2=gain, p=chance(selected, best, without)),
         share_of_mismatch=_share(selected, without),
         own_share=_own_share(selected, regressor),
+        left_without_m=rms_left(without, selected.noise.rows),
         probability=float(probability * share[0]),
         alternatives=alternatives,
         depends_on=list(regressor.follows),

@@ -39,7 +39,19 @@ def test_where_most_is_left_the_headline_says_so(make: Any) -> None:
     most = answer.unexplained.model_copy(update={"share_of_mismatch": 0.9})
     says = headline(answer.model_copy(update={"unexplained": most}))
     assert says.startswith("Only a small part of the mismatch is explained by")
-    assert "90 % of it is left" in says
+    assert "; 2.21 mm of 4.10 mm is left" in says
+
+
+def test_explained_is_said_without_reserve_only_where_little_is_left(make: Any) -> None:
+    """Of an answer whose rest no test sees and that is more than readings at rest scatter by."""
+    figures = make("explained").fit.model_copy(update={"scatter_within_m": 1e-6})
+    for left, begins in ((0.05, "The mismatch is explained by"), (0.3, "Most of the mismatch is"),
+                         (0.8, "Part of the mismatch is explained by")):  # fmt: skip
+        fit = figures.model_copy(update={"rms_after_m": left * figures.rms_before_m})
+        rest = Unexplained(share_of_mismatch=0.0)
+        says = headline(make("explained", fit=fit, unexplained=rest))
+        assert says.startswith(begins)
+        assert ("follows nothing that a test sees" in says) == (left > 0.1)
 
 
 def test_many_findings_are_counted_in_the_headline(make: Any, parts: Any) -> None:
@@ -96,7 +108,9 @@ def test_a_rest_that_no_test_sees_is_told_by_one_verdict(make: Any) -> None:
         assert "noise alone would look like this" not in text
         assert (SO_LITTLE in headline(answer)) == little
         assert ("a longer recording" in text) == (not little)
-        assert ("under 1 % of what the effects in the robot file explain" in text) == little
+        assert (
+            "is less than a tenth of what the effects in the robot file explain" in text
+        ) == little
 
 
 def test_how_sure_it_is_that_nothing_is_missing_is_said_once(make: Any) -> None:
@@ -120,7 +134,8 @@ def test_nothing_is_as_sure_as_it_is_said_to_be(make: Any, sure: float, says: st
 def test_nothing_missing_beside_a_rest_of_no_noise_speaks_of_no_noise(make: Any) -> None:
     fit = make("nothing_missing").fit.model_copy(update={"scatter_within_m": 1e-6})
     says = headline(make("nothing_missing", findings=[], fit=fit))
-    assert says.endswith("as far as this recording shows.")
+    assert says.endswith("(2.2 mm) follows nothing that a test sees.")
+    assert "behaves as its robot file says" not in says
 
 
 def test_odds_that_the_rest_of_the_evidence_denies_are_not_told(make: Any, parts: Any) -> None:

@@ -107,10 +107,32 @@ def test_rivals_below_one_percent_are_listed_once() -> None:
 
 
 @pytest.mark.parametrize(("p", "said"), [(1e-9, True), (0.2, False)])
-def test_a_small_part_beside_a_sure_finding_is_no_contradiction(p: float, said: bool) -> None:
-    line = share_line(_finding(p, 0.97).model_copy(update={"share_of_mismatch": 0.004}))
+def test_a_small_part_beside_a_sure_finding_is_no_contradiction(
+    make: Any, p: float, said: bool
+) -> None:
+    finding = _finding(p, 0.97).model_copy(update={"share_of_mismatch": 0.004})
+    line = share_line(finding, make().fit)
     assert "its part is small" in line.lower()
     assert ("but more than noise" in line) == said
+
+
+@pytest.mark.parametrize(
+    ("share", "left_m", "said"),
+    [
+        (0.9, 0.0039, "Without it the mismatch would be 3.90 instead of 2.21 mm."),
+        (0.1, 0.0025, "If it alone were left out, the mismatch would be 2.50 instead of 2.21 mm:"),
+        (0.9, None, "Without it the mismatch would be about 3.95 instead of 2.21 mm."),
+        (0.004, 0.00221, "without it the mismatch would be about the same."),
+    ],
+)
+def test_what_a_finding_does_is_told_in_the_unit_of_the_mismatch(
+    make: Any, share: float, left_m: float | None, said: str
+) -> None:
+    """A share of the power beside figures that are root mean squares reads as a contradiction."""
+    changes = {"share_of_mismatch": share, "left_without_m": left_m}
+    line = share_line(_finding(1e-9, 0.97).model_copy(update=changes), make().fit)
+    assert said in line
+    assert "%" not in line
 
 
 def test_an_alternative_that_is_more_probable_is_named_as_such(make: Any) -> None:

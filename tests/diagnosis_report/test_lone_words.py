@@ -124,7 +124,7 @@ def lag(dead: tuple[float, float, float], time: tuple[float, float, float]) -> F
 def test_of_a_delay_whose_parts_are_not_known_the_sum_is_told(make: Any) -> None:
     def text(finding: Finding) -> str:
         answer = spoken(make("explained", findings=[finding]), command_effects("rotary"))
-        return " ".join([*finding_lines(finding), *remedies(answer), *answer.says])
+        return " ".join([*finding_lines(finding, answer.fit), *remedies(answer), *answer.says])
 
     open_one = text(lag((0.0019, 0.0, 0.129), (0.065, 0.0, 0.184)))
     assert "Only the sum of 66.9 ms is known, not how it divides" in open_one
@@ -207,7 +207,9 @@ def test_what_comes_with_motion_is_said_once_and_not_as_noise(make: Any) -> None
     assert "need not be noise" not in text
 
 
-def test_friction_that_a_load_makes_larger_says_how_much_is_there_without_one() -> None:
+def test_friction_that_a_load_makes_larger_says_how_much_is_there_without_one(
+    make: Any,
+) -> None:
     def told_of(unloaded: float) -> str:
         parameters = {
             "width": ParameterResult(value=0.09, ci95=[0.08, 0.1], unit="rad"),
@@ -216,7 +218,7 @@ def test_friction_that_a_load_makes_larger_says_how_much_is_there_without_one() 
         finding = following().model_copy(
             update={"effect": "joint_friction", "parameters": parameters}
         )
-        return " ".join(finding_lines(finding))
+        return " ".join(finding_lines(finding, make().fit))
 
     assert "It grows with the load" in told_of(0.3)
     assert "without one it is 1.5 degrees" in told_of(0.3)

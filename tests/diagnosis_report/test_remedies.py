@@ -222,7 +222,7 @@ def test_drives_that_are_all_late_are_one_line(make: Any) -> None:
     answer = make("explained", findings=found)
     (line,) = remedies(answer)
     assert line == (
-        "Tighten the control of motors 1, 2 and 3, or command them earlier: they are late by 128,"
+        "Raise the gains in the control of motors 1, 2 and 3, or command them earlier: they are late by 128,"
         " 103 and 87.0 ms."
     )
     assert headline(answer) == (

@@ -82,7 +82,10 @@ def test_a_share_left_is_only_told_where_it_is_more_than_noise(make: Any) -> Non
     assert NOISE in text
     rest = Unexplained(share_of_mismatch=0.38, depends_on=["theta_2"], says="")
     text = "\n".join(plain_lines(make("partly_explained", unexplained=rest)))
-    assert "Unexplained: 38 % of the mismatch. It follows the angle of arm 2." in text
+    assert (
+        "Unexplained beyond the noise: 0.69 mm (root mean square). It follows the angle of arm 2."
+        in text
+    )
 
 
 @pytest.mark.parametrize("verdict", VERDICTS)
@@ -188,10 +191,10 @@ def test_a_rest_that_is_too_little_is_said_to_be_in_one_sentence(make: Any) -> N
     )
     named = [one for one in make("explained").findings if one.effect != "unknown"]
     answer = told(make("partly_explained", findings=named, unexplained=rest))
-    little = answer.fit.model_copy(update={"rms_after_m": 0.1 * answer.fit.rms_before_m})
+    little = answer.fit.model_copy(update={"rms_after_m": 0.09 * answer.fit.rms_before_m})
     assert unexplained_line(answer) == (
-        "Unexplained: under 1 % of the mismatch, too little to act on; it follows the speed of"
-        " motor 3."
+        "Unexplained beyond the noise: 0.69 mm (root mean square), too little to act on; it follows"
+        " the speed of motor 3."
     )
     assert headline(answer).startswith("Part of the mismatch is explained by")
     explained = answer.model_copy(update={"fit": little})

@@ -37,6 +37,11 @@ class CommandedAxisOptions:
     of_each_kind: tuple[float, float] = (0.1, 0.9)
     """Shares of rows in motion between which both kinds have enough to show a noise of their own.
     """
+    came_from_elsewhere: float = 0.05
+    """Of the travel: nearer to where it stands a moment later an axis may just settle, as in any
+    rest."""
+    arrived_share: float = 0.05
+    """Of that way, when it has come: the rest is how it settles."""
     fewest_rests: int = 12
     """At a place, under a load, to show a noise of their own: within one an axis is off by the same
     amount, and as many sizes as there are rests fit them all."""

@@ -30,6 +30,7 @@ from diagnosis.plants.lone.travel import (
     arrivals,
     count_places,
     direction_of,
+    ends_earlier_move,
     rests_under_loads,
     turns,
 )
@@ -154,7 +155,11 @@ class RecordedAxis:
         return load + gravity_pull(gravity, at)
 
     def _rows(self) -> IntArray:
-        valid = np.flatnonzero(self.readings.valid[:, 0])
+        hair = max(self.resolution, COMMANDED_AXIS.least_move_share * float(np.ptp(self.commanded)))
+        came = ends_earlier_move(
+            self.t_s, self.commanded, self.readings.values[:, 0], self.readings.fresh, hair
+        )
+        valid = np.flatnonzero(self.readings.valid[:, 0] & ~came)
         stride = max(1, -(-len(valid) // COMMANDED_AXIS.most_followed_rows))
         return valid[::stride]
 

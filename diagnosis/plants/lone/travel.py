@@ -51,6 +51,30 @@ def arrivals(commanded: FloatArray, direction: FloatArray, hair: float) -> Float
     return found
 
 
+def ends_earlier_move(
+    t_s: FloatArray, commanded: FloatArray, observed: FloatArray, fresh: BoolArray, hair: float
+) -> BoolArray:
+    """Rows (n,) at the beginning of a stretch in which the axis ends a move that no row commands.
+
+    The command stands from the first row of the stretch on, and the axis comes in from elsewhere
+    within the time that a drive takes. observed (n,): NaN where nothing was read. hair: how far a
+    command or a reading differs at least to have moved.
+    """
+    found = np.zeros(len(commanded), dtype=bool)
+    begins = np.flatnonzero(fresh)
+    for first, end in zip(begins, np.append(begins[1:], len(commanded)), strict=True):
+        moves = np.flatnonzero(np.abs(commanded[first:end] - commanded[first]) > hair)
+        stood = observed[first : first + moves[0] if len(moves) else end]
+        away = np.abs(stood - np.nanmedian(stood)) if np.isfinite(stood).any() else stood
+        least = COMMANDED_AXIS.came_from_elsewhere * float(np.ptp(commanded))
+        if not len(away) or not away[0] > max(least, COMMANDED_AXIS.coarsest_steps * hair):
+            continue
+        there = np.flatnonzero(away < COMMANDED_AXIS.arrived_share * away[0])
+        if len(there) and t_s[first + there[0]] - t_s[first] < COMMANDED_AXIS.longest_lag_s:
+            found[first : first + there[0]] = True
+    return found
+
+
 def turns(direction: FloatArray, fresh: BoolArray) -> bool:
     """Whether a command turns back within any stretch: only there does play or friction show."""
     known = np.flatnonzero(direction)

@@ -53,7 +53,7 @@ def _card(
     rows = [
         ("Size", _sizes(finding, diagnosis)),
         ("How sure", _text(sureness.evidence(finding))),
-        ("Share", _share(finding)),
+        ("Share", _share(finding, diagnosis)),
         ("Where", _text(where_line(finding, span))),
         ("Depends on", _depends(finding)),
         ("Or else", _alternatives(finding, diagnosis, ways)),
@@ -99,10 +99,10 @@ def _smallest(
     return math.nan
 
 
-def _share(finding: Finding) -> str:
+def _share(finding: Finding, diagnosis: Diagnosis) -> str:
     if not math.isfinite(finding.share_of_mismatch):
         return ""
-    return _text(share_line(finding))
+    return _text(share_line(finding, diagnosis.fit))
 
 
 def _depends(finding: Finding) -> str:

@@ -21,7 +21,8 @@ from diagnosis.report.page.bars import Pair, pair_bars
 from diagnosis.report.page.cards import all_numbers, finding_cards
 from diagnosis.report.page.pictures import mismatch_sections
 from diagnosis.report.phrases import sureness, words
-from diagnosis.report.phrases.fit_words import doubtful_floor, fit_lines, fit_title
+from diagnosis.report.phrases.fit_words import fit_lines, fit_title
+from diagnosis.report.phrases.left_words import doubtful_floor
 from diagnosis.report.phrases.limit_words import limit_name, limit_size
 from diagnosis.report.phrases.sizes import scale_of
 from diagnosis.report.sentences.finding_words import span_s

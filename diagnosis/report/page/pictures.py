@@ -27,7 +27,7 @@ from diagnosis.report.page.residuals import (
 )
 from diagnosis.report.phrases import words
 from diagnosis.report.phrases.axis_units import covariate_unit
-from diagnosis.report.phrases.fit_words import doubtful_floor
+from diagnosis.report.phrases.left_words import doubtful_floor
 from diagnosis.report.phrases.sizes import scale_of
 from models.robot import RobotModel
 

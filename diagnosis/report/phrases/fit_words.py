@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 
-from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Fit
-from diagnosis.answer.verdict import goes_on
+from diagnosis.report.phrases.left_words import (
+    doubtful_floor,
+    mostly_by_place,
+    moves_at_rest,
+    record_more,
+    said_of_rest,
+    where_left,
+)
 from diagnosis.report.phrases.sizes import quantity
 from models.effects import VOCABULARY
 
 ONE_OFF = frozenset(kind.name for kind in VOCABULARY.values() if kind.event)
 
-MOSTLY_BY_PLACE = 0.7
-"""Less scatter at a place than this share: over half of the noise's power is between places."""
-MORE_PLACES = "More places make the answer surer, longer stays do not."
 LEAST_ABOVE = 0.01
 """Of the noise floor: a mismatch that is hardly above it has no share to speak of."""
 LEFT_OUT = "parts of the recording to which no size was fitted (causes were chosen with all of it)"
@@ -66,44 +69,22 @@ def _floor(fit: Fit, floor: str) -> str:
     return "" if doubtful_floor(fit) else f"; the noise alone is {floor}"
 
 
-def doubtful_floor(fit: Fit) -> bool:
-    """Whether what the tests take for noise may well be something else."""
-    return goes_on(fit) or said_of_rest(fit)
-
-
-def persists(fit: Fit) -> str:
-    """That what is left is much the same from one reading to the next, as a clause."""
-    lasts, apart = (
-        quantity(time_s or math.nan, "s", digits=2)
-        for time_s in (fit.left_lasts_s, fit.left_apart_s)
-    )
-    return (
-        f"it stays much the same for about {lasts} at a time (one reading every {apart} was used)"
-    )
-
-
 def _by_place(diagnosis: Diagnosis) -> list[str]:
     """That most of what counts as noise does not show in readings at one place.
 
     Empty where it is said of what is left.
     """
     fit, rest = diagnosis.fit, diagnosis.unexplained
-    within = fit.scatter_within_m
-    if within is None or within > MOSTLY_BY_PLACE * fit.noise_floor_m:
+    if not mostly_by_place(fit) or moves_at_rest(fit):
         return []
     if said_of_rest(fit) and not rest.depends_on and rest.share_of_mismatch <= 0.0:
         return []
     what = "what is left" if doubtful_floor(fit) else "this noise"
+    within = quantity(fit.scatter_within_m or math.nan, fit.unit, digits=3)
     return [
-        f"Readings at one place scatter by only {quantity(within, fit.unit, digits=3)}: most of "
-        f"{what} differs from place to place, or comes with motion. {MORE_PLACES}"
+        f"Readings at one place scatter by only {within}: {where_left(fit, what)}."
+        f" {record_more(fit)}"
     ]
-
-
-def said_of_rest(fit: Fit) -> bool:
-    """Whether what is left is so much more than readings scatter at rest that it is said of it."""
-    within = fit.scatter_within_m
-    return within is not None and fit.rms_after_m > VERDICT.beyond_rest * within
 
 
 def _held_out_gain(diagnosis: Diagnosis) -> str:

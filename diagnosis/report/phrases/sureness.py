@@ -8,7 +8,7 @@ from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Alternative, Diagnosis, Finding, PriorSensitivity
 from diagnosis.answer.verdict import NAMELESS, rather_unknown, seen
 from diagnosis.report.phrases import words
-from diagnosis.report.phrases.fit_words import doubtful_floor
+from diagnosis.report.phrases.left_words import doubtful_floor, mostly_by_place, said_of_rest
 from diagnosis.report.phrases.percent import CERTAIN, percent
 from diagnosis.report.phrases.rivals import by_usage, rivals
 
@@ -33,6 +33,7 @@ OF_NOISE = ", where noise alone makes up to about 10"
 chance in one recording of a few hundred."""
 
 LONGER = "A longer recording would tell more surely."
+MORE_MOVES = "A recording with more moves, and to more places, would tell more surely."
 HALF = 0.5
 """A part of a delay that may be smaller by more than this is not known."""
 
@@ -188,7 +189,8 @@ def false_alarm(diagnosis: Diagnosis) -> str:
         if diagnosis.verdict != "nothing_missing":
             return ""
         if nothing < SETTLED:
-            return LONGER
+            by_place = mostly_by_place(diagnosis.fit) or said_of_rest(diagnosis.fit)
+            return MORE_MOVES if by_place else LONGER
         if doubtful_floor(diagnosis.fit):
             return f"{_upper(percent(nothing))} sure that the robot file is complete."
     if nothing >= VERDICT.even:

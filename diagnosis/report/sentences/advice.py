@@ -44,9 +44,10 @@ EVERYWHERE: Table = {
     "encoder_error": "centre the encoder of {part}: it errs by {size} periodically",
     "lost_steps": "home again; then run slower or softer, and look for what held {part} up:"
     " {size} were lost",
-    "following_lag": "tighten the control of {part}, or command it earlier: it is late by {size}",
-    "following_lag.several": "tighten the control of {part}, or command them earlier: they are late"
+    "following_lag": "raise the gains in the control of {part}, or command it earlier: it is late"
     " by {size}",
+    "following_lag.several": "raise the gains in the control of {part}, or command them earlier:"
+    " they are late by {size}",
     "upper_arm_length": "set the upper arm of {part} to {true} in the robot file, or replace it",
     "forearm_length": "set the forearm of {part} to {true} in the robot file, or replace it",
     "base_radius": "measure base and platform: the difference of their radii is {true}",
@@ -123,6 +124,10 @@ OF_AN_AXIS: Table = {
 }
 
 OF_A_SERVO_AXIS: Table = {
+    "gear_backlash": "see first whether the drive of {part} has a dead zone, and narrow it, or"
+    " raise its P gain: within a dead zone a servo does not correct, which looks the same as play"
+    " ({size}). What stays is play: take it up at horn, coupling, set screws and gear; or come to"
+    " each place from the same side",
     "gear_ratio": "divide the commands of {part} by {factor}, or correct the scale by which its"
     " drive or program turns angles into counts: it moves {size} {sign:further|less far} than"
     " commanded",

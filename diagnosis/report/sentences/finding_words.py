@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from diagnosis.answer.records import Diagnosis, Finding, ParameterResult, Where
+from diagnosis.answer.records import Diagnosis, Finding, Fit, ParameterResult, Where
 from diagnosis.answer.verdict import NAMELESS, as_well, rather_unknown
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.percent import negligible, percent
@@ -19,8 +19,11 @@ PART_OF_UNKNOWN = "probably only a part of what is unknown, though it looks like
 FAR_LESS = "Far less probable:"
 UNLOADED_ALIKE = 0.9
 """Share of friction that is there without a load, from which on nothing is said of the load."""
-MINOR = 20.0
-"""Percent: what comes back of less sounds like a minor cause, which it need not be."""
+MINOR = 0.2
+"""Share of what is explained: what comes back of less sounds like a minor cause, which it need not
+be."""
+NEGLIGIBLE = 0.01
+"""The same, of what is small by itself as well."""
 
 
 def finding_title(finding: Finding) -> str:
@@ -39,6 +42,7 @@ def span_s(diagnosis: Diagnosis) -> tuple[float, float]:
 
 def finding_lines(
     finding: Finding,
+    fit: Fit,
     span: tuple[float, float] = (math.nan, math.nan),
     others: Sequence[Finding] = (),
 ) -> list[str]:
@@ -48,7 +52,7 @@ def finding_lines(
     lines += [grows_with_load(finding), zero_of_play(finding, others)]
     lines.append(sureness.evidence(finding))
     if math.isfinite(finding.share_of_mismatch):
-        lines.append(share_line(finding))
+        lines.append(share_line(finding, fit))
     lines += [where_line(finding, span), memory_line(finding), alternatives_line(finding)]
     return [line for line in lines if line]
 
@@ -80,19 +84,36 @@ def told_sizes(finding: Finding) -> Iterator[tuple[str, ParameterResult, Size]]:
             yield name, result, size
 
 
-def share_line(finding: Finding) -> str:
-    """What the other findings cannot take over: each is left out and the others fitted again."""
-    share, own = 100.0 * finding.share_of_mismatch, 100.0 * (finding.own_share or 0.0)
+def share_line(finding: Finding, fit: Fit) -> str:
+    """The mismatch if it alone were left out: what the other findings cannot take over."""
+    compared = _compared(finding, fit)
+    share, own = finding.share_of_mismatch, finding.own_share or 0.0
     if share >= MINOR:
-        return f"Without it {share:.0f} % of what is explained comes back."
-    if share >= 1.0 or own >= 1.0:
-        back = f"{share:.0f} %" if share >= 1.0 else "less than 1 %"
+        return f"Without it the mismatch would be {compared}."
+    if share >= NEGLIGIBLE or own >= NEGLIGIBLE:
         return (
-            f"Without it {back} of what is explained comes back; the other findings would take"
-            " over the rest, with wrong sizes."
+            f"If it alone were left out, the mismatch would be {compared}: the other findings would"
+            " take over the rest, with wrong sizes."
         )
     more = ", but more than noise" if finding.evidence.p < sureness.SURE_P else ""
-    return f"Its part is small: less than 1 % of the mismatch{more}."
+    return f"Its part is small{more}: without it the mismatch would be {compared}."
+
+
+def _compared(finding: Finding, fit: Fit) -> str:
+    """The mismatch without it, instead of which.
+
+    Where it was not computed by itself, by the share of the power that comes back.
+    """
+    after_m, without_m, about = fit.rms_after_m, finding.left_without_m, ""
+    if without_m is None:
+        gone = max(fit.rms_before_m**2 - after_m**2, 0.0)
+        without_m, about = math.sqrt(after_m**2 + finding.share_of_mismatch * gone), "about "
+    without, after = (quantity(size, fit.unit, digits=3) for size in (without_m, after_m))
+    if without == after:
+        return "about the same"
+    unit = f" {after.partition(' ')[2]}"
+    short = without.removesuffix(unit) if without.endswith(unit) else without
+    return f"{about}{short} instead of {after}"
 
 
 def memory_line(finding: Finding) -> str:

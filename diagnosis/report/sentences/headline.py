@@ -8,7 +8,7 @@ from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.answer.verdict import NAMELESS, claimed, fits_worse, seen, too_little
 from diagnosis.report.phrases import sureness, words
-from diagnosis.report.phrases.fit_words import doubtful_floor
+from diagnosis.report.phrases.left_words import doubtful_floor
 from diagnosis.report.phrases.percent import percent
 from diagnosis.report.phrases.sizes import quantity
 from diagnosis.report.sentences.telling_apart import LONE
@@ -20,6 +20,9 @@ NO_KNOWN = "o known effect is missing ({sure} sure). A {small}rest of {left} rem
 TELLS_MORE = ": a longer recording, or a motion that shows more, may tell what it is"
 MOSTLY_LEFT = 0.5
 """Share of the mismatch that nothing explains, from which on the headline says so first."""
+NEARLY_ALL = "nearly all"
+LITTLE_LEFT, HALF_LEFT = 0.1, 0.5
+"""Of the mismatch as it is shown (root mean square): nearly all, or most of it, is explained."""
 CHECK_FIRST = "first check that each column and the robot file are the right ones"
 FINE_COURSE = "the fine course of the readings points to"
 BOTH_FRICTIONS = frozenset({"joint_friction", "viscous_friction"})
@@ -40,22 +43,19 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "nothing_missing":
         return _nothing_missing(diagnosis)
     if diagnosis.verdict == "explained" and named:
-        return words.sentence(f"the mismatch is explained by {what}")
+        return words.sentence(_explained(diagnosis, what))
     if diagnosis.verdict == "partly_explained" and named:
         more = any(one.effect == "unknown" for one in findings)
         rest = "; another part is real and matches no known effect" if more else ""
-        left = diagnosis.unexplained.share_of_mismatch
-        part = "part"
+        part = _how_much(diagnosis)
         if fits_worse(diagnosis.fit):
             return words.sentence(f"{FINE_COURSE} {what}, and yet the fit as a whole is no better")
-        if left >= MOSTLY_LEFT:
-            part, rest = (
-                "only a small part",
-                f"; {100.0 * left:.0f} % of it is left ({CHECK_FIRST})",
-            )
-        elif _nearly_all(diagnosis) and not (more and _much_unknown(findings)):
-            part = "nearly all"
-            rest = "; a small rest is real and matches no known effect" if more else ""
+        if diagnosis.unexplained.share_of_mismatch >= MOSTLY_LEFT:
+            part, rest = "only a small part", f"; {_of_before(diagnosis)} is left ({CHECK_FIRST})"
+        elif more and _much_unknown(findings):
+            part = "part"
+        elif more and part == NEARLY_ALL:
+            rest = "; a small rest is real and matches no known effect"
         return words.sentence(f"{part} of the mismatch is explained by {what}{rest}")
     if unknown := [finding for finding in findings if finding.effect == "unknown"]:
         return words.sentence(
@@ -88,11 +88,33 @@ def _none_known(diagnosis: Diagnosis, nothing: float) -> str:
     return f"{start}{text}{SO_LITTLE if little else TELLS_MORE}."
 
 
-def _nearly_all(diagnosis: Diagnosis) -> bool:
-    """Whether next to nothing is left, also of what the tests take for noise."""
+def _how_much(diagnosis: Diagnosis) -> str:
+    """How much of the mismatch is gone, as a reader reckons it from the figures of the fit."""
+    left = diagnosis.fit.rms_after_m / max(diagnosis.fit.rms_before_m, 1e-300)
+    if left < LITTLE_LEFT and diagnosis.unexplained.share_of_mismatch < VERDICT.faint_rest:
+        return NEARLY_ALL
+    return "most" if left < HALF_LEFT else "part"
+
+
+def _explained(diagnosis: Diagnosis, what: str) -> str:
+    """Without reserve only where next to nothing is left, or what is left is surely noise."""
+    part = _how_much(diagnosis)
+    if part == NEARLY_ALL or not doubtful_floor(diagnosis.fit):
+        return f"the mismatch is explained by {what}"
+    left = quantity(diagnosis.fit.rms_after_m, diagnosis.fit.unit, digits=2)
+    return (
+        f"{part} of the mismatch is explained by {what}; what is left ({left}) follows nothing that"
+        " a test sees"
+    )
+
+
+def _of_before(diagnosis: Diagnosis) -> str:
+    """How much is left of how much."""
     fit = diagnosis.fit
-    left = fit.rms_after_m**2 < VERDICT.faint_rest * fit.rms_before_m**2
-    return left and diagnosis.unexplained.share_of_mismatch < VERDICT.faint_rest
+    after, before = (
+        quantity(size, fit.unit, digits=3) for size in (fit.rms_after_m, fit.rms_before_m)
+    )
+    return f"{after} of {before}"
 
 
 def _much_unknown(findings: Sequence[Finding]) -> bool:
@@ -133,17 +155,15 @@ def _lone_and_certain(finding: Finding) -> bool:
 
 
 def _nothing_missing(diagnosis: Diagnosis) -> str:
-    """As surely as it is known, and in the noise only where what is left is that."""
-    sure = diagnosis.probability_nothing_missing
-    doubtful = doubtful_floor(diagnosis.fit)
-    within = "as far as this recording shows" if doubtful else "within the noise"
+    """As surely as it is known; as the file says only where what is left is noise."""
+    sure, fit = diagnosis.probability_nothing_missing, diagnosis.fit
+    behaves = "the machine behaves as its robot file says, within the noise"
+    if doubtful_floor(fit):
+        left = quantity(fit.rms_after_m, fit.unit, digits=2)
+        behaves = f"what is left beside the robot file ({left}) follows nothing that a test sees"
     if sure is not None and sure < sureness.SETTLED:
-        likely = percent(sure)
-        return (
-            f"Probably nothing is missing ({likely} sure): the machine behaves as its robot file"
-            f" says, {within}."
-        )
-    return f"Nothing is missing: the machine behaves as its robot file says, {within}."
+        return f"Probably nothing is missing ({percent(sure)} sure): {behaves}."
+    return f"Nothing is missing: {behaves}."
 
 
 def _either(finding: Finding) -> str:

@@ -9,6 +9,7 @@ from diagnosis.answer.corrected_robot import sure
 from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.answer.verdict import NAMELESS, claimed, fits_worse
 from diagnosis.report.phrases import words
+from diagnosis.report.phrases.left_words import moves_at_rest
 from diagnosis.report.phrases.sizes import quantity
 from diagnosis.report.sentences.advice import advice, machine_of
 from diagnosis.report.sentences.remedy import remedy, tied
@@ -21,6 +22,11 @@ from models.robot import RobotModel
 CHANGE_NOTHING = (
     "Change nothing yet: with what was found the mismatch as a whole is no smaller. Record a longer"
     " run, with more reversals and places, and diagnose both together."
+)
+
+RECORD_THE_LOAD = (
+    "Find out what moves the axis while its command stands. Record what pulls at it as well (read"
+    " as `load`), or record again with nothing that pulls, and diagnose that."
 )
 
 TOGETHER = (
@@ -93,6 +99,8 @@ def remedies(
     lines += [
         line for one in nameless if (line := mapped(one, ways) or unnamed(one, robot, diagnosis))
     ]
+    if moves_at_rest(diagnosis.fit) and not any(one.component != LONE for one in named):
+        lines.append(RECORD_THE_LOAD)
     if sum(map(_of_distance, diagnosis.findings)) > 1:
         lines.append(TOGETHER)
     if {"home_offset", "gear_ratio"} <= {one.effect for one in named if one.component == LONE}:

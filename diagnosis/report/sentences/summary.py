@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from rich.markup import escape
@@ -11,6 +12,7 @@ from diagnosis.answer.verdict import claimed, too_little
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.fit_words import fit_lines, fit_title
 from diagnosis.report.phrases.limit_words import faintest_line, untested_line
+from diagnosis.report.phrases.sizes import quantity
 from diagnosis.report.sentences.allowed_words import allowed_line
 from diagnosis.report.sentences.finding_words import finding_lines, finding_title, span_s
 from diagnosis.report.sentences.headline import SO_LITTLE, headline
@@ -25,7 +27,11 @@ ENDED_EARLY = (
     "The search stopped at its limit of work, with the best explanation so far: not everything was "
     "compared ({way})."
 )
-BESIDE_KNOWN = "What is left is under 1 % of what the effects in the robot file explain"
+BESIDE_KNOWN = (
+    "What is left beyond the noise ({left}) is less than a tenth of what the effects in the robot"
+    " file explain ({known})"
+)
+UNEXPLAINED = "Unexplained beyond the noise: {} (root mean square)"
 WHY = "Why"
 """Title above the reasons: what comes before is what to do."""
 
@@ -76,7 +82,7 @@ def _summary(
         yield "head", f"{number}. {title}"
         if robot is not None and _known(finding, robot):
             yield "", f"   {ways.on_top}"
-        lines = finding_lines(finding, span_s(diagnosis), diagnosis.findings)
+        lines = finding_lines(finding, diagnosis.fit, span_s(diagnosis), diagnosis.findings)
         yield from (("", f"   {line}") for line in lines)
         yield from (
             ("", f"   {sureness.by_priors_here(one)}")
@@ -136,19 +142,20 @@ def thinned_line(thinned: Thinned) -> str:
 
 
 def unexplained_line(diagnosis: Diagnosis) -> str:
-    """What no finding explains; its share only where it is more than noise."""
-    rest = diagnosis.unexplained
+    """What no finding explains; its size only where it is more than noise."""
+    rest, fit = diagnosis.unexplained, diagnosis.fit
     says = words.sentence(rest.says)
-    share = 100.0 * rest.share_of_mismatch
-    told_share = bool(diagnosis.findings) and share > 0.0
-    shown = f"{share:.0f} %" if share >= 1.0 else "under 1 %"
+    told_size = bool(diagnosis.findings) and rest.share_of_mismatch > 0.0
+    beyond_m = math.sqrt(max(fit.rms_after_m**2 - fit.noise_floor_m**2, 0.0))
+    size = quantity(beyond_m, fit.unit, digits=2)
     follows = words.listed([words.followed(name) for name in rest.depends_on])
-    little = too_little(diagnosis.fit, rest.share_of_mismatch, bool(diagnosis.findings))
-    if little and not diagnosis.findings and share > 0.0:
-        return f"{BESIDE_KNOWN}{SO_LITTLE}."
-    if told_share and little and any(map(claimed, diagnosis.findings)):
+    little = too_little(fit, rest.share_of_mismatch, bool(diagnosis.findings))
+    if little and not diagnosis.findings and rest.share_of_mismatch > 0.0:
+        known = quantity(fit.done_by_known_m, fit.unit, digits=2)
+        return f"{BESIDE_KNOWN.format(left=size, known=known)}{SO_LITTLE}."
+    if told_size and little and any(map(claimed, diagnosis.findings)):
         what = f"; it follows {follows}" if follows else ""
-        return f"Unexplained: {shown} of the mismatch{SO_LITTLE}{what}."
-    head = f"Unexplained: {shown} of the mismatch." if told_share else ""
+        return f"{UNEXPLAINED.format(size)}{SO_LITTLE}{what}."
+    head = f"{UNEXPLAINED.format(size)}." if told_size else ""
     more = words.sentence(f"it follows {follows}") if follows and not says else ""
     return " ".join(text for text in (head, says, more) if text)

@@ -10,7 +10,15 @@ from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Diagnosis, Finding, Fit
 from diagnosis.answer.verdict import goes_on, seen
 from diagnosis.report.phrases import words
-from diagnosis.report.phrases.fit_words import MORE_PLACES, doubtful_floor, persists, said_of_rest
+from diagnosis.report.phrases.left_words import (
+    doubtful_floor,
+    moved_at_rest,
+    moves_at_rest,
+    persists,
+    record_more,
+    said_of_rest,
+    where_left,
+)
 from diagnosis.report.phrases.sizes import quantity
 from diagnosis.report.phrases.sureness import by_noise, late_in_all_s
 from diagnosis.report.sentences.summary import plain_lines
@@ -116,14 +124,15 @@ def _like_noise(answer: Diagnosis) -> str:
     within, left = answer.fit.scatter_within_m, answer.fit.rms_after_m
     nameless = any(one.effect == "unknown" for one in answer.findings)
     head = BESIDE if nameless else LEFT
+    if moves_at_rest(answer.fit):
+        return moved_at_rest(answer.fit, f"{head} ({quantity(left, answer.fit.unit, digits=2)})")
     if within is None or not said_of_rest(answer.fit) or _by_known(answer.fit):
         return _that_goes_on(answer, head) if goes_on(answer.fit) else f"{head} {IS_NOISE}"
     at_rest, left_m = (quantity(size, answer.fit.unit, digits=2) for size in (within, left))
-    more = "" if answer.verdict == "nothing_missing" else ": it is more than the noise of reading"
     return (
         f"What is left ({left_m}) follows nothing that a test sees. Readings at one place scatter "
-        f"by only {at_rest}, so most of it comes with motion or differs from place to place{more}."
-        f" {MORE_PLACES}"
+        f"by only {at_rest}, so {where_left(answer.fit, 'it')}: it is more than the noise of"
+        f" reading. {record_more(answer.fit)}"
     )
 
 

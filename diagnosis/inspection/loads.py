@@ -1,0 +1,54 @@
+"""Whether a torque beside a command is the drive's own, or pulls at the axis from outside."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from diagnosis.columns.names import Guess, may_be_outside
+from diagnosis.columns.options import GUESSES
+from diagnosis.observations.readings import FloatArray
+
+OF_THE_DRIVE = (
+    "{}: taken for what the drive itself gives; if it pulls at the axis from outside (a weight, a"
+    " spring), put load in place of effort in the command below"
+)
+OF_A_LOAD = (
+    "{}: taken for what pulls at the axis from outside (a weight, a spring), as it is 0 while the"
+    " axis moves fastest; if the drive itself gives it, put effort in place of load in the command"
+    " below"
+)
+
+
+def from_outside(
+    guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]
+) -> tuple[dict[str, Guess], list[str]]:
+    """Guesses in which a torque that no drive gives is a load, and a word of what it was taken for.
+
+    guesses: by column. table: columns, name -> (n,).
+    """
+    by_name = {guess.name: guess for guess in guesses.values()}
+    effort, seen = by_name.get("effort"), by_name.get("position")
+    if effort is None or seen is None or "command" not in by_name or "load" in by_name:
+        return dict(guesses), []
+    if effort.why == "as you say" or not may_be_outside(effort.source):
+        return dict(guesses), []
+    if not _nothing_in_motion(table[effort.source], table[seen.source]):
+        return dict(guesses), [OF_THE_DRIVE.format(effort.source)]
+    load = replace(effort, role="load", why="it is 0 while the axis moves fastest")
+    return {**guesses, effort.source: load}, [OF_A_LOAD.format(effort.source)]
+
+
+def _nothing_in_motion(torque: FloatArray, place: FloatArray) -> bool:
+    """Whether a torque (n,) is there at rest, and not where a drive would need it.
+
+    A drive that moves an axis has friction and inertia to overcome.
+    """
+    speed = np.nan_to_num(np.abs(np.gradient(place)))
+    most, top = float(np.nanmax(np.abs(torque))), float(np.quantile(speed, 0.99))
+    fast = speed > GUESSES.fast_of_top * top
+    nothing = np.nan_to_num(np.abs(torque)) <= GUESSES.no_torque * most
+    enough = np.count_nonzero(fast) >= GUESSES.fewest_in_common
+    return bool(enough and nothing[fast].all() and np.mean(~nothing) > GUESSES.pulled_at)
