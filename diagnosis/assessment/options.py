@@ -36,6 +36,15 @@ class AssessmentOptions:
     """Share of a finding's power that a channel must show to be named with it."""
     carried_pieces: int = 6
     """Of the spline by which an unknown of one run is carried to another."""
+    found_at_sigma: float = 4.2
+    """Standard deviations of a size at which the alarm is raised in four recordings of five: 3.3
+    to overcome its Occam factor and its odds, 0.84 for the power. Reckoned, not counted."""
+    of_a_second_size: float = 3.2
+    """By how many it is more, in quadrature, where a second size has to be found as well (dead time
+    beside a time constant, where in its play an axis begins). Counted on sixty simulated axes."""
+    secant_rounds: int = 4
+    """In which a detection limit is found where its effect is not linear: each is nearer by far
+    more than a limit is known to."""
     fewest_at_rest: int = 5
     """Rows of a rest, and of all motion, that tell how much is left there."""
     settling_share: float = 0.33

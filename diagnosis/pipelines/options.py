@@ -23,9 +23,6 @@ class RegressionOptions:
     to a sixth,"""
     memories_a_stay: float = 3.0
     """and autocorrelation times that a rest lasts at least: noise hardly changes within one."""
-    found_at_sigma: float = 4.2
-    """Standard deviations of a size at which the alarm is raised in four recordings of five: 3.3
-    to overcome its Occam factor and its odds, 0.84 for the power. Reckoned, not counted."""
     fewest_rows: int = 50
     """Of a channel that looks at a servo robot from outside, below which it is left alone."""
 

@@ -16,12 +16,12 @@ from diagnosis.answer.verdict import ALARM, NAMELESS, seen
 from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.assessment.prior_sensitivity import as_found, prior_sensitivity
 from diagnosis.assessment.regression_holdout import Blocks, beyond_noise, on_blocks
+from diagnosis.assessment.regression_limits import detection_limits
 from diagnosis.assessment.significance import chance, charge
 from diagnosis.evidence.detection import Progress
 from diagnosis.experiment.propose import Proposal
 from diagnosis.pipelines.agreement import agreement, widened
 from diagnosis.pipelines.regression_figures import (
-    detection_limits,
     fit_of,
     left_by_known,
     picture_of,

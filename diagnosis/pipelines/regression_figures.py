@@ -1,4 +1,4 @@
-"""Figures of a selection of regressors: mismatch, what is left, detection limits, drawings."""
+"""Figures of a selection of regressors: mismatch, what is left, drawings."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.answer.records import AtRest, Channel, Fit, Picture, SmallestDetectable
+from diagnosis.answer.records import AtRest, Channel, Fit, Picture
 from diagnosis.answer.verdict import Rest, seen
 from diagnosis.assessment.at_rest import at_rest
 from diagnosis.assessment.covariance import NORMAL_95
-from diagnosis.assessment.regression_holdout import Blocks, on_other_runs, scaled_covariance
+from diagnosis.assessment.regression_holdout import Blocks, on_other_runs
 from diagnosis.assessment.significance import chance, charge
 from diagnosis.evidence.laplace import Explanation
 from diagnosis.observations.readings import IntArray
@@ -127,38 +127,6 @@ def _above_noise(selected: Selected) -> float:
 def rms_left(explanation: Explanation, rows: IntArray) -> float:
     """What an explanation leaves of the rows that count, root mean square."""
     return float(np.sqrt(np.mean(np.square(explanation.residual[rows]))))
-
-
-def detection_limits(selected: Selected) -> list[SmallestDetectable]:
-    """Size of each absent effect that raises the alarm with 80 % power, from its covariance.
-
-    It must gain what effects of the file may leave as well: so much is not held against a file.
-    """
-    best, found = selected.best, []
-    charged = charge(selected.plant, selected.noise, best)
-    at_sigma = math.hypot(REGRESSION.found_at_sigma, math.sqrt(charged))
-    for regressor in selected.plant.regressors:
-        if regressor.key in best.keys or regressor.left_over or regressor.beside:
-            continue
-        shown = selected.plant.shown(regressor.key)
-        with_it = best.keys | {regressor.key}
-        if not shown or len(regressor.sizes) > 0 or with_it not in selected.evidence:
-            continue
-        beside = {one.key for one in selected.plant.regressors if one.key in regressor.apart_from}
-        more = selected.evidence(with_it | beside, [best])
-        at = [i for i, name in enumerate(more.names) if name.startswith(f"{regressor.key}.")]
-        if len(at) != 1:
-            continue
-        spread = at_sigma * float(np.sqrt(scaled_covariance(more, beside)[at[0], at[0]]))
-        name = more.names[at[0]][len(regressor.key) + 1 :]
-        size = abs(float(shown[0].of({name: np.asarray(spread)})) - shown[0].nothing)
-        found.append(
-            SmallestDetectable(
-                effect=regressor.effect, component=regressor.component,
-                parameter=shown[0].name, value=size, unit=shown[0].unit,
-            )
-        )  # fmt: skip
-    return found
 
 
 def picture_of(selected: Selected, plant: RegressionPlant) -> Picture:
