@@ -20,7 +20,7 @@ MICROSTEPS = Question(
 )
 GEAR = Question(
     "gear_ratio",
-    "Turns of the motor for one turn of the arm (5 for a gear of 5:1, 1 without a gear)",
+    "Turns of the motor for one turn of what it drives (5 for a gear of 5:1, 1 without a gear)",
     least=0.001,
     notation=Notation(of_ratio),
 )

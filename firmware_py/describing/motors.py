@@ -58,7 +58,7 @@ def ratio_remark(text: str) -> list[str]:
     times = "once" if ratio == 1.0 else f"{ratio:.6g} times"
     return [
         f"--gear-ratio:    {text.strip()} is read as {ratio:.6g}: the motor turns {times} for one"
-        " turn of the arm"
+        " turn of what it drives"
     ]
 
 

@@ -64,8 +64,8 @@ def _unit(unit: str, motion: Motion) -> str:
     return LINEAR_UNIT.get(unit, unit) if motion == "linear" else unit
 
 
-def of_axis(kind: EffectKind, motion: Motion) -> EffectKind:
-    """A kind on the component `axis`, with the units of its motion."""
+def of_axis(kind: EffectKind, motion: Motion, forced: bool = False) -> EffectKind:
+    """A kind on the component `axis`, with the units of its motion; forced: by an effort."""
     parameters = tuple(
         replace(p, unit=_unit(p.unit, motion), low=FINEST if p.name == "period" else p.low)
         for p in kind.parameters
@@ -74,7 +74,12 @@ def of_axis(kind: EffectKind, motion: Motion) -> EffectKind:
         kind,
         components=(COMPONENT,),
         parameters=parameters,
-        says=lambda component, values: _sentence(kind.name, parameters, values, motion),
+        says=lambda component, values: _sentence(
+            f"{kind.name}.effort" if forced and f"{kind.name}.effort" in _WORDS else kind.name,
+            parameters,
+            values,
+            motion,
+        ),
     )
 
 
@@ -85,7 +90,7 @@ def command_effects(motion: Motion) -> dict[str, EffectKind]:
 
 def effort_effects(motion: Motion) -> dict[str, EffectKind]:
     """What can be wrong with an axis that is driven by effort."""
-    return {kind.name: of_axis(kind, motion) for kind in _EFFORT}
+    return {kind.name: of_axis(kind, motion, forced=True) for kind in _EFFORT}
 
 
 def sensor_effects() -> dict[str, EffectKind]:
@@ -100,6 +105,7 @@ def forms_of(effect: str) -> list[EffectKind]:
 
 _WORDS = {
     "following_lag": "the axis follows late, with a time constant of {time}",
+    "following_lag.effort": "the motion comes {time} later than the effort that makes it",
     "lost_steps": "the motor lost {steps} at {time} and stayed behind",
     "gear_ratio": "the axis moves {scale} times as far as commanded",
     "transmission_error": "the gear adds a periodic error of {amplitude} every {period}",
@@ -107,7 +113,7 @@ _WORDS = {
     "gear_backlash": "between drive and axis there is free play of {width} in all",
     "viscous_friction": "friction of {coefficient} grows with the speed of the axis",
     "joint_compliance": "the axis yields under load, with a stiffness of {stiffness}",
-    "home_offset": "the axis stands {angle} off where it should",
+    "home_offset": "the axis stands {angle} {side} where it should",
     "resonance": "the axis rings at {frequency} after moves, with a damping of {damping}",
     "sensor_latency": "the readings are late by {time}",
     "effort_gain": "the drive gives {scale} times the force that the robot file says",
@@ -134,17 +140,15 @@ _SMALL = {"m": ("mm", 1e3), "s": ("ms", 1e3)}
 
 
 def said(value: float, unit: str) -> str:
-    """A number with a unit in which it is easily read, angles in degrees first."""
+    """A number with a unit in which it is easily read: angles in degrees, as everywhere else."""
     if unit == "1":
         near_one = abs(value - 1.0)
         digits = 3 - math.floor(math.log10(near_one)) if 0.0 < near_one < 1e-3 else 5
         return f"{value:.{digits}g}"
     if unit == "rad":
         degrees = math.degrees(value)
-        small = f" ({plain(1e3 * value)} mrad)" if abs(value) < 1.0 else ""
-        if abs(degrees) < FEW_DEGREES:
-            small = f" ({plain(3600.0 * degrees)} seconds of arc)"
-        return f"{plain(math.degrees(value))} degrees{small}"
+        fine = f" ({plain(3600.0 * degrees)} seconds of arc)" if abs(degrees) < FEW_DEGREES else ""
+        return f"{plain(degrees)} degrees{fine}"
     if unit in _SMALL and abs(value) < 1.0:
         unit, factor = _SMALL[unit]
         value *= factor
@@ -168,6 +172,10 @@ def _sentence(
     if name == "sensor_offset":
         way = "too far" if float(values["offset"]) > 0.0 else "short"
         return f"the sensor reads {said(abs(float(values['offset'])), 'm')} {way}"
+    if name == "home_offset":
+        angle = float(values["angle"])
+        shown |= {"side": "above" if angle > 0.0 else "below"}
+        shown["angle"] = said(abs(angle), next(p.unit for p in parameters if p.name == "angle"))
     own = _SLIDING if motion == "linear" else {}
     words = (
         own.get(name) or _WORDS.get(name) or _FRICTION["width" if "width" in shown else "torque"]

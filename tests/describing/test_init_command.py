@@ -114,7 +114,7 @@ def test_a_reduction_is_read_either_way_round(
     deltactl: Deltactl, tmp_path: Path, said: str
 ) -> None:
     shown = deltactl("init", "m.yaml", *options(DELTA | {"gear_ratio": said})).stdout
-    assert f"{said} is read as 4: the motor turns 4 times for one turn of the arm" in shown
+    assert f"{said} is read as 4: the motor turns 4 times for one turn of what it drives" in shown
     assert load_robot(tmp_path / "m.yaml").drive.gear_ratio == 4.0
 
 

@@ -23,7 +23,7 @@ from diagnosis.report.page.pictures import mismatch_sections
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.fit_words import fit_lines, fit_title
 from diagnosis.report.phrases.left_words import doubtful_floor
-from diagnosis.report.phrases.limit_words import limit_name, limit_size
+from diagnosis.report.phrases.limit_words import by_effort, limit_name, limit_size
 from diagnosis.report.phrases.sizes import scale_of
 from diagnosis.report.sentences.finding_words import span_s
 from diagnosis.report.sentences.headline import headline
@@ -135,7 +135,8 @@ def _open_questions(diagnosis: Diagnosis, robot: RobotModel) -> list[str]:
 
 def _smallest(diagnosis: Diagnosis, robot: RobotModel) -> Iterable[tuple[str, str]]:
     for one in diagnosis.smallest_detectable:
-        yield limit_name(one.effect, [one.component], robot), limit_size(one, robot)
+        name = limit_name(one.effect, [one.component], robot, by_effort(diagnosis))
+        yield name, limit_size(one, robot)
 
 
 def _next(diagnosis: Diagnosis) -> list[str]:

@@ -11,6 +11,7 @@ from diagnosis.report.phrases.left_words import (
     moves_at_rest,
     record_more,
     said_of_rest,
+    scatter_within,
     where_left,
 )
 from diagnosis.report.phrases.sizes import quantity
@@ -80,9 +81,8 @@ def _by_place(diagnosis: Diagnosis) -> list[str]:
     if said_of_rest(fit) and not rest.depends_on and rest.share_of_mismatch <= 0.0:
         return []
     what = "what is left" if doubtful_floor(fit) else "this noise"
-    within = quantity(fit.scatter_within_m or math.nan, fit.unit, digits=3)
     return [
-        f"Readings at one place scatter by only {within}: {where_left(fit, what)}."
+        f"Readings at one place scatter by {scatter_within(fit, 3)}: {where_left(fit, what)}."
         f" {record_more(fit)}"
     ]
 

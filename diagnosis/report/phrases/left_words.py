@@ -13,6 +13,8 @@ MOSTLY_BY_PLACE = 0.7
 """Less scatter at a place than this share: over half of the noise's power is between places."""
 MORE_PLACES = "More places make the answer surer, longer stays do not."
 MORE_MOVES = "More moves, and to more places, make the answer surer; longer stays do not."
+NEXT_TO_NOTHING = 0.01
+"""Of what is left: less is not told to more digits."""
 MOSTLY_IN_MOTION = 1.5
 """Times as much in motion as at rest: over two thirds of the power, where both last as long."""
 FEWEST_MOVED = 1.0 / 3.0
@@ -36,6 +38,15 @@ def mostly_by_place(fit: Fit) -> bool:
     """Whether most of what counts as noise does not show in readings at one place."""
     within = fit.scatter_within_m
     return within is not None and within <= MOSTLY_BY_PLACE * fit.noise_floor_m
+
+
+def scatter_within(fit: Fit, digits: int) -> str:
+    """How much readings at one place scatter; of next to nothing, that it is little."""
+    within_m = fit.scatter_within_m or 0.0
+    least_m = NEXT_TO_NOTHING * fit.rms_after_m
+    if within_m < least_m:
+        return f"less than {quantity(least_m, fit.unit, digits=1)}"
+    return f"only {quantity(within_m, fit.unit, digits=digits)}"
 
 
 def persists(fit: Fit) -> str:

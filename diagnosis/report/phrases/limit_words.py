@@ -43,21 +43,40 @@ def faintest_line(diagnosis: Diagnosis, robot: RobotModel | None = None) -> str:
     alike: dict[tuple[str, str], list[SmallestDetectable]] = {}
     for one in order:
         alike.setdefault((one.effect, one.parameter), []).append(one)
-    shown = [_largest(same, robot) for same in alike.values() if not _found_below(same, diagnosis)]
+    forced = by_effort(diagnosis)
+    shown = [
+        _largest(same, robot, forced)
+        for same in alike.values()
+        if not _found_below(same, diagnosis)
+    ]
     return f"{LIMITS}: {words.listed(shown[:MOST_NAMED])}." if shown else ""
 
 
-def _largest(same: Sequence[SmallestDetectable], robot: RobotModel | None) -> str:
+def by_effort(diagnosis: Diagnosis) -> bool:
+    """Whether what was recorded is an effort, and no command."""
+    return diagnosis.fit.unit in ("N", "N m")
+
+
+def _largest(same: Sequence[SmallestDetectable], robot: RobotModel | None, forced: bool) -> str:
     """One effect at all its components, with the largest of their limits."""
     most = max(same, key=_above_nothing)
-    one = limit_name(most.effect, [other.component for other in same], robot)
+    one = limit_name(most.effect, [other.component for other in same], robot, forced)
     return f"{one} ({'at most ' if len(same) > 1 else ''}{limit_size(most, robot)})"
 
 
-def limit_name(effect: str, components: Sequence[str], robot: RobotModel | None) -> str:
-    """What has a detection limit; on top of what the robot file has of it."""
+def limit_name(
+    effect: str, components: Sequence[str], robot: RobotModel | None, forced: bool
+) -> str:
+    """What has a detection limit; on top of what the robot file has of it.
+
+    forced: of a machine whose efforts were recorded.
+    """
     known = all(_has(robot, effect, one) for one in components)
-    return words.further(effect, *components) if known else words.effect(effect, *components)
+    if known:
+        return words.further(effect, *components)
+    if forced and list(components) == ["axis"]:
+        return words.of_effort(effect, "axis")
+    return words.effect(effect, *components)
 
 
 def limit_size(one: SmallestDetectable, robot: RobotModel | None) -> str:

@@ -53,6 +53,11 @@ OF_AN_AXIS: dict[str, str] = {
 }
 """What is called otherwise where nothing need turn, and no gear be."""
 
+OF_EFFORT: dict[str, str] = {
+    "following_lag": "a delay between effort and motion of {part}",
+}
+"""What is called otherwise where an effort says what moves the axis, and no command."""
+
 FURTHER: dict[str, str] = {
     "gear_backlash": "further play of {part}",
     "home_offset": "a further offset of {part}",
@@ -174,6 +179,13 @@ def further(name: str, *components: str) -> str:
         where = part_of(name, components[0]) if len(components) == 1 else parts(components)
         return FURTHER[name].format(part=where)
     return BEYOND.format(phrase=effect(name, *components))
+
+
+def of_effort(name: str, component: str) -> str:
+    """An effect of an axis that is driven by effort, and of which no command was recorded."""
+    if name in OF_EFFORT:
+        return OF_EFFORT[name].format(part=part(component))
+    return effect(name, component)
 
 
 def unknown(component: str, follows: Sequence[str]) -> str:

@@ -17,6 +17,7 @@ from diagnosis.report.phrases.left_words import (
     persists,
     record_more,
     said_of_rest,
+    scatter_within,
     where_left,
 )
 from diagnosis.report.phrases.sizes import quantity
@@ -128,11 +129,11 @@ def _like_noise(answer: Diagnosis) -> str:
         return moved_at_rest(answer.fit, f"{head} ({quantity(left, answer.fit.unit, digits=2)})")
     if within is None or not said_of_rest(answer.fit) or _by_known(answer.fit):
         return _that_goes_on(answer, head) if goes_on(answer.fit) else f"{head} {IS_NOISE}"
-    at_rest, left_m = (quantity(size, answer.fit.unit, digits=2) for size in (within, left))
+    left_m = quantity(left, answer.fit.unit, digits=2)
     return (
         f"What is left ({left_m}) follows nothing that a test sees. Readings at one place scatter "
-        f"by only {at_rest}, so {where_left(answer.fit, 'it')}: it is more than the noise of"
-        f" reading. {record_more(answer.fit)}"
+        f"by {scatter_within(answer.fit, 2)}, so {where_left(answer.fit, 'it')}: it is more than"
+        f" the noise of reading. {record_more(answer.fit)}"
     )
 
 
