@@ -89,10 +89,10 @@ def moves_at_rest(fit: Fit) -> bool:
     return found.moved_by_m > MOVED_OF_LEFT * fit.rms_after_m
 
 
-def moved_at_rest(fit: Fit, head: str) -> str:
+def moved_at_rest(fit: Fit, head: str, found_play: bool) -> str:
     """That it does, and what that calls for.
 
-    head: what of the mismatch it is.
+    head: what of the mismatch it is. found_play: whether play or friction was found all the same.
     """
     found = fit.at_rest
     assert found is not None
@@ -103,7 +103,5 @@ def moved_at_rest(fit: Fit, head: str) -> str:
     )
     if found.load_known:
         return f"{moves}, beyond what the known load does to it."
-    return (
-        f"{moves}. Something pulls at it that this recording does not say; play and friction of"
-        " that size hide behind it."
-    )
+    hidden = "" if found_play else "; play and friction of that size hide behind it"
+    return f"{moves}. Something pulls at it that this recording does not say{hidden}."

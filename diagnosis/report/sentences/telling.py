@@ -29,6 +29,7 @@ from models.effects.kind import EffectKind
 LEFT = "What is left"
 BESIDE = "What is left beside all of these"
 IS_NOISE = "is consistent with measurement noise."
+OF_REVERSALS = frozenset({"gear_backlash", "joint_friction"})
 NOISE = f"{LEFT} {IS_NOISE}"
 
 
@@ -126,7 +127,9 @@ def _like_noise(answer: Diagnosis) -> str:
     nameless = any(one.effect == "unknown" for one in answer.findings)
     head = BESIDE if nameless else LEFT
     if moves_at_rest(answer.fit):
-        return moved_at_rest(answer.fit, f"{head} ({quantity(left, answer.fit.unit, digits=2)})")
+        found_play = any(one.effect in OF_REVERSALS for one in answer.findings)
+        size = quantity(left, answer.fit.unit, digits=2)
+        return moved_at_rest(answer.fit, f"{head} ({size})", found_play)
     if within is None or not said_of_rest(answer.fit) or _by_known(answer.fit):
         return _that_goes_on(answer, head) if goes_on(answer.fit) else f"{head} {IS_NOISE}"
     left_m = quantity(left, answer.fit.unit, digits=2)
