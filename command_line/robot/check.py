@@ -78,9 +78,9 @@ def limit_rows(limit: Limit | str, path_m: float = 0.0) -> list[tuple[str, str]]
     return [
         (
             "error at best",
-            f"{counted} RMS in x, y and z together{judged}, as the table after a simulated run"
-            f" shows it; a motor that turns evenly from one step to the next comes down to {best},"
-            f" {why}",
+            f"{counted} RMS in x, y and z together{judged} where motors stand at each step, as the"
+            f" table after a simulated run counts them; {best} where they turn evenly, as they do"
+            f" at speed ({why})",
         )
     ]
 

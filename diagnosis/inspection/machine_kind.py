@@ -44,9 +44,10 @@ def of_another_kind(
     }
     kind, _, why = kind_of(guesses, [])
     if kind is not None and kind != robot.kind:
-        also = f". It {looks_like(kind, why, robot, recording.source)}"
-    else:
-        also = _could_be(with_units(guesses, numbers)[0], recording)
+        looks = looks_like(kind, why, robot, recording.source)
+        missing = str(error).removeprefix(f"{recording.source}: ")
+        return MissingColumns(f"{recording.source}: {looks} ({missing})", error.source)
+    also = _could_be(with_units(guesses, numbers)[0], recording)
     return MissingColumns(f"{error}{also}", error.source)
 
 

@@ -19,8 +19,11 @@ class RegressionOptions:
     fewest_places: int = 5
     """Places at which a sensor was read, before their scatter is told from what is alike at one."""
     fewest_stays: int = 20
-    """Readings in a rest, and in all of them beyond their means, of an axis: they tell the scatter
-    to a sixth,"""
+    """Readings in all rests of an axis beyond their means: they tell the scatter to a sixth."""
+    fewest_in_a_stay: int = 5
+    """Readings in one rest,"""
+    same_load: float = 0.01
+    """Of the load's range, by which it may change from row to row and be one load."""
     memories_a_stay: float = 3.0
     """and autocorrelation times that a rest lasts at least: noise hardly changes within one."""
     fewest_rows: int = 50

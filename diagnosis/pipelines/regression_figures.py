@@ -14,7 +14,7 @@ from diagnosis.assessment.covariance import NORMAL_95
 from diagnosis.assessment.regression_holdout import Blocks, on_other_runs
 from diagnosis.assessment.significance import chance, charge
 from diagnosis.evidence.laplace import Explanation
-from diagnosis.observations.readings import IntArray
+from diagnosis.observations.readings import FloatArray, IntArray
 from diagnosis.pipelines.options import REGRESSION
 from diagnosis.plants.regression import RegressionPlant
 from diagnosis.selection.named_first import Selected
@@ -93,14 +93,17 @@ def _at_rest(selected: Selected) -> AtRest | None:
 def _within(selected: Selected) -> float | None:
     """Scatter of readings around their mean at one place; None where they stay too little to tell.
 
-    Of an axis, only rests that last: noise with a memory hardly changes within a short one.
+    Of an axis, only rests that last: noise with a memory hardly changes within a short one. What
+    stands still to a step has no noise that could.
     """
     plant, rows = selected.plant, selected.noise.rows
-    stay, left = plant.stays[rows], selected.best.residual[rows]
+    stay, left = _under_one_load(plant)[rows], selected.best.residual[rows]
     lasting = REGRESSION.memories_a_stay * selected.noise.tau
+    if _stands_still(stay, plant.observed[rows]):
+        lasting = 0.0
     _, place, counts = np.unique(stay, return_inverse=True, return_counts=True)
     if not plant.averages:
-        lasts = counts >= max(lasting, REGRESSION.fewest_stays)
+        lasts = counts >= max(lasting, REGRESSION.fewest_in_a_stay)
         kept = (stay >= 0) & lasts[place]
         stay, left = stay[kept], left[kept]
         _, place, counts = np.unique(stay, return_inverse=True, return_counts=True)
@@ -111,6 +114,23 @@ def _within(selected: Selected) -> float | None:
     means = np.bincount(place, weights=left) / counts
     scatter = float(np.sqrt(np.sum((left - means[place]) ** 2) / spare))
     return max(scatter, plant.rounding)
+
+
+def _stands_still(stay: IntArray, read: FloatArray) -> bool:
+    """Whether readings (m,) are one and the same in most rests that are no shorter than a few."""
+    rests = [read[stay == number] for number in np.unique(stay[stay >= 0])]
+    ranges = [np.ptp(rest) for rest in rests if len(rest) >= REGRESSION.fewest_in_a_stay]
+    return bool(ranges) and float(np.median(ranges)) == 0.0
+
+
+def _under_one_load(plant: RegressionPlant) -> IntArray:
+    """Number (n,) of the stay at one place and under one load; -1 in motion."""
+    stays, load = plant.stays, plant.covariates.get("load")
+    if load is None:
+        return stays
+    steps = np.abs(np.diff(load, prepend=load[0])) > REGRESSION.same_load * float(np.ptp(load))
+    begins = steps | (np.diff(stays, prepend=-2) != 0)
+    return np.where(stays < 0, -1, np.cumsum(begins)).astype(np.intp)
 
 
 def _above_noise(selected: Selected) -> float:

@@ -62,7 +62,9 @@ class Lap:
     def says(self, row: int) -> str:
         """A target in words."""
         number = int(self.number[row])
-        name = f"point {number}" if number >= 0 else f"point {row} of the way back to the start"
+        name = f"point {number}" if number > 0 else "the start"
+        if number < 0:
+            name = f"point {row} of the way back to the start"
         if self.space is Space.CARTESIAN:
             x, y, z = self.targets[row]
             return f"{name} at ({x:.4f}, {y:.4f}, {z:.4f}) m"

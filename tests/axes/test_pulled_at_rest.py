@@ -96,7 +96,11 @@ def test_the_same_with_its_load_shows_the_play_behind_it() -> None:
     found = {one.effect: one for one in answer.findings}
     assert found["gear_backlash"].parameters["width"].value == pytest.approx(PLAY_RAD, rel=0.25)
     assert "joint_compliance" in found
-    assert "while its command stands" not in " ".join(plain_lines(answer, ROBOT))
+    text = " ".join(plain_lines(answer, ROBOT))
+    assert "while its command stands" not in text
+    # Under one load every reading of a rest is the same count: what is left is no noise of theirs.
+    assert answer.fit.scatter_within_m == pytest.approx(COUNT_RAD / math.sqrt(12.0), rel=0.2)
+    assert "consistent with measurement noise" not in text
 
 
 def test_a_recording_may_begin_within_a_move() -> None:

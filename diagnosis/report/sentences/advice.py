@@ -28,8 +28,8 @@ EVERYWHERE: Table = {
     " friction is more than its maker states; or enter it in the robot file",
     "joint_friction.width": "free the bearings of {part} (look for what rubs, clean, grease):"
     " friction keeps its two directions {size} apart; or enter it in the robot file",
-    "viscous_friction": "look at the grease and seals of {part}, or enter its friction in the robot"
-    " file",
+    "viscous_friction": "look at the grease and seals of {part} if {size} of viscous friction is"
+    " more than its maker states; or enter it in the robot file",
     "stribeck_friction": "grease {part}: it sticks at low speed",
     "joint_compliance": "look for loose clamps and thin shafts at {part}: it yields under load",
     "home_offset": "correct the home stop or jig of {part}: at home its arm stands {size}"
@@ -46,6 +46,9 @@ EVERYWHERE: Table = {
     " {size} were lost",
     "following_lag": "raise the gains in the control of {part}, or command it earlier: it is late"
     " by {size}",
+    "following_lag.dead": "command {part} earlier, or look for what delays it (a bus, a slow cycle,"
+    " a filter or ramp of its controller): it is late by {size}, and higher gains shorten only the"
+    " time constant",
     "following_lag.several": "raise the gains in the control of {part}, or command them earlier:"
     " they are late by {size}",
     "upper_arm_length": "set the upper arm of {part} to {true} in the robot file, or replace it",
@@ -158,8 +161,8 @@ OF_A_SLIDE: Table = {
     "joint_friction.width": "free the guides of {part} (clean, grease), tension the belt, or come"
     " to each place from the same side; where a servo drives it, raise its gain: its two directions"
     " end {size} apart",
-    "viscous_friction": "look at the grease and seals of guides and screw of {part}, or enter its"
-    " friction in the robot file",
+    "viscous_friction": "look at the grease and seals of guides and screw of {part} if {size} of"
+    " viscous friction is more than its maker states; or enter it in the robot file",
     "stribeck_friction": "grease the guides and the screw of {part}: it sticks at low speed",
     "joint_compliance": "tension the belt of {part}, look for a loose coupling or screw bearing;"
     " where a servo drives it, raise its gain: it yields under load",

@@ -65,7 +65,7 @@ def remedy(
     largest = max((value for value, _, _ in result.components), key=abs)
     departure = scale_of(result.unit, name, largest)(largest)
     machine = machine_of(robot, finding.component, finding.effect)
-    row = "beside" if after_play else name
+    row = "beside" if after_play else "dead" if _mostly_dead(finding) else name
     text = advice(machine, finding.effect, row, _as_share(name, largest))
     if text is None:
         return None
@@ -151,6 +151,14 @@ def _as_share(name: str, value: float) -> float:
 def _factor(scale: float) -> str:
     """A scale with three digits of its departure from one."""
     return number(scale, max(significant(scale - 1.0, 3), 0))
+
+
+def _mostly_dead(finding: Finding) -> bool:
+    """Whether most of a delay is a dead time, which no gain shortens, and both are known."""
+    if finding.effect != "following_lag" or late_in_all_s(finding) is not None:
+        return False
+    times = {n: p.components[0][0] for n, p in finding.parameters.items() if p.unit == "s"}
+    return times.get("dead_time", 0.0) > times.get("time", 0.0)
 
 
 def _late(finding: Finding) -> str:
