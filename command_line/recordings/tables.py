@@ -101,4 +101,5 @@ def _named_otherwise(seen: Inspection, robot: RobotModel | None) -> RecordingErr
     if robot is None or seen.kind is None or seen.kind == robot.kind:
         return RecordingError(f"{own}; which options read them: deltactl diagnose --inspect {path}")
     also = looks_like(seen.kind, seen.kind_why, robot, str(path))
-    return RecordingError(f"{own}. It {also}")
+    listed = f"{', '.join(seen.table)[:MOST_LISTED]}"
+    return RecordingError(f"{path}: {also}" + (f". Its columns: {listed}" if seen.named else ""))

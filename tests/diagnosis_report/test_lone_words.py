@@ -133,7 +133,7 @@ def test_of_a_delay_whose_parts_are_not_known_the_sum_is_told(make: Any) -> None
     assert "Raise the gains in the control of the axis" in open_one
     known = text(lag((0.25, 0.24, 0.26), (0.09, 0.08, 0.1)))
     assert "Command the axis earlier, or look for what delays it" in known
-    assert "higher gains shorten only the time constant" in known
+    assert "higher gains shorten no dead time" in known
     assert "The axis follows late, by 66.9 ms in all" in open_one
     assert "by 63.3 ms in all" in text(lag((0.0515, 0.026, 0.078), (0.0118, 0.0, 0.037)))
     sure = text(lag((0.0622, 0.0575, 0.0682), (0.0542, 0.0476, 0.0597)))

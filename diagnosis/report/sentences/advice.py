@@ -47,8 +47,7 @@ EVERYWHERE: Table = {
     "following_lag": "raise the gains in the control of {part}, or command it earlier: it is late"
     " by {size}",
     "following_lag.dead": "command {part} earlier, or look for what delays it (a bus, a slow cycle,"
-    " a filter or ramp of its controller): it is late by {size}, and higher gains shorten only the"
-    " time constant",
+    " a filter or ramp of its controller; higher gains shorten no dead time): it is late by {size}",
     "following_lag.several": "raise the gains in the control of {part}, or command them earlier:"
     " they are late by {size}",
     "upper_arm_length": "set the upper arm of {part} to {true} in the robot file, or replace it",
