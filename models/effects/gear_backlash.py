@@ -67,8 +67,8 @@ EFFECT = EffectKind(
     ),
     operate=_operate,
     says=lambda component, v: (
-        f"the gear or coupling of {component} has {np.degrees(v['width']):.3f} degrees "
-        f"({1e3 * v['width']:.2f} mrad) of free play at the arm"
+        f"the gear or coupling of {component} has {np.degrees(v['width']):.3f} degrees"
+        " of free play at the arm"
     ),
     order=2,
     smooth=False,

@@ -20,8 +20,8 @@ EFFECT = EffectKind(
     parameters=(Parameter("angle", "rad", -0.6, 0.6, typical=0.01),),
     operate=_operate,
     says=lambda component, v: (
-        f"{component} stands {np.degrees(v['angle']):+.3f} degrees "
-        f"({1e3 * v['angle']:+.2f} mrad) off its home"
+        f"at home the arm of {component} stands {abs(np.degrees(v['angle'])):.3f} degrees"
+        f" {'lower' if v['angle'] > 0.0 else 'higher'} than it should"
     ),
     pose_alone=True,
 )

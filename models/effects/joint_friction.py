@@ -71,8 +71,7 @@ EFFECT = EffectKind(
     operate=_operate,
     says=lambda component, v: (
         f"friction in the bearing of {component} winds its shaft up by "
-        f"{np.degrees(v['width']):.3f} degrees ({1e3 * v['width']:.2f} mrad) between the two "
-        "directions"
+        f"{np.degrees(v['width']):.3f} degrees between the two directions"
     ),
     order=3,
     smooth=False,

@@ -28,6 +28,5 @@ def add_periodic(angles_rad: FloatArray, index: int, values: Values) -> None:
 
 def size_in_words(values: Mapping[str, Any]) -> str:
     """Amplitude and period for the effect's sentence."""
-    amplitude_deg, amplitude_mrad = np.degrees(values["amplitude"]), 1e3 * values["amplitude"]
-    period_deg = np.degrees(values["period"])
-    return f"{amplitude_deg:.3f} degrees ({amplitude_mrad:.2f} mrad) every {period_deg:.2f} degrees"
+    amplitude_deg, period_deg = np.degrees(values["amplitude"]), np.degrees(values["period"])
+    return f"{amplitude_deg:.3f} degrees every {period_deg:.2f} degrees"

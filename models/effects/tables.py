@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -66,9 +67,9 @@ def shifted(values: Values, position_m: FloatArray) -> FloatArray:
 
 
 def _joint_words(component: str, values: Mapping[str, Any]) -> str:
-    most = 1e3 * float(np.abs(values["error"]).max())
+    most = math.degrees(float(np.abs(values["error"]).max()))
     return (
-        f"{component} is off by up to {most:.2f} mrad, by a table over the angle of arm"
+        f"{component} is off by up to {most:.3f} degrees, by a table over the angle of arm"
         f" {values['follows']:.0f}"
     )
 
