@@ -7,8 +7,9 @@ from typing import Any
 import pytest
 
 from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
+from diagnosis.report.phrases.share_words import share_line
 from diagnosis.report.phrases.sureness import evidence, in_chi_square
-from diagnosis.report.sentences.finding_words import alternatives_line, share_line
+from diagnosis.report.sentences.finding_words import alternatives_line
 from diagnosis.report.sentences.headline import headline
 from diagnosis.report.sentences.remedies import remedies
 
@@ -123,6 +124,7 @@ def test_a_small_part_beside_a_sure_finding_is_no_contradiction(
         (0.1, 0.0025, "If it alone were left out, the mismatch would be 2.50 instead of 2.21 mm:"),
         (0.9, None, "Without it the mismatch would be about 3.95 instead of 2.21 mm."),
         (0.004, 0.00221, "without it the mismatch would be about the same."),
+        (0.9, 0.0555, "Without it the mismatch would be 55.5 mm instead of next to none."),
     ],
 )
 def test_what_a_finding_does_is_told_in_the_unit_of_the_mismatch(
@@ -130,9 +132,17 @@ def test_what_a_finding_does_is_told_in_the_unit_of_the_mismatch(
 ) -> None:
     """A share of the power beside figures that are root mean squares reads as a contradiction."""
     changes = {"share_of_mismatch": share, "left_without_m": left_m}
-    line = share_line(_finding(1e-9, 0.97).model_copy(update=changes), make().fit)
+    fit = make().fit.model_copy(update={"noise_floor_m": 0.001})
+    line = share_line(_finding(1e-9, 0.97).model_copy(update=changes), fit)
     assert said in line
     assert "%" not in line
+
+
+def test_beside_much_noise_what_a_finding_does_is_told_beyond_the_noise(make: Any) -> None:
+    """2.50 instead of 2.21 mm seems to be little, and is eight tenths of what is not noise."""
+    changes = {"share_of_mismatch": 0.1, "left_without_m": 0.0025}
+    line = share_line(_finding(1e-9, 0.97).model_copy(update=changes), make().fit)
+    assert "the mismatch beyond the noise would be 1.36 instead of 0.689 mm" in line
 
 
 def test_an_alternative_that_is_more_probable_is_named_as_such(make: Any) -> None:

@@ -14,6 +14,7 @@ from diagnosis.report.page.bars import interval_bar
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.percent import percent
 from diagnosis.report.phrases.rivals import as_well_line, exclusive
+from diagnosis.report.phrases.share_words import share_line
 from diagnosis.report.phrases.sizes import Size, departure, number, scale_of
 from diagnosis.report.phrases.sureness import in_chi_square
 from diagnosis.report.sentences.finding_words import (
@@ -23,7 +24,6 @@ from diagnosis.report.sentences.finding_words import (
     finding_title,
     grows_with_load,
     memory_line,
-    share_line,
     told_sizes,
     where_line,
 )

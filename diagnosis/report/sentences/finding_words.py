@@ -10,6 +10,7 @@ from diagnosis.answer.verdict import NAMELESS, as_well, rather_unknown
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.percent import negligible, percent
 from diagnosis.report.phrases.rivals import as_well_line, rivals
+from diagnosis.report.phrases.share_words import share_line
 from diagnosis.report.phrases.sizes import Size, quantity, sizes, told
 from diagnosis.report.sentences.zero_of_play import zero_of_play
 
@@ -19,11 +20,6 @@ PART_OF_UNKNOWN = "probably only a part of what is unknown, though it looks like
 FAR_LESS = "Far less probable:"
 UNLOADED_ALIKE = 0.9
 """Share of friction that is there without a load, from which on nothing is said of the load."""
-MINOR = 0.2
-"""Share of what is explained: what comes back of less sounds like a minor cause, which it need not
-be."""
-NEGLIGIBLE = 0.01
-"""The same, of what is small by itself as well."""
 
 
 def finding_title(finding: Finding) -> str:
@@ -82,38 +78,6 @@ def told_sizes(finding: Finding) -> Iterator[tuple[str, ParameterResult, Size]]:
     for name, result in told(finding.parameters).items():
         for size in sizes(finding.effect, name, result):
             yield name, result, size
-
-
-def share_line(finding: Finding, fit: Fit) -> str:
-    """The mismatch if it alone were left out: what the other findings cannot take over."""
-    compared = _compared(finding, fit)
-    share, own = finding.share_of_mismatch, finding.own_share or 0.0
-    if share >= MINOR:
-        return f"Without it the mismatch would be {compared}."
-    if share >= NEGLIGIBLE or own >= NEGLIGIBLE:
-        return (
-            f"If it alone were left out, the mismatch would be {compared}: the other findings would"
-            " take over the rest, with wrong sizes."
-        )
-    more = ", but more than noise" if finding.evidence.p < sureness.SURE_P else ""
-    return f"Its part is small{more}: without it the mismatch would be {compared}."
-
-
-def _compared(finding: Finding, fit: Fit) -> str:
-    """The mismatch without it, instead of which.
-
-    Where it was not computed by itself, by the share of the power that comes back.
-    """
-    after_m, without_m, about = fit.rms_after_m, finding.left_without_m, ""
-    if without_m is None:
-        gone = max(fit.rms_before_m**2 - after_m**2, 0.0)
-        without_m, about = math.sqrt(after_m**2 + finding.share_of_mismatch * gone), "about "
-    without, after = (quantity(size, fit.unit, digits=3) for size in (without_m, after_m))
-    if without == after:
-        return "about the same"
-    unit = f" {after.partition(' ')[2]}"
-    short = without.removesuffix(unit) if without.endswith(unit) else without
-    return f"{about}{short} instead of {after}"
 
 
 def memory_line(finding: Finding) -> str:
