@@ -57,6 +57,9 @@ class Fit(Record):
     """Of a lone machine: how large what those effects do is, root mean square."""
     scatter_within_m: float | None = None
     """Of a lone machine: what readings scatter around their mean while it stays at one place."""
+    sensor_noise: bool = True
+    """Whether the noise floor is known to be that of the sensors: of a lone machine only where its
+    readings at one place scatter by as much."""
     at_rest: AtRest | None = None
     """Of an axis that follows commands, and both rests and moves."""
     left_correlation: float | None = None

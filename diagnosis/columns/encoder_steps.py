@@ -37,8 +37,8 @@ def of_encoder(values: FloatArray) -> tuple[str, str] | None:
 def even_step(values: FloatArray) -> float | None:
     """The step of readings (n,) that stand at places evenly apart; None where they do not.
 
-    It allows for the last decimal that a log leaves out. What the engine takes for the rounding of
-    a reading (`observations.readings.step_of`) does not: there a step must be right in full.
+    All of them must; of what the engine takes for the rounding of a reading
+    (`observations.readings.step_of`) a few may not.
     """
     known = values[np.isfinite(values)]
     if not len(known) or not np.ptp(known):

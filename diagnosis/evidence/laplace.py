@@ -243,6 +243,7 @@ class Laplace:
         )
         halves = self._within(keys, point, tangent, moved)
         odds = sum(self.by_key[key].log_odds for key in keys)
+        odds += self.plant.further_odds(keys, linear)
         if self.plant.impossible(keys, point, linear) or not np.isfinite(penalised + occam):
             odds, penalised, occam = -np.inf, 0.0, 0.0  # values no number can hold: no evidence
         return Explanation(

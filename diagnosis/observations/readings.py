@@ -97,17 +97,27 @@ def step_of(values: FloatArray) -> float:
     known = values[np.isfinite(values)]
     if len(known) < 2:
         return 0.0
-    apart = np.diff(np.unique(known))
-    apart = apart[apart > 1e-9 * max(float(np.abs(known).max()), 1e-300)]
-    if not len(apart):
+    places = np.unique(known)
+    same = 1e-9 * max(float(np.abs(known).max()), 1e-300)
+    places = places[np.diff(places, prepend=-np.inf) > same]
+    if len(places) < 2:
         return 0.0
-    step = float(np.median(apart[apart < OBSERVATIONS.same_step * apart.min()]))
+    step = _even(places)
     counts = (known - known[0]) / step
     one_further = np.round(np.diff(counts)) == np.sign(counts[-1])
     if float(np.mean(one_further)) > OBSERVATIONS.most_on_step:
         return 0.0
     whole = np.abs(counts - np.round(counts)) < OBSERVATIONS.near_step
     return step if float(np.mean(whole)) > OBSERVATIONS.most_on_step else 0.0
+
+
+def _even(places: FloatArray) -> float:
+    """Step between places (k,), by all of them: a log may leave the last decimals out."""
+    apart = np.diff(places)
+    near = float(np.median(apart[apart < OBSERVATIONS.same_step * apart.min()]))
+    number = np.concatenate([[0.0], np.cumsum(np.round(apart / near))])
+    even = number - number.mean()
+    return float(even @ (places - places.mean()) / (even @ even))
 
 
 def starts_of(recording: FlatRecording) -> BoolArray:

@@ -22,6 +22,9 @@ class RegressionOptions:
     """Readings in all rests of an axis beyond their means: they tell the scatter to a sixth."""
     fewest_in_a_stay: int = 5
     """Readings in one rest,"""
+    shown_at_rest: float = 0.7
+    """Of the noise floor, by which readings at one place scatter at least where the floor is called
+    their noise: half of its power."""
     same_load: float = 0.01
     """Of the load's range, by which it may change from row to row and be one load."""
     memories_a_stay: float = 3.0

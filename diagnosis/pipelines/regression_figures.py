@@ -49,15 +49,18 @@ def fit_of(
     before, after = blocks.before, blocks.after
     if others:
         before, after = on_other_runs(selected, others)
+    floor_m = min(free_m, after_m) if seen(rest.p) else after_m / _above_noise(selected)
+    within_m = _within(selected)
     return Fit(
         rms_before_m=rms_left(selected.empty, rows),
         rms_after_m=after_m,
-        noise_floor_m=min(free_m, after_m) if seen(rest.p) else after_m / _above_noise(selected),
+        noise_floor_m=floor_m,
         holdout_rms_before_m=before,
         holdout_rms_after_m=after,
         unit=selected.plant.unit,
         done_by_known_m=_done_by_known(selected),
-        scatter_within_m=_within(selected),
+        scatter_within_m=within_m,
+        sensor_noise=within_m is not None and within_m > REGRESSION.shown_at_rest * floor_m,
         at_rest=_at_rest(selected),
         holdout="run" if others else "blocks",
     )

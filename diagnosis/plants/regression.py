@@ -210,6 +210,10 @@ class RegressionPlant(Protocol):
         """Whether no machine has these sizes: a spring that pushes, a play of the whole travel."""
         ...
 
+    def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
+        """Logarithm of odds that hang on the sizes of a set, in addition to its regressors' own."""
+        ...
+
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
         """Where to start the nonlinear sizes of a regressor, given what is left without it (n,)."""
         ...

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -92,6 +92,10 @@ class KeepsBeside:
     def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
         """One detail of the spline terms is all there is."""
         return False
+
+    def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
+        """None that hang on sizes."""
+        return 0.0
 
     def detail(self, key: str) -> int:
         """As any other."""

@@ -242,7 +242,8 @@ def impossible(
         width = sizes[f"{key}.width"] + usual_load(axis) * sizes.get(f"{key}.grip", 0.0)
         if not axis.resolution < width < widest:
             return True
-    ranges = {"gear": (COMMANDED_AXIS.fewest_waves, most_waves(axis)), "teeth": fine_waves(axis)}
+    named = COMMANDED_AXIS.fewest_named_waves
+    ranges = {"gear": (named, most_waves(axis)), "teeth": fine_waves(axis)}
     for key in keys & ranges.keys():
         fewest, most = ranges[key]
         if not (1.0 + near) * fewest < sizes[f"{key}.waves"] < (1.0 - near) * most:

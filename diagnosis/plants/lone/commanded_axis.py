@@ -29,6 +29,7 @@ from diagnosis.plants.lone.axis_regressors import (
 from diagnosis.plants.lone.axis_shapes import AxisShapes
 from diagnosis.plants.lone.axis_starts import starts
 from diagnosis.plants.lone.drive_chain import DriveChain
+from diagnosis.plants.lone.odds import ODDS
 from diagnosis.plants.lone.options import COMMANDED_AXIS, LONE
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
 from diagnosis.plants.regression import Columns, Shown, Sizes
@@ -240,6 +241,15 @@ class CommandedAxis(RecordedAxis, LeftOver):
     ) -> bool:
         """A spring that pushes, sizes at their bounds, play below a step of the reading."""
         return impossible(self, keys, sizes, linear)
+
+    def further_odds(self, keys: frozenset[str], linear: Mapping[str, FloatArray]) -> float:
+        """Of waves that are smaller than a step of the reading."""
+        small = [
+            key
+            for key in keys & {"gear", "teeth"}
+            if float(np.hypot(*linear[key][:2])) < 0.5 * self.resolution
+        ]
+        return ODDS.wave_below_a_step * len(small)
 
     def starts(self, key: str, residual: FloatArray) -> Sequence[dict[str, float]]:
         """Where to start the nonlinear sizes of a regressor."""

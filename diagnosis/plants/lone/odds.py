@@ -28,6 +28,9 @@ class LoneOddsOptions:
     """It closes its loop over what is read: only another encoder sees another ratio."""
     gear_error: float = -3.0
     """Periodic errors that a reading shows: gears are made so that it does not."""
+    wave_below_a_step: float = -3.0
+    """For one that is smaller than a step of the reading, in addition: it shows only through what
+    lifts readings over their steps, and the hops of an axis that sticks lift them too."""
     ringing: float = -4.0
     """Frames ring for longer than a sample in light or tall machines only."""
     slow_drift: float = -4.0

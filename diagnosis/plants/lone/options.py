@@ -97,7 +97,9 @@ class CommandedAxisOptions:
     places_alike: float = 0.7
     """Share of the places at which a wave has one phase: there it looks like a constant."""
     fewest_waves: float = 2.0
-    """Fewer over the travel look like a ratio or a bend."""
+    """Fewer over the travel look like a ratio or a bend;"""
+    fewest_named_waves: float = 3.0
+    """and fewer are none that repeats: a dip and a rise, as any bend has."""
     ringing_of_rate: float = 0.25
     """Highest frequency as a share of the sampling rate: four samples a period,"""
     fastest_ringing_hz: float = 25.0

@@ -157,13 +157,15 @@ def _lone_and_certain(finding: Finding) -> bool:
 def _nothing_missing(diagnosis: Diagnosis) -> str:
     """As surely as it is known; as the file says only where what is left is noise."""
     sure, fit = diagnosis.probability_nothing_missing, diagnosis.fit
-    behaves = "the machine behaves as its robot file says, within the noise"
-    if doubtful_floor(fit):
-        left = quantity(fit.rms_after_m, fit.unit, digits=2)
-        behaves = f"what is left beside the robot file ({left}) follows nothing that a test sees"
+    doubtful = doubtful_floor(fit)
+    nothing = "no known effect is missing" if doubtful else "nothing is missing"
+    start = nothing[:1].upper() + nothing[1:]
     if sure is not None and sure < sureness.SETTLED:
-        return f"Probably nothing is missing ({percent(sure)} sure): {behaves}."
-    return f"Nothing is missing: {behaves}."
+        start = f"Probably {nothing} ({percent(sure)} sure)"
+    if not doubtful:
+        return f"{start}: the machine behaves as its robot file says, within the noise."
+    left = quantity(fit.rms_after_m, fit.unit, digits=2)
+    return f"{start}; what is left ({left}) follows nothing that a test sees."
 
 
 def _either(finding: Finding) -> str:

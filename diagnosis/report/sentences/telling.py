@@ -131,7 +131,12 @@ def _like_noise(answer: Diagnosis) -> str:
         size = quantity(left, answer.fit.unit, digits=2)
         return moved_at_rest(answer.fit, f"{head} ({size})", found_play)
     if within is None or not said_of_rest(answer.fit) or _by_known(answer.fit):
-        return _that_goes_on(answer, head) if goes_on(answer.fit) else f"{head} {IS_NOISE}"
+        if goes_on(answer.fit):
+            return _that_goes_on(answer, head)
+        if answer.fit.sensor_noise:
+            return f"{head} {IS_NOISE}"
+        size = quantity(left, answer.fit.unit, digits=2)
+        return f"{head} ({size}) follows nothing that a test sees, as noise does."
     left_m = quantity(left, answer.fit.unit, digits=2)
     return (
         f"What is left ({left_m}) follows nothing that a test sees. Readings at one place scatter "
