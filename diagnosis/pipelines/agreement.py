@@ -23,7 +23,7 @@ from diagnosis.pipelines.regression_findings import drawn, own, parameter
 from diagnosis.plants.regression import RegressionPlant
 from diagnosis.selection.named_first import Selected
 
-NOT_COMPARED = frozenset({"phase", "time_constant"})
+NOT_COMPARED = frozenset({"phase", "amplitude_2", "phase_2", "time_constant"})
 """Parameters that only say where or how fast something else is."""
 
 

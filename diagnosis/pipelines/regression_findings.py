@@ -199,7 +199,7 @@ def parameter(
 ) -> ParameterResult | None:
     value = float(shown.of(values))
     drawn = np.asarray(shown.of(draws))
-    if shown.name == "phase":
+    if shown.name in ("phase", "phase_2"):
         drawn = value + np.angle(np.exp(1j * (drawn - value)))
     low, high = (float(x) for x in np.quantile(drawn, [0.025, 0.975]))
     if shown.name in ("stiffness",) and low < 0.0:

@@ -88,14 +88,14 @@ def _filled(entry: EffectEntry) -> dict[str, Number]:
 
 
 def _phasor(before: dict[str, Number], after: dict[str, Number]) -> dict[str, Number]:
-    total = sum(
-        _one(wave["amplitude"]) * np.exp(1j * _one(wave["phase"])) for wave in (before, after)
-    )
-    return {
-        "amplitude": float(abs(total)),
-        "phase": float(np.angle(total)),
-        "period": before["period"],
-    }
+    found: dict[str, Number] = {"period": before["period"]}
+    for harmonic in ("", "_2"):
+        amplitude, phase = f"amplitude{harmonic}", f"phase{harmonic}"
+        waves = [wave for wave in (before, after) if amplitude in wave]
+        total = sum(_one(w[amplitude]) * np.exp(1j * _one(w.get(phase, 0.0))) for w in waves)
+        if waves:
+            found |= {amplitude: float(abs(total)), phase: float(np.angle(total))}
+    return found
 
 
 def _table(before: dict[str, Number], after: dict[str, Number]) -> dict[str, Number]:

@@ -22,6 +22,7 @@ from models.effects import (
     home_offset,
     joint_compliance,
     lost_steps,
+    periodic,
     sensor_crosstalk,
     sensor_drift,
     sensor_offset,
@@ -42,13 +43,20 @@ LINEAR_UNIT = {
 FINEST = 1e-6
 """Shortest period [rad, m]: of a scale's grating, or of a motor's turns behind a high reduction."""
 
-_WAVE = replace(transmission_error.EFFECT, order=4)
+_WAVE = replace(
+    transmission_error.EFFECT,
+    order=4,
+    parameters=(*transmission_error.EFFECT.parameters, *periodic.SECOND),
+)
 """Behind the play: by where the axis is, as readings of it show a wave."""
+_SCALE = replace(
+    encoder_error.EFFECT, parameters=(*encoder_error.EFFECT.parameters, *periodic.SECOND)
+)
 
 _COMMAND = (
     following_lag.EFFECT, lost_steps.EFFECT, gear_ratio.EFFECT, _WAVE,
     axis_play.BACKLASH, axis_play.FRICTION, viscous_friction.EFFECT, joint_compliance.EFFECT,
-    home_offset.EFFECT, axis_resonance.EFFECT, encoder_error.EFFECT, axis_latency.EFFECT,
+    home_offset.EFFECT, axis_resonance.EFFECT, _SCALE, axis_latency.EFFECT,
 )  # fmt: skip
 _EFFORT = (
     following_lag.EFFECT, effort_gain.EFFECT, effort_offset.EFFECT, coulomb_friction.EFFECT,

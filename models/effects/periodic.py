@@ -18,12 +18,24 @@ PARAMETERS = (
 )
 
 
+SECOND = (
+    Parameter("amplitude_2", "rad", 0.0, 0.2, starts=(0.0005,), typical=0.001, default=0.0),
+    Parameter("phase_2", "rad", -np.pi, np.pi, starts=(0.0,), default=0.0),
+)
+"""Of a lone axis: the second harmonic, which a gear's error has beside the first."""
+
+
 def add_periodic(angles_rad: FloatArray, index: int, values: Values) -> None:
-    """Add amplitude * sin(2 pi angle / period + phase) to column `index` of (n, 3), in place."""
+    """Add amplitude * sin(2 pi angle / period + phase) to column `index` of (n, 3), in place, and
+    what there is of the second harmonic.
+    """
     angle = angles_rad[:, index]
     turns = 2.0 * np.pi * angle / scalar(values, "period")
     _, sine = cosine_and_sine(turns + scalar(values, "phase"))
     angles_rad[:, index] = angle + scalar(values, "amplitude") * sine
+    if "amplitude_2" in values:
+        _, second = cosine_and_sine(2.0 * turns + scalar(values, "phase_2"))
+        angles_rad[:, index] += scalar(values, "amplitude_2") * second
 
 
 def size_in_words(values: Mapping[str, Any]) -> str:

@@ -58,6 +58,29 @@ def test_with_the_saved_robot_the_mismatch_is_gone(
         assert again.fit.done_by_known_m == pytest.approx(before, rel=0.2)
 
 
+def test_the_second_harmonic_of_a_gear_is_saved_with_the_first(
+    rigs: ModuleType, tmp_path: Path
+) -> None:
+    """It was fitted and not saved: the same recording fitted worse than the diagnosis had said."""
+    recording = rigs.FollowingRig(wave=0.004, period=0.2).record(1)
+    at = recording.columns["command"]
+    recording.columns["position"] += 0.002 * np.sin(4.0 * np.pi * at / 0.2 + 0.7)
+    path, out = tmp_path / "robot.yaml", tmp_path / "corrected.yaml"
+    path.write_text(FOLLOWS, encoding="utf-8")
+    belief = load_robot_model(path)
+    assert isinstance(belief, ServoAxis)
+    answer = diagnose_axis(belief, [recording])
+    (wave,) = answer.findings
+    assert wave.parameters["amplitude_2"].value == pytest.approx(0.002, rel=0.1)
+    assert "amplitude_2" not in " ".join(plain_lines(told(answer)))
+    save_corrected(path, answer, out, all_of_them=True)
+    robot = load_robot_model(out)
+    assert isinstance(robot, ServoAxis)
+    again = diagnose_axis(robot, [recording])
+    assert again.findings == []
+    assert again.fit.rms_before_m == pytest.approx(answer.fit.rms_after_m, rel=0.02)
+
+
 def test_play_is_known_from_whichever_flank_a_recording_begins(
     rigs: ModuleType, tmp_path: Path
 ) -> None:

@@ -196,6 +196,8 @@ class CommandedAxis(RecordedAxis, LeftOver):
                 Shown("amplitude", unit, lambda v: np.hypot(v["sine"], v["cosine"])),
                 Shown("period", unit, lambda v: self.span / v["waves"]),
                 Shown("phase", "rad", lambda v: np.arctan2(v["cosine"], v["sine"])),
+                Shown("amplitude_2", unit, lambda v: np.hypot(v["sine2"], v["cosine2"])),
+                Shown("phase_2", "rad", lambda v: np.arctan2(v["cosine2"], v["sine2"])),
             ],
             "jump": [Shown("steps", "microsteps", lambda v: -v["shift"] / lost),
                      Shown("time", "s", lambda v: v["moment"])] if self.rad_per_step else [],

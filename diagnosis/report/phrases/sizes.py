@@ -14,7 +14,9 @@ DEG = math.degrees(1.0)
 SMALL_S = 1.0
 """Times under a second are given in ms."""
 
-UNTOLD = frozenset({"phase", "start", "drag", "friction", "stiffness", "unloaded"})
+UNTOLD = frozenset(
+    {"phase", "amplitude_2", "phase_2", "start", "drag", "friction", "stiffness", "unloaded"}
+)
 """Second parameters that mean nothing to a mechanic; the table of all numbers has them."""
 
 FINEST_S = 2
