@@ -73,16 +73,15 @@ def limit_rows(limit: Limit | str, path_m: float = 0.0) -> list[tuple[str, str]]
     """
     if isinstance(limit, str):
         return [("error at best", limit)]
-    best, counted = millimetres(limit.rms_m), millimetres(limit.counted_m)
-    judged, why = error_judged(limit.counted_m, path_m), errors_from(limit)
-    return [
-        (
-            "error at best",
-            f"{counted} RMS in x, y and z together{judged} where motors stand at each step, as the"
-            f" table after a simulated run counts them; {best} where they turn evenly, as they do"
-            f" at speed ({why})",
-        )
-    ]
+    counted = millimetres(limit.counted_m)
+    said = (
+        f"{counted} RMS in x, y and z together{error_judged(limit.counted_m, path_m)}, as the row"
+        " 'commanded' after a simulated run shows it"
+    )
+    if limit.sizes_m > 0.0 or limit.left_m > 0.0:
+        evenly = millimetres(limit.rms_m)
+        said += f"; {evenly} of it however evenly the motors turn ({errors_from(limit)})"
+    return [("error at best", said)]
 
 
 def _single_steps(moved_m: FloatArray, limit: Limit | str) -> list[tuple[str, str]]:

@@ -56,6 +56,9 @@ class Slope:
     def impossible(self, *_: object) -> bool:
         return False
 
+    def further_odds(self, *_: object) -> float:
+        return 0.0
+
     def adopt(self, other: Slope) -> None:
         """Nothing of the other run is needed here."""
 

@@ -59,6 +59,9 @@ class Line:
     def impossible(self, *_: object) -> bool:
         return False
 
+    def further_odds(self, *_: object) -> float:
+        return 0.0
+
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10_000), st.integers(20, 60), st.floats(0.01, 3.0))

@@ -156,7 +156,7 @@ def test_wrong_entries_say_what_is_possible(
 def test_sentences_give_size_and_unit() -> None:
     words = effect_kind("gear_backlash").sentence("motor2", {"width": 0.0087})
     assert "motor2" in words
-    assert "8.70 mrad" in words
+    assert "0.498 degrees" in words
 
 
 def test_a_slope_pulls_a_slide_the_same_everywhere() -> None:

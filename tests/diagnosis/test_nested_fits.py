@@ -54,6 +54,9 @@ class Wave:
     def impossible(self, *_: object) -> bool:
         return False
 
+    def further_odds(self, *_: object) -> float:
+        return 0.0
+
 
 @pytest.mark.parametrize("known", [False, True], ids=["new", "evaluated before"])
 def test_a_smaller_set_starts_where_a_larger_one_ended(known: bool) -> None:

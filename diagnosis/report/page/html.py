@@ -73,7 +73,7 @@ def _verdict(diagnosis: Diagnosis, robot: RobotModel, ways: Ways) -> str:
     do = "".join(f"<li>{html.escape(line)}</li>" for line in remedies(diagnosis, robot, ways))
     body = paragraph(headline(diagnosis))
     body += "".join(paragraph(f"Look at this first: {line}") for line in diagnosis.doubts)
-    body += f'<p><strong>Do this</strong></p><ol class="do">{do}</ol>' if do else ""
+    body += f'<p><strong>Do this</strong></p><ul class="do">{do}</ul>' if do else ""
     body += "".join(paragraph(line) for line in lines)
     return f'<section class="verdict {diagnosis.verdict}">{body}</section>'
 

@@ -33,6 +33,7 @@ OF_NOISE = ", where noise alone makes up to about 10"
 chance in one recording of a few hundred."""
 
 LONGER = "A longer recording would tell more surely."
+MORE_PLACES = "A recording at more places would tell more surely."
 MORE_MOVES = "A recording with more moves, and to more places, would tell more surely."
 HALF = 0.5
 """A part of a delay that may be smaller by more than this is not known."""
@@ -64,7 +65,7 @@ def odds(p: float) -> str:
     return f"about 1 in {round(each / power) * power:,.0f}"
 
 
-MATTERS_LESS = "A further recording that shows more of it makes this matter less."
+MATTERS_LESS = "Take it for a guess until another recording shows it as well."
 
 
 def by_priors(one: PriorSensitivity) -> str:
@@ -82,8 +83,8 @@ def by_priors_here(one: PriorSensitivity) -> str:
     """The same beside the finding that it is of."""
     narrower, wider = percent(one.narrower), percent(one.wider)
     return (
-        "How sure this is depends on how large it usually is on such machines: were it usually"
-        f" three times smaller, it would be {narrower} sure; three times larger, {wider}."
+        "The readings alone do not settle this; it also hangs on how large such an error usually is"
+        f" (three times smaller than assumed: {narrower} sure; three times larger: {wider})."
         f" {MATTERS_LESS}"
     )
 
@@ -189,8 +190,9 @@ def false_alarm(diagnosis: Diagnosis) -> str:
         if diagnosis.verdict != "nothing_missing":
             return ""
         if nothing < SETTLED:
-            by_place = mostly_by_place(diagnosis.fit) or said_of_rest(diagnosis.fit)
-            return MORE_MOVES if by_place else LONGER
+            if not (mostly_by_place(diagnosis.fit) or said_of_rest(diagnosis.fit)):
+                return LONGER
+            return MORE_PLACES if diagnosis.fit.at_rest is None else MORE_MOVES
         if doubtful_floor(diagnosis.fit):
             return f"{_upper(percent(nothing))} sure that the robot file is complete."
     if nothing >= VERDICT.even:
