@@ -96,10 +96,10 @@ def _named_otherwise(seen: Inspection, robot: RobotModel | None) -> RecordingErr
     from diagnosis.inspection.machine_kind import looks_like
 
     path = seen.path
-    names = f"its columns have names of their own ({', '.join(seen.table)[:MOST_LISTED]})"
+    listed = ", ".join(seen.table)[:MOST_LISTED]
+    names = f"its columns have names of their own ({listed})"
     own = f"{path}: {names if seen.named else 'it has no line that names its columns'}"
     if robot is None or seen.kind is None or seen.kind == robot.kind:
         return RecordingError(f"{own}; which options read them: deltactl diagnose --inspect {path}")
     also = looks_like(seen.kind, seen.kind_why, robot, str(path))
-    listed = f"{', '.join(seen.table)[:MOST_LISTED]}"
     return RecordingError(f"{path}: {also}" + (f". Its columns: {listed}" if seen.named else ""))

@@ -13,6 +13,7 @@ from scipy.ndimage import median_filter
 
 from diagnosis.answer.records import AtRest
 from diagnosis.assessment.options import ASSESSMENT
+from diagnosis.assessment.regression_holdout import rms
 from diagnosis.observations.readings import FloatArray, IntArray
 from foundation.scatter import MAD_TO_SIGMA
 
@@ -33,8 +34,8 @@ def at_rest(
     rests = [rest for rest in rests if len(rest) >= fewest]
     ranges = _ranges(rests, resolution)
     return AtRest(
-        left_m=_rms(left[resting]),
-        left_in_motion_m=_rms(left[~resting]),
+        left_m=rms(left[resting]),
+        left_in_motion_m=rms(left[~resting]),
         rests=len(rests),
         moved=len(ranges),
         moved_by_m=float(np.max(ranges, initial=0.0)),
@@ -51,7 +52,3 @@ def _ranges(rests: list[FloatArray], resolution: float) -> list[float]:
     hair = max(ASSESSMENT.moved_sigma * noise, ASSESSMENT.moved_steps * resolution)
     ranges = (float(np.ptp(median_filter(rest, 3, mode="nearest"))) for rest in rests)
     return [moved for moved in ranges if moved > hair]
-
-
-def _rms(left: FloatArray) -> float:
-    return float(np.sqrt(np.mean(left**2)))

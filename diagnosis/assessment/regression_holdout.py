@@ -39,7 +39,7 @@ def on_other_runs(selected: Selected, others: Sequence[RegressionPlant]) -> tupl
         empty = other.base(frozenset(), {})
         before.append(_less_free(other, other.observed - empty))
         after.append(_less_free(other, other.observed - _predicted(selected, other)))
-    return _rms(np.concatenate(before)), _rms(np.concatenate(after))
+    return rms(np.concatenate(before)), rms(np.concatenate(after))
 
 
 def _predicted(selected: Selected, other: RegressionPlant) -> FloatArray:
@@ -102,7 +102,7 @@ def on_blocks(selected: Selected) -> Blocks:
         for keys, into in ((frozenset[str](), before), (best.keys, after)):
             into[held] = partial(keys).residual[noise.rows][held]
         fits.append(partial(best.keys))
-    return Blocks(_rms(before), _rms(after), fits)
+    return Blocks(rms(before), rms(after), fits)
 
 
 def _folds(plant: RegressionPlant, rows: IntArray) -> IntArray:
@@ -152,5 +152,6 @@ def scaled_covariance(explanation: Explanation, any_size: Collection[str] = ()) 
     return widened
 
 
-def _rms(values: FloatArray) -> float:
+def rms(values: FloatArray) -> float:
+    """Root mean square; 0 of nothing."""
     return float(np.sqrt(np.mean(np.square(values)))) if len(values) else 0.0

@@ -16,7 +16,7 @@ from diagnosis.answer.records import SmallestDetectable
 from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.assessment.regression_holdout import scaled_covariance
 from diagnosis.assessment.significance import charge
-from diagnosis.observations.readings import FloatArray
+from diagnosis.evidence.laplace import most_probable
 from diagnosis.plants.regression import Regressor, Shown, Size
 from diagnosis.selection.named_first import Selected
 
@@ -102,11 +102,5 @@ def _information(selected: Selected, regressor: Regressor, size: Size, at: float
     own[f"{key}.{size.name}"] = at
     bent = plant.base(best.keys | {key}, {**best.sizes, **own})
     change = selected.noise.whiten(bent - plant.base(best.keys, best.sizes)) / at
-    left = change - best.tangent @ _taken(best.tangent, change)
+    left = change - best.tangent @ most_probable(change, best.tangent)
     return float(change @ left)
-
-
-def _taken(tangent: FloatArray, change: FloatArray) -> FloatArray:
-    gram = tangent.T @ tangent
-    taken: FloatArray = np.linalg.solve(gram + np.eye(len(gram)), tangent.T @ change)
-    return taken

@@ -181,19 +181,13 @@ class Laplace:
     def _solve(self, keys: frozenset[str], point: Point) -> tuple[float, FloatArray]:
         """Penalised cost and the vector (m + p + q,) whose square it is."""
         _, white, shapes = self._whitened(keys, point)
-        theta = self._theta(white, shapes)
+        theta = most_probable(white, shapes)
         penalties = np.array(
             [point[name] / size.spread for name, size in self._moved(keys) if size.prior == "half"]
         )
         parts = [white - shapes @ theta, theta, penalties]
         left = np.concatenate(parts)
         return float(left @ left), left
-
-    @staticmethod
-    def _theta(white: FloatArray, shapes: FloatArray) -> FloatArray:
-        gram = shapes.T @ shapes
-        theta: FloatArray = np.linalg.solve(gram + np.eye(len(gram)), shapes.T @ white)
-        return theta
 
     def _columns(self, keys: frozenset[str], base: FloatArray, point: Point) -> list[Columns]:
         return [self._free, *(self.plant.columns(key, base, point) for key in sorted(keys))]
@@ -212,7 +206,7 @@ class Laplace:
     def _explanation(self, keys: frozenset[str], point: Point) -> Explanation:
         base, white, shapes = self._whitened(keys, point)
         columns = self._columns(keys, base, point)
-        theta = self._theta(white, shapes)
+        theta = most_probable(white, shapes)
         left = white - shapes @ theta
         moved = self._moved(keys)
         _, whole = self._solve(keys, point)
@@ -269,6 +263,13 @@ class Laplace:
             if size.prior == "half":
                 total += 2.0 * np.log(2.0 * ndtr(point[name] / (size.spread * spread)))
         return float(total)
+
+
+def most_probable(white: FloatArray, shapes: FloatArray) -> FloatArray:
+    """Sizes (p,) of whitened shapes (m, p), each times its prior spread, given values (m,)."""
+    gram = shapes.T @ shapes
+    theta: FloatArray = np.linalg.solve(gram + np.eye(len(gram)), shapes.T @ white)
+    return theta
 
 
 def _less(explanation: Explanation, keys: frozenset[str]) -> Point:

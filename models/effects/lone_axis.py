@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, Literal
 
 from models.effects import (
@@ -72,8 +73,11 @@ def _unit(unit: str, motion: Motion) -> str:
     return LINEAR_UNIT.get(unit, unit) if motion == "linear" else unit
 
 
-def of_axis(kind: EffectKind, motion: Motion, forced: bool = False) -> EffectKind:
-    """A kind on the component `axis`, with the units of its motion; forced: by an effort."""
+def of_axis(
+    kind: EffectKind, motion: Motion, sentences: Mapping[str, str] = MappingProxyType({})
+) -> EffectKind:
+    """A kind on the component `axis`, with the units of its motion; sentences: its own, by name."""
+    own = {**(_SLIDING if motion == "linear" else {}), **sentences}
     parameters = tuple(
         replace(p, unit=_unit(p.unit, motion), low=FINEST if p.name == "period" else p.low)
         for p in kind.parameters
@@ -82,12 +86,7 @@ def of_axis(kind: EffectKind, motion: Motion, forced: bool = False) -> EffectKin
         kind,
         components=(COMPONENT,),
         parameters=parameters,
-        says=lambda component, values: _sentence(
-            f"{kind.name}.effort" if forced and f"{kind.name}.effort" in _WORDS else kind.name,
-            parameters,
-            values,
-            motion,
-        ),
+        says=lambda component, values: _sentence(kind.name, parameters, values, own),
     )
 
 
@@ -98,7 +97,7 @@ def command_effects(motion: Motion) -> dict[str, EffectKind]:
 
 def effort_effects(motion: Motion) -> dict[str, EffectKind]:
     """What can be wrong with an axis that is driven by effort."""
-    return {kind.name: of_axis(kind, motion, forced=True) for kind in _EFFORT}
+    return {kind.name: of_axis(kind, motion, _OF_EFFORT) for kind in _EFFORT}
 
 
 def sensor_effects() -> dict[str, EffectKind]:
@@ -113,7 +112,6 @@ def forms_of(effect: str) -> list[EffectKind]:
 
 _WORDS = {
     "following_lag": "the axis follows late, with a time constant of {time}",
-    "following_lag.effort": "the motion comes {time} later than the effort that makes it",
     "lost_steps": "the motor lost {steps} at {time} and stayed behind",
     "gear_ratio": "the axis moves {scale} times as far as commanded",
     "transmission_error": "the gear adds a periodic error of {amplitude} every {period}",
@@ -131,6 +129,9 @@ _WORDS = {
     "inertia": "the moment of inertia of what the axis turns is {inertia}",
     "sensor_scale": "the sensor reads {scale} times the distance",
     "sensor_drift": "the sensor drifts by {offset} with a time constant of {time_constant}",
+}
+_OF_EFFORT = {
+    "following_lag": "the motion comes {dead_time} later than the effort that makes it",
 }
 _SLIDING = {
     "inertia": "the axis moves a mass of {inertia}",
@@ -172,7 +173,10 @@ def plain(value: float, digits: int = 3) -> str:
 
 
 def _sentence(
-    name: str, parameters: tuple[Parameter, ...], values: Mapping[str, Any], motion: Motion
+    name: str,
+    parameters: tuple[Parameter, ...],
+    values: Mapping[str, Any],
+    own: Mapping[str, str],
 ) -> str:
     shown = {p.name: said(float(values[p.name]), p.unit) for p in parameters if p.name in values}
     if name == "sensor_crosstalk":
@@ -184,12 +188,11 @@ def _sentence(
         angle = float(values["angle"])
         shown |= {"side": "above" if angle > 0.0 else "below"}
         shown["angle"] = said(abs(angle), next(p.unit for p in parameters if p.name == "angle"))
-    own = _SLIDING if motion == "linear" else {}
     words = (
         own.get(name) or _WORDS.get(name) or _FRICTION["width" if "width" in shown else "torque"]
     )
     text = words.format(**shown)
-    if name == "following_lag" and float(values.get("dead_time", 0.0)):
+    if name == "following_lag" and name not in own and float(values.get("dead_time", 0.0)):
         dead = f"a dead time of {shown['dead_time']}"
         text = f"{text} after {dead}" if float(values["time"]) else f"the axis follows after {dead}"
     if float(values.get("asymmetry", 0.0)):

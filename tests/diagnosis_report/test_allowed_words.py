@@ -22,7 +22,7 @@ def test_sizes_are_told_motor_by_motor_and_large_ones_again(make: Any) -> None:
     said = allowed_line(make("explained", loosely_built=True, allowed_for=homes))
     assert "wrong home angles of motors 1 and 2 (+0.031 and +0.44 degrees)." in said
     large = "a wrong home angle of motor 2 (+0.44 degrees, usually up to 0.23 degrees)."
-    assert said.endswith(f"worth a check by hand: {large}")
+    assert said.endswith(f"to be checked by hand: {large}")
 
 
 def test_nothing_is_said_of_what_does_not_show(make: Any) -> None:

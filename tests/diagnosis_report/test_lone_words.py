@@ -24,7 +24,7 @@ from diagnosis.report.sentences.lone_sentences import spoken
 from diagnosis.report.sentences.remedies import remedies
 from diagnosis.report.sentences.summary import plain_lines
 from diagnosis.report.sentences.telling import told as told_of
-from models.effects.lone_axis import command_effects, said
+from models.effects.lone_axis import command_effects, effort_effects, said
 from models.robot import EffectEntry
 
 DEG = np.pi / 180.0
@@ -209,6 +209,13 @@ def test_what_comes_with_motion_is_said_once_and_not_as_noise(make: Any) -> None
     assert "this noise" not in text
     assert "noise floor" not in text
     assert "need not be noise" not in text
+
+
+def test_an_effort_that_comes_early_is_told_by_its_dead_time() -> None:
+    """It has no time constant; the sentence of a command's delay asked for one, and failed."""
+    kinds = effort_effects("rotary")
+    says = kinds["following_lag"].sentence("axis", {"dead_time": 0.03})
+    assert says == "the motion comes 30.0 ms later than the effort that makes it"
 
 
 def test_friction_that_a_load_makes_larger_says_how_much_is_there_without_one(

@@ -51,6 +51,8 @@ def _compared(finding: Finding, fit: Fit) -> str:
     without, after = (quantity(size, fit.unit, digits=3) for size in (without_m, after_m))
     if without == after:
         return f"{what} would be about the same"
+    if without_m < after_m:
+        return f"{what} as a whole would be no larger"
     if after_m < NONE * without_m:
         return f"{what} would be {about}{without} instead of next to none"
     unit = f" {after.partition(' ')[2]}"

@@ -33,8 +33,8 @@ OF_NOISE = ", where noise alone makes up to about 10"
 chance in one recording of a few hundred."""
 
 LONGER = "A longer recording would tell more surely."
-MORE_PLACES = "A recording at more places would tell more surely."
-MORE_MOVES = "A recording with more moves, and to more places, would tell more surely."
+AT_MORE_PLACES = "A recording at more places would tell more surely."
+WITH_MORE_MOVES = "A recording with more moves, and to more places, would tell more surely."
 HALF = 0.5
 """A part of a delay that may be smaller by more than this is not known."""
 
@@ -192,7 +192,7 @@ def false_alarm(diagnosis: Diagnosis) -> str:
         if nothing < SETTLED:
             if not (mostly_by_place(diagnosis.fit) or said_of_rest(diagnosis.fit)):
                 return LONGER
-            return MORE_PLACES if diagnosis.fit.at_rest is None else MORE_MOVES
+            return AT_MORE_PLACES if diagnosis.fit.at_rest is None else WITH_MORE_MOVES
         if doubtful_floor(diagnosis.fit):
             return f"{_upper(percent(nothing))} sure that the robot file is complete."
     if nothing >= VERDICT.even:

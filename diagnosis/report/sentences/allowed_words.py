@@ -14,7 +14,7 @@ LOOSE = (
     "corrected file, which therefore leaves a little more."
 )
 CLEAR = "Those that the recording clearly shows: {sizes}."
-LARGE = "More than careful building usually leaves, so worth a check by hand: {sizes}."
+LARGE = "More than careful building usually leaves, so to be checked by hand: {sizes}."
 LENGTHS = frozenset({"upper_arm_length", "forearm_length", "base_radius"})
 """Of which a recording of arm angles shows nothing."""
 

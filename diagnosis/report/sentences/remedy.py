@@ -157,8 +157,13 @@ def _mostly_dead(finding: Finding) -> bool:
     """Whether most of a delay is a dead time, which no gain shortens, and both are known."""
     if finding.effect != "following_lag" or late_in_all_s(finding) is not None:
         return False
-    times = {n: p.components[0][0] for n, p in finding.parameters.items() if p.unit == "s"}
+    times = _times_s(finding)
     return times.get("dead_time", 0.0) > times.get("time", 0.0)
+
+
+def _times_s(finding: Finding) -> dict[str, float]:
+    """Its times, by parameter."""
+    return {n: p.components[0][0] for n, p in finding.parameters.items() if p.unit == "s"}
 
 
 def _late(finding: Finding) -> str:
@@ -170,7 +175,7 @@ def _late(finding: Finding) -> str:
         return ""
     if (late_s := late_in_all_s(finding)) is not None:
         return f"{quantity(late_s, 's', digits=3)} in all"
-    times = {n: p.components[0][0] for n, p in finding.parameters.items() if p.unit == "s"}
+    times = _times_s(finding)
     said = {"dead_time": "a dead time of {}", "time": "a time constant of {}"}
     parts = [
         text.format(quantity(times[name], "s", name, 3))
