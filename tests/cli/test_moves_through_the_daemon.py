@@ -14,6 +14,7 @@ from typer.testing import CliRunner, Result
 from command_line.main import app
 from firmware_py.controller.build import simulated_machine
 from firmware_py.controller.controller import Controller
+from firmware_py.controller.states import State
 from firmware_py.daemon.listener import Listener
 from firmware_py.daemon.server import Server
 from firmware_py.importing.points_table import read_points
@@ -48,7 +49,13 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Controlle
 
 @pytest.fixture
 def deltactl(served: tuple[Controller, Path], monkeypatch: pytest.MonkeyPatch) -> Deltactl:
+    """Commands to a robot that is ready: a stall of this machine is a fault of the robot, which
+    would stay latched for all tests that follow, and for the second try of the one it befell.
+    """
     monkeypatch.setenv("COLUMNS", "200")
+    if served[0].status().state == State.FAULT.value:
+        served[0].acknowledge()
+        served[0].home()
 
     def run(*words: str) -> Result:
         return CliRunner().invoke(app, [*words, "--socket", str(served[1])])
