@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from firmware_py.importing.drawn import Drawn
+from firmware_py.importing.drawn import Drawn, Point
 from firmware_py.job_file import JobFile
 from firmware_py.path_file import Way, legs_of
 from firmware_py.paths.way import way
@@ -17,6 +17,8 @@ from foundation.errors import ConfigError, MotionError
 from foundation.strict_yaml import Document
 
 _LEG = re.compile(r"\blegs\.(\d+)")
+_BEGIN = re.compile(r"\bstart_m\.\d+: ")
+START = "where the path begins"
 
 
 @contextmanager
@@ -26,6 +28,8 @@ def told_by_line(source: Path, drawn: Drawn, job: Path, text: str) -> Iterator[N
         yield
     except MotionError as error:
         wrong = error.at_point
+        if wrong is not None and wrong.point == 0 and drawn.start_line is not None:
+            raise error.worded(f"{source}:{drawn.start_line}: {START}: {wrong.says()}") from error
         leg = None if wrong is None or wrong.point is None else _leg_at(job, text, wrong.point)
         if wrong is None or leg is None:
             raise
@@ -49,14 +53,20 @@ def _leg_at(job: Path, text: str, point: int) -> int | None:
 
 
 def _named(source: Path, drawn: Drawn, says: str) -> str:
+    if _BEGIN.search(says) and drawn.start_line is not None:
+        return f"{source}:{drawn.start_line}: the path begins {_beyond(drawn.start_m)}"
     found = _LEG.search(says)
     if found is None:
         return says
     leg, wrong = int(found[1]), says[found.end() :].lstrip(".: ")
     if wrong.startswith("to_m") and leg < len(drawn.legs):
-        place = " ".join(f"{1e3 * value:.6g}" for value in drawn.legs[leg]["to_m"])
-        wrong = f"this move ends at {place} mm, beyond the reach of any arm; are the units right?"
+        wrong = f"this move ends {_beyond(drawn.legs[leg]['to_m'])}"
     return f"{_line(source, drawn, leg)}: {wrong}"
+
+
+def _beyond(place_m: Point) -> str:
+    place = " ".join(f"{1e3 * value:.6g}" for value in place_m)
+    return f"at {place} mm, beyond the reach of any arm; are the units right?"
 
 
 def _line(source: Path, drawn: Drawn, leg: int) -> str:

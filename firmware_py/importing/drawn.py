@@ -18,13 +18,14 @@ the points of a drawn curve without a stop."""
 class Drawn:
     """A path before it is a job; `legs` are those of a job file. notes: what was passed over.
 
-    lines: of the file, from 1, one for each leg.
+    lines: of the file, from 1, one for each leg. start_line: that of the start.
     """
 
     start_m: Point
     legs: tuple[dict[str, Any], ...]
     notes: tuple[str, ...] = ()
     lines: tuple[int, ...] = ()
+    start_line: int | None = None
 
 
 def job_text(drawn: Drawn, name: str, robot: str, speed_mps: float, corner_m: float) -> str:

@@ -72,6 +72,7 @@ class _Reader:
         self._at: list[float | None] = [None, None, None]
         self._feed_mps: float | None = None
         self._start: Point | None = None
+        self._start_line: int | None = None
         self._legs: list[dict[str, Any]] = []
         self._lines: list[int] = []
         self._over: Counter[str] = Counter()
@@ -174,7 +175,7 @@ class _Reader:
             return  # the first lines of a file name the axes one by one
         here = self._place()
         if self._start is None:
-            self._start = here
+            self._start, self._start_line = here, number
             return
         leg: dict[str, Any] = {"to_m": here}
         if code != MOVES[0] and self._feed_mps is not None:
@@ -222,7 +223,8 @@ class _Reader:
             raise ConfigError(f"{path}: holds no moves with X, Y and Z")
         over = [f"{word} passed over ({_times(count)})" for word, count in self._over.items()]
         notes = [note.format(_times(count)) for note, count in self._notes.items() if count]
-        return Drawn(self._start, tuple(self._legs), (*over, *notes), tuple(self._lines))
+        lines = tuple(self._lines)
+        return Drawn(self._start, tuple(self._legs), (*over, *notes), lines, self._start_line)
 
 
 def _list(codes: tuple[float, ...]) -> str:

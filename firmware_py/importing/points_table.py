@@ -57,6 +57,7 @@ def read_points(path: Path, origin_m: Point, spline: bool = False) -> Drawn:
         tuple(leg for _, leg in legs),
         (*_units_read(columns), *notes),
         tuple(lines[row] for row, _ in legs),
+        lines[0],
     )
 
 

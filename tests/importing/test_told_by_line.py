@@ -27,3 +27,23 @@ def test_the_line_of_the_gcode_is_named(
     refused = deltactl("convert", "part.nc", "part.yaml", *OPTIONS, status=2).stderr
     assert says in " ".join(refused.split())
     assert "legs." not in refused
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        (
+            "part.nc",
+            "(part)\nG0 X900 Y0 Z0\nG1 X0 Y0\n",
+            "part.nc:2: where the path begins: out of reach",
+        ),
+        ("part.nc", "G0 X20000 Y0 Z0\nG1 X0\n", "part.nc:1: the path begins at 20000 0 -450 mm"),
+        ("part.csv", "x,y\n900,0\n0,0\n", "part.csv:2: where the path begins: out of reach"),
+    ],
+)
+def test_a_start_out_of_reach_is_told_by_its_own_line(
+    deltactl: Deltactl, tmp_path: Path, name: str, text: str, says: str
+) -> None:
+    (tmp_path / name).write_text(text)
+    refused = deltactl("convert", name, "part.yaml", *OPTIONS, status=2).stderr
+    assert says in " ".join(refused.split())
