@@ -39,6 +39,9 @@ class Picture(Record):
     shift_s: tuple[float, ...] = (0.0,)
     """By how much the times of each recording were shifted to follow each other in `t_s`."""
 
+    rests: BoolArray | None = None
+    """Where a lone axis' command stands, shape (n,); None where its speed alone tells."""
+
     def shift_of(self, where: Where) -> float:
         """What to add to the times of a place that lies in one recording."""
         number = where.recordings[0] if where.recordings else 1

@@ -86,11 +86,16 @@ def _done_by_known(selected: Selected) -> float:
 
 def _at_rest(selected: Selected) -> AtRest | None:
     plant, rows = selected.plant, selected.noise.rows
-    if plant.averages or plant.unit not in ("m", "rad"):
+    if not _follows_a_command(plant):
         return None
     step = plant.rounding * math.sqrt(12.0)
     loaded = "load" in plant.covariates
     return at_rest(selected.best.residual[rows], plant.stays[rows], step, loaded)
+
+
+def _follows_a_command(plant: RegressionPlant) -> bool:
+    """Whether its rests are those of a command."""
+    return not plant.averages and plant.unit in ("m", "rad")
 
 
 def _within(selected: Selected) -> float | None:
@@ -167,4 +172,5 @@ def picture_of(selected: Selected, plant: RegressionPlant) -> Picture:
         channels=[channel],
         covariates=dict(plant.covariates),
         shift_s=plant.readings.shift_s,
+        rests=plant.stays >= 0 if _follows_a_command(plant) else None,
     )

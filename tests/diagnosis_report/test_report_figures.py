@@ -59,6 +59,20 @@ def test_what_a_delta_was_doing_names_its_motors_and_its_platform_each_once() ->
     assert "the axis moves forward" in [one.name for one in alone]
 
 
+def test_an_axis_stands_where_its_command_does_and_not_where_it_is_slow() -> None:
+    picture = picture_of_reversals()
+    (way,) = (v for n, v in picture.covariates.items() if n == "speed_1")
+    rests = np.arange(len(way)) >= len(way) // 2
+    found = {
+        one.name: one
+        for one in regimes(picture.t_s, {"velocity": way}, mismatches(picture), rests)
+    }
+    observed, before = picture.channels[0].observed, picture.channels[0].before
+    miss_mm = 1e3 * (observed - before)[rests]
+    stands = found["the axis stands, or settles, at its command"]
+    assert stands.before == pytest.approx(float(np.sqrt(np.mean(miss_mm**2))), rel=1e-6)
+
+
 def test_far_outliers_are_left_out_and_counted() -> None:
     picture = picture_of_reversals()
     picture.channels[0].observed[[100, 200]] = 5.0
@@ -277,5 +291,8 @@ def test_two_means_of_a_direction_are_no_chart() -> None:
     covariates = {"direction": way, "position": np.sin(t_s)}
     picture = Picture(t_s=t_s, channels=[channel], covariates=covariates)
     axis = ServoAxis(kind="servo_axis", name="a", motion="rotary")
-    drawn = _ranked(covariates, mismatches(picture), axis)
+    drawn = _ranked(covariates, mismatches(picture), axis, banded=False)
     assert [chart.title for chart in drawn] == ["Against the position"]
+    assert [one.name for one in drawn[0].series] == ["mismatch"]
+    (banded,) = _ranked(covariates, mismatches(picture), axis, banded=True)
+    assert [one.name for one in banded.series] == ["noise alone", "mismatch"]

@@ -38,6 +38,15 @@ SHOWN_REGIMES = 9
 FEWEST_MEANS = 4
 """A curve through fewer (of a direction: there and back) is a straight line that tells nothing; the
 regimes have those figures."""
+MEANS = "Mean of the readings with the same value; the clearest dependence first."
+BAND = (
+    "Noise alone keeps a whole curve within the grey band in 19 of 20 charts: one of many may leave"
+    " it a little by chance, a curve that leaves it far shows more than noise."
+)
+NO_BAND = (
+    "What is left is more than noise, so that no band says what chance does to a mean: hills and"
+    " valleys that are no larger than what is left may come from when the readings were made."
+)
 _PLACE = re.compile(
     r"theta_[123]|(range|pos|position)_[xyz]|range_x, range_y|position|angle|distance|range|command"
 )
@@ -51,12 +60,14 @@ def mismatch_sections(diagnosis: Diagnosis, robot: RobotModel) -> list[str]:
         return [heading("The mismatch"), paragraph("There are no readings to draw.", "note")]
     return [
         *in_order(picture, channels, diagnosis.findings, robot),
-        *_by_place(picture, channels, robot),
+        *_by_place(diagnosis, picture, channels, robot),
         *_by_regime(diagnosis, picture, channels),
     ]
 
 
-def _by_place(picture: Picture, channels: Sequence[Mismatch], robot: RobotModel) -> list[str]:
+def _by_place(
+    diagnosis: Diagnosis, picture: Picture, channels: Sequence[Mismatch], robot: RobotModel
+) -> list[str]:
     usable = {
         name: values
         for name, values in picture.covariates.items()
@@ -64,28 +75,32 @@ def _by_place(picture: Picture, channels: Sequence[Mismatch], robot: RobotModel)
     }
     place = {n: v for n, v in usable.items() if _PLACE.fullmatch(words.bare(n))}
     other = {n: v for n, v in usable.items() if n not in place}
-    section = _driver_section("The mismatch by place", place, channels, robot)
+    banded = not doubtful_floor(diagnosis.fit)
+    section = _driver_section("The mismatch by place", place, channels, robot, banded)
     metric = [one for one in channels if one.source_unit == "m"]
     if section and metric:
         section.insert(1, place_maps(place, metric))
     return [
         *section,
-        *_driver_section("The mismatch by speed and load", other, channels, robot),
+        *_driver_section("The mismatch by speed and load", other, channels, robot, banded),
     ]
 
 
 def _driver_section(
-    title: str, covariates: dict[str, FloatArray], channels: Sequence[Mismatch], robot: RobotModel
+    title: str,
+    covariates: dict[str, FloatArray],
+    channels: Sequence[Mismatch],
+    robot: RobotModel,
+    banded: bool,
 ) -> list[str]:
-    """The clearest pairs of channel and covariate; the rest behind a click."""
-    charts = [chart.html() for chart in _ranked(covariates, channels, robot)]
+    """The clearest pairs of channel and covariate; the rest behind a click.
+
+    banded: whether what is left may be taken for noise, so that it tells what noise does to means.
+    """
+    charts = [chart.html() for chart in _ranked(covariates, channels, robot, banded)]
     if not charts:
         return []
-    about = (
-        "Mean of the readings with the same value; the clearest dependence first. Noise alone "
-        "keeps a whole curve within the grey band in 19 of 20 charts: one of many may leave it a "
-        "little by chance, a curve that leaves it far shows more than noise."
-    )
+    about = f"{MEANS} {BAND if banded else NO_BAND}"
     parts = [heading(title), paragraph(about), columns(charts[:SHOWN_FIRST])]
     if rest := charts[SHOWN_FIRST:MOST_DRIVER_CHARTS]:
         parts.append(f"<details><summary>{len(rest)} more</summary>{columns(rest)}</details>")
@@ -93,7 +108,7 @@ def _driver_section(
 
 
 def _ranked(
-    covariates: dict[str, FloatArray], channels: Sequence[Mismatch], robot: RobotModel
+    covariates: dict[str, FloatArray], channels: Sequence[Mismatch], robot: RobotModel, banded: bool
 ) -> list[LineChart]:
     found = []
     for name, values in covariates.items():
@@ -104,19 +119,23 @@ def _ranked(
                 found.append((explained_by(curve), name, scale.unit, one, curve))
     found.sort(key=lambda item: -item[0])
     lone = len(channels) == 1
-    return [_driver_chart(name, unit, one, curve, lone) for _, name, unit, one, curve in found]
+    return [
+        _driver_chart(name, unit, one, curve, lone, banded) for _, name, unit, one, curve in found
+    ]
 
 
-def _driver_chart(name: str, unit: str, one: Mismatch, curve: Curve, lone: bool) -> LineChart:
+def _driver_chart(
+    name: str, unit: str, one: Mismatch, curve: Curve, lone: bool, banded: bool
+) -> LineChart:
     covariate = words.followed(name)
-    wide = curve.band
     series = [
-        Series("noise alone", curve.x, np.zeros(len(curve.x)), Colour.QUIET, low=-wide, high=wide),
         Series("before", curve.x, curve.before, Colour.SECOND),
         Series("after", curve.x, curve.after, Colour.FIRST),
     ]
     if one.unchanged:
-        series = [series[0], replace(series[1], name="mismatch")]
+        series = [replace(series[0], name="mismatch")]
+    if banded:
+        series.insert(0, _noise_alone(curve))
     of = f" [{unit}]" if unit else ""
     return LineChart(
         f"Against {covariate}" if lone else f"{one.name.capitalize()} against {covariate}",
@@ -125,6 +144,11 @@ def _driver_chart(name: str, unit: str, one: Mismatch, curve: Curve, lone: bool)
         series,
         height_px=220,
     )
+
+
+def _noise_alone(curve: Curve) -> Series:
+    wide, middle = curve.band, np.zeros(len(curve.x))
+    return Series("noise alone", curve.x, middle, Colour.QUIET, low=-wide, high=wide)
 
 
 def _counted(channels: Sequence[Mismatch], picture: Picture) -> str:
@@ -145,7 +169,7 @@ def _by_regime(
 ) -> list[str]:  # fmt: skip
     chosen = [one for one in channels if one.source_unit == diagnosis.fit.unit] or [channels[0]]
     covariates = {n: v for n, v in picture.covariates.items() if len(v) == len(picture.t_s)}
-    found = regimes(picture.t_s, covariates, list(chosen))
+    found = regimes(picture.t_s, covariates, list(chosen), picture.rests)
     if len(found) < 2:
         return []
     noise = diagnosis.fit.noise_floor_m * scale_of(chosen[0].source_unit).factor

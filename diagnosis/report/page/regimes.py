@@ -17,6 +17,7 @@ STILL_SHARE = 0.02
 AFTER_REVERSAL_S = 1.0
 TOP_QUANTILE = 0.95
 FEWEST = 30
+COMMAND_STANDS = "the axis stands, or settles, at its command"
 WAYS: tuple[tuple[str, tuple[str, str, str, str]], ...] = (
     (r".*_([123])",
      ("motor {} moves forward", "motor {} moves backward", "motor {} stands", "motor {} reversed")),
@@ -39,14 +40,18 @@ class Regime:
 
 
 def regimes(
-    t_s: FloatArray, covariates: Mapping[str, FloatArray], channels: list[Mismatch]
+    t_s: FloatArray,
+    covariates: Mapping[str, FloatArray],
+    channels: list[Mismatch],
+    rests: BoolArray | None = None,
 ) -> list[Regime]:
     """RMS over the given channels (all in one unit) in every regime that occurs.
 
     Over all readings, also those that lie too far out to be drawn: as the figures of the fit.
+    rests: where an axis stands, as the text has it, shape (n,); None: by its speed.
     """
     found = []
-    for name, chosen in _selections(t_s, covariates):
+    for name, chosen in _selections(t_s, covariates, rests):
         seen = sum(int((chosen & np.isfinite(one.all_before)).sum()) for one in channels)
         if seen < FEWEST:
             continue
@@ -62,7 +67,7 @@ def regimes(
 
 
 def _selections(
-    t_s: FloatArray, covariates: Mapping[str, FloatArray]
+    t_s: FloatArray, covariates: Mapping[str, FloatArray], rests: BoolArray | None
 ) -> Iterator[tuple[str, BoolArray]]:
     yield "all the time", np.ones(len(t_s), dtype=np.bool_)
     speeds = {
@@ -71,7 +76,7 @@ def _selections(
         if re.match(r"(speed|velocity)", words.bare(name))
     }
     for name, speed in speeds.items():
-        yield from _of_speed(t_s, _ways(name), speed)
+        yield from _of_speed(t_s, _ways(name), speed, rests)
     if speeds:
         joints = {name: speed for name, speed in speeds.items() if name[-1] in "123"}
         yield from _slow_and_fast(joints or speeds)
@@ -81,16 +86,19 @@ def _selections(
 
 
 def _of_speed(
-    t_s: FloatArray, ways: list[str], speed: FloatArray
+    t_s: FloatArray, ways: list[str], speed: FloatArray, rests: BoolArray | None
 ) -> Iterator[tuple[str, BoolArray]]:
     top = float(np.quantile(np.abs(speed), TOP_QUANTILE)) if len(speed) else 0.0
     if top <= 0.0:
         return
     way = np.where(np.abs(speed) > STILL_SHARE * top, np.sign(speed), 0.0)
-    forward, backward, stands, reversed_ = ways
+    stands = way == 0
+    if rests is not None:
+        way, stands = np.where(rests, 0.0, way), rests
+    forward, backward, still, reversed_ = ways
     yield forward, way > 0
     yield backward, way < 0
-    yield stands, way == 0
+    yield still if rests is None else COMMAND_STANDS, stands
     yield f"within {AFTER_REVERSAL_S:.0f} s after {reversed_}", _after_reversal(t_s, way)
 
 
