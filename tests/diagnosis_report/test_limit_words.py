@@ -49,7 +49,7 @@ def test_many_untested_effects_are_counted(make: Any) -> None:
     assert "1 more kind of effect" in text
 
 
-def test_a_rival_of_a_finding_is_not_out_of_sight(make: Any, parts: Any) -> None:
+def test_a_rival_of_a_finding_is_shown_in_its_place_alone(make: Any, parts: Any) -> None:
     hidden = [NotTestable(effect="joint_compliance", component="motor1", why="no load")]
     rival = Alternative(effect="joint_compliance", component="motor1", delta_chi2=20.0)
     alone, tied = (
@@ -57,7 +57,8 @@ def test_a_rival_of_a_finding_is_not_out_of_sight(make: Any, parts: Any) -> None
         for found in (parts["backlash"](), parts["backlash"](alternatives=[rival]))
     )
     assert "could not show" in alone
-    assert "could not show" not in tied
+    assert "other than in place of what was found: no load." in tied
+    assert "other than" not in alone
 
 
 def limit(component: str, value: float) -> SmallestDetectable:

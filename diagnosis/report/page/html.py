@@ -26,7 +26,7 @@ from diagnosis.report.phrases.left_words import doubtful_floor
 from diagnosis.report.phrases.limit_words import by_effort, limit_name, limit_size
 from diagnosis.report.phrases.sizes import scale_of
 from diagnosis.report.sentences.finding_words import span_s
-from diagnosis.report.sentences.headline import headline
+from diagnosis.report.sentences.headline import opening
 from diagnosis.report.sentences.next_run_words import experiment_line
 from diagnosis.report.sentences.remedies import remedies
 from diagnosis.report.sentences.summary import remarks, unexplained_line
@@ -71,8 +71,7 @@ def _style() -> str:
 def _verdict(diagnosis: Diagnosis, robot: RobotModel, ways: Ways) -> str:
     lines = [line for line in (sureness.false_alarm(diagnosis), *remarks(diagnosis, ways)) if line]
     do = "".join(f"<li>{html.escape(line)}</li>" for line in remedies(diagnosis, robot, ways))
-    body = paragraph(headline(diagnosis))
-    body += "".join(paragraph(f"Look at this first: {line}") for line in diagnosis.doubts)
+    body = "".join(map(paragraph, opening(diagnosis)))
     body += f'<p><strong>Do this</strong></p><ul class="do">{do}</ul>' if do else ""
     body += "".join(paragraph(line) for line in lines)
     return f'<section class="verdict {diagnosis.verdict}">{body}</section>'

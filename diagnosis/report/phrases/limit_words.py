@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
-from diagnosis.answer.records import Diagnosis, SmallestDetectable
+from diagnosis.answer.records import Diagnosis, NotTestable, SmallestDetectable
 from diagnosis.report.phrases import words
 from diagnosis.report.phrases.sizes import departure, quantity, scale_of
 from models.robot import RobotModel
@@ -17,20 +17,27 @@ MOST_NAMED = 4
 """Effects that a sentence names; the rest are counted."""
 
 
-def untested_line(diagnosis: Diagnosis) -> str:
-    """What could not have been seen; not what may be at work in place of a finding."""
+def untested_lines(diagnosis: Diagnosis) -> Iterator[str]:
+    """What could not have been seen, and what could be only in place of a finding."""
     named = {
         (one.effect, one.component) for found in diagnosis.findings for one in found.alternatives
     }
+    rivals = [one for one in diagnosis.not_testable if (one.effect, one.component) in named]
+    others = [one for one in diagnosis.not_testable if (one.effect, one.component) not in named]
+    if others:
+        yield _not_shown(others, "")
+    if rivals:
+        yield _not_shown(rivals, " other than in place of what was found")
+
+
+def _not_shown(untested: Sequence[NotTestable], but: str) -> str:
     grouped: dict[str, list[str]] = {}
-    for one in diagnosis.not_testable:
-        if (one.effect, one.component) in named:
-            continue
+    for one in untested:
         grouped.setdefault(one.effect, []).append(one.component)
     names = [words.effect(effect, *components) for effect, components in grouped.items()]
-    reasons = {one.why for one in diagnosis.not_testable}
+    reasons = {one.why for one in untested}
     why = f": {reasons.pop()}" if len(reasons) == 1 else ""
-    return words.sentence(f"this recording could not show {_some(names)}{why}") if names else ""
+    return words.sentence(f"this recording could not show {_some(names)}{but}{why}")
 
 
 def faintest_line(diagnosis: Diagnosis, robot: RobotModel | None = None) -> str:

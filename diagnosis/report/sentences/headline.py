@@ -27,9 +27,20 @@ CHECK_FIRST = "first check that each column and the robot file are the right one
 FINE_COURSE = "the fine course of the readings points to"
 BOTH_FRICTIONS = frozenset({"joint_friction", "viscous_friction"})
 """Of an axis, in one phrase: they are two parts of what its bearings need."""
+SETTLE = "Settle the unit first: "
+IF_RIGHT = "If the unit is right all the same: "
 SO_LITTLE = ", too little to act on"
 IN_HEADLINE = 3
 """Findings that the headline names; of more it names two, and all have their own title below."""
+
+
+def opening(diagnosis: Diagnosis) -> list[str]:
+    """The sentences an answer begins with: its verdict, or a doubt that goes before any verdict."""
+    says = headline(diagnosis)
+    if not diagnosis.doubts:
+        return [says]
+    first, *others = diagnosis.doubts
+    return [f"{SETTLE}{first}", *others, f"{IF_RIGHT}{says[:1].lower()}{says[1:]}"]
 
 
 def headline(diagnosis: Diagnosis) -> str:

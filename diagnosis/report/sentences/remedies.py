@@ -24,6 +24,8 @@ CHANGE_NOTHING = (
     " run, with more reversals and places, and diagnose both together."
 )
 
+GIVE_THE_UNIT = "Give the right unit, as said above, and diagnose again."
+UNIT_FIRST = f"{GIVE_THE_UNIT} All that follows is for the case that the unit is right."
 RECORD_THE_LOAD = (
     "Find out what moves the axis while its command stands. Record what pulls at it as well (read"
     " as `load`), or record again with nothing that pulls, and diagnose that."
@@ -74,7 +76,8 @@ def remedies(
     """One sentence for each finding that can be remedied, the surest and largest first, what does
     hardly anything last, a zero that play may have moved after the play.
 
-    Before them, where causes are tied, the run that would tell them apart. None where the fit as a
+    Before them a unit that is in doubt and, where causes are tied, the run that would tell them
+    apart. None where the fit as a
     whole is no better for what was found.
     """
     named = [one for one in diagnosis.findings if claimed(one)]
@@ -108,6 +111,8 @@ def remedies(
     plan = diagnosis.next_experiment
     if lines and plan is not None and any(tied(one) for one in named):
         lines.insert(0, ways.run_first)
+    if diagnosis.doubts:
+        lines.insert(0, UNIT_FIRST if lines else GIVE_THE_UNIT)
     return list(dict.fromkeys(lines))
 
 

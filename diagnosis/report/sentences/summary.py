@@ -11,11 +11,11 @@ from diagnosis.answer.records import Diagnosis, Finding, PriorSensitivity, Thinn
 from diagnosis.answer.verdict import claimed, too_little
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.fit_words import fit_lines, fit_title
-from diagnosis.report.phrases.limit_words import faintest_line, untested_line
+from diagnosis.report.phrases.limit_words import faintest_line, untested_lines
 from diagnosis.report.phrases.sizes import quantity
 from diagnosis.report.sentences.allowed_words import allowed_line
 from diagnosis.report.sentences.finding_words import finding_lines, finding_title, span_s
-from diagnosis.report.sentences.headline import SO_LITTLE, headline
+from diagnosis.report.sentences.headline import SO_LITTLE, opening
 from diagnosis.report.sentences.next_run_words import experiment_line, tie_lines
 from diagnosis.report.sentences.remedies import remedies
 from diagnosis.report.sentences.remedy import tied
@@ -69,8 +69,9 @@ def head_lines(diagnosis: Diagnosis) -> list[str]:
 def _summary(
     diagnosis: Diagnosis, robot: RobotModel | None, ways: Ways = TERMINAL
 ) -> Iterator[tuple[str, str]]:
-    yield "head", headline(diagnosis)
-    yield from (("", f"Look at this first: {line}") for line in diagnosis.doubts)
+    first, *others = opening(diagnosis)
+    yield "head", first
+    yield from (("", line) for line in others)
     if do := remedies(diagnosis, robot, ways):
         yield "head", "Do this"
         yield from (("", f"- {line}") for line in do)
@@ -97,8 +98,7 @@ def _summary(
     yield from (("", line) for line in fit_lines(diagnosis))
     if left := unexplained_line(diagnosis):
         yield "", left
-    if untested := untested_line(diagnosis):
-        yield "", untested
+    yield from (("", line) for line in untested_lines(diagnosis))
     if faint := faintest_line(diagnosis, robot):
         yield "", faint
     if following := experiment_line(diagnosis):
