@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from diagnosis.answer.finding import Table
 from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterResult, Where
 from diagnosis.report.phrases import words
 from diagnosis.report.phrases.words import EFFECTS
@@ -248,3 +249,15 @@ def test_a_zero_that_play_may_have_moved_is_looked_at_after_the_play(make: Any) 
     assert zero_of_play(far, [far, play]) == ""
     near = sized("home_offset", "angle", -0.0003)
     assert "less than half of the play" in zero_of_play(near, [near, play])
+
+
+def test_a_table_beside_a_correction_is_taken_after_it(make: Any) -> None:
+    ratio = found("gear_ratio", "axis", 1.01, "")
+    table = Table(follows="position", lowest=0.0, highest=1.0, size=[1e-4] * 11, unit="m")
+    rest = found("unknown", "axis", 1e-4, "m").model_copy(
+        update={"depends_on": ["position"], "table": table}
+    )
+    for findings, first in (([ratio, rest], True), ([rest], False)):
+        lines = remedies(make("partly_explained", findings=findings), SLIDE)
+        (line,) = [one for one in lines if "a table of 11 points" in one]
+        assert ("Make the corrections above first" in line) == first

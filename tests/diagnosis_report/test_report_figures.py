@@ -64,8 +64,7 @@ def test_an_axis_stands_where_its_command_does_and_not_where_it_is_slow() -> Non
     (way,) = (v for n, v in picture.covariates.items() if n == "speed_1")
     rests = np.arange(len(way)) >= len(way) // 2
     found = {
-        one.name: one
-        for one in regimes(picture.t_s, {"velocity": way}, mismatches(picture), rests)
+        one.name: one for one in regimes(picture.t_s, {"velocity": way}, mismatches(picture), rests)
     }
     observed, before = picture.channels[0].observed, picture.channels[0].before
     miss_mm = 1e3 * (observed - before)[rests]

@@ -175,7 +175,9 @@ def test_degrees_typed_as_rad_are_doubted_on_the_command_line(
         (tmp_path / "r.yaml").write_text("kind: servo_axis\nname: a\nmotion: rotary\n")
         sets = ["--set", "position=q[rad]", "--set", "command=soll[rad]"]
         done = deltactl("diagnose", "a.csv", "--robot", "r.yaml", *sets)
-        assert (done.stdout.startswith("Settle the unit first: position of a.csv")) == (turn == 360.0)
+        assert (done.stdout.startswith("Settle the unit first: position of a.csv")) == (
+            turn == 360.0
+        )
         assert ('--set "position=q[deg]"' in done.stderr) == (turn == 360.0)
 
 

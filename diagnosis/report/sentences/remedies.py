@@ -40,6 +40,10 @@ ALONG = (
     " commands, the zero first): each was found beside the other, and one alone makes some places"
     " worse."
 )
+CORRECT_FIRST = (
+    " Make the corrections above first and diagnose a new recording: the table to subtract is the"
+    " one that is found then."
+)
 OF_DISTANCE = frozenset({"sensor_offset", "sensor_scale", "sensor_crosstalk"})
 LEAST_FOR_A_TABLE = 0.02
 """Share of the mismatch below which, beside named causes, nobody is asked to enter a table."""
@@ -99,9 +103,10 @@ def remedies(
         lines.append(ways.keep.format(all="" if certain else " --all"))
     nameless = [one for one in diagnosis.findings if one.effect == NAMELESS]
     nameless = [one for one in nameless if not (named and _needs_no_table(one))]
-    lines += [
-        line for one in nameless if (line := mapped(one, ways) or unnamed(one, robot, diagnosis))
-    ]
+    beside = CORRECT_FIRST if named else ""
+    for one in nameless:
+        table = mapped(one, ways)
+        lines += filter(None, [f"{table}{beside}" if table else unnamed(one, robot, diagnosis)])
     if moves_at_rest(diagnosis.fit) and not any(one.component != LONE for one in named):
         lines.append(RECORD_THE_LOAD)
     if sum(map(_of_distance, diagnosis.findings)) > 1:
