@@ -11,11 +11,11 @@ from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterRe
 from diagnosis.report.phrases import words
 from diagnosis.report.phrases.words import EFFECTS
 from diagnosis.report.sentences.advice import ADVICE, EVERYWHERE, advice
+from diagnosis.report.sentences.beside_play import wider_in_motion, zero_of_play
 from diagnosis.report.sentences.headline import headline
 from diagnosis.report.sentences.remedies import remedies
 from diagnosis.report.sentences.remedy import remedy
 from diagnosis.report.sentences.ways import TERMINAL
-from diagnosis.report.sentences.zero_of_play import zero_of_play
 from firmware_py.named_files import CONFIG_FOLDER
 from models.effects.lone_axis import effort_effects
 from models.robot import RangeSensor, RobotModel, ServoAxis, StepperAxis, load_robot_model
@@ -242,7 +242,7 @@ def test_a_zero_that_play_may_have_moved_is_looked_at_after_the_play(make: Any) 
     first, second, *_ = remedies(make("explained", findings=[home, play]), STEPPER)
     assert first.startswith("Take up the play")
     assert second.startswith("Then look at the zero of the axis again: it stands 0.0630 degrees")
-    assert "about half of the play (0.0573 degrees)" in zero_of_play(home, [home, play])
+    assert "about half of the play (half of it is 0.0573 degrees)" in zero_of_play(home, [home, play])
     far = sized("home_offset", "angle", 0.0026)
     first, *_ = remedies(make("explained", findings=[far, play]), STEPPER)
     assert first.startswith("Take 0.149 degrees off"), "no play of this width moves a zero so far"
@@ -261,3 +261,12 @@ def test_a_table_beside_a_correction_is_taken_after_it(make: Any) -> None:
         lines = remedies(make("partly_explained", findings=findings), SLIDE)
         (line,) = [one for one in lines if "a table of 11 points" in one]
         assert ("Make the corrections above first" in line) == first
+
+
+def test_a_delay_beside_play_is_said_to_widen_the_gap_in_motion() -> None:
+    play = found("gear_backlash", "axis", 0.01, "rad")
+    play = play.model_copy(update={"parameters": {"width": play.parameters["size"]}})
+    late = found("following_lag", "axis", 0.046, "s")
+    assert "twice the delay found beside it (46 ms)" in wider_in_motion(play, [play, late])
+    assert wider_in_motion(play, [play]) == ""
+    assert wider_in_motion(late, [play, late]) == ""

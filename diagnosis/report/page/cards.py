@@ -17,6 +17,7 @@ from diagnosis.report.phrases.rivals import as_well_line, exclusive
 from diagnosis.report.phrases.share_words import share_line
 from diagnosis.report.phrases.sizes import Size, departure, number, scale_of
 from diagnosis.report.phrases.sureness import in_chi_square
+from diagnosis.report.sentences.beside_play import zero_of_play
 from diagnosis.report.sentences.finding_words import (
     FAR_LESS,
     alternatives_line,
@@ -29,7 +30,6 @@ from diagnosis.report.sentences.finding_words import (
 )
 from diagnosis.report.sentences.telling_apart import hint
 from diagnosis.report.sentences.ways import TERMINAL, Ways
-from diagnosis.report.sentences.zero_of_play import zero_of_play
 
 NOT_FROM_ZERO = frozenset(
     {"time", "time_constant", "period", "height", "frequency", "stiffness", "times_s", "speed"}

@@ -12,7 +12,7 @@ from diagnosis.report.phrases.percent import negligible, percent
 from diagnosis.report.phrases.rivals import as_well_line, rivals
 from diagnosis.report.phrases.share_words import share_line
 from diagnosis.report.phrases.sizes import Size, quantity, sizes, told
-from diagnosis.report.sentences.zero_of_play import zero_of_play
+from diagnosis.report.sentences.beside_play import wider_in_motion, zero_of_play
 
 MOST_NAMED = 4
 """Channels or stretches of time that a sentence names."""
@@ -46,6 +46,7 @@ def finding_lines(
     lines = [divided(finding)] if divided(finding) else []
     lines += [words.sentence(f"{size.name}: {size.text}") for _, _, size in told_sizes(finding)]
     lines += [grows_with_load(finding), zero_of_play(finding, others)]
+    lines.append(wider_in_motion(finding, others))
     lines.append(sureness.evidence(finding))
     if math.isfinite(finding.share_of_mismatch):
         lines.append(share_line(finding, fit))

@@ -12,10 +12,10 @@ from diagnosis.report.phrases import words
 from diagnosis.report.phrases.left_words import moves_at_rest
 from diagnosis.report.phrases.sizes import quantity
 from diagnosis.report.sentences.advice import advice, machine_of
+from diagnosis.report.sentences.beside_play import beside_play
 from diagnosis.report.sentences.remedy import remedy, tied
 from diagnosis.report.sentences.telling_apart import LONE, beside_friction
 from diagnosis.report.sentences.ways import TERMINAL, Ways
-from diagnosis.report.sentences.zero_of_play import beside_play
 from models.effects.lone_axis import forms_of
 from models.robot import RobotModel
 

@@ -138,8 +138,8 @@ BY_HAND_ALONE: tuple[tuple[str, str], ...] = (
     ("sensor_scale", "measure two distances of a sensor with a gauge"),
 )
 """Measurements that settle what no safe motion can, by a pair of effects or one of them."""
-LONE = "axis"
 HYSTERESIS = frozenset({"joint_friction", "gear_backlash"})
+LONE = "axis"
 """Component of a machine that is one axis."""
 OTHERWISE = "repeat the motion with other speeds, spans and rests"
 
