@@ -14,6 +14,7 @@ Answers = dict[str, str]
 UNKNOWN = "unknown"
 """Answer of somebody who does not know, where that may be said: where it is the default."""
 PRODUCTS = ", or a product or quotient of numbers, as 1.17*9.81*0.15 or 1/3"
+_WITH_UNIT = re.compile(r"[-+]?[\d.,]+ ?[A-Za-zµ°%][A-Za-zµ°%/ ]*")
 _THOUSANDS = re.compile(r"(-?\d{1,3}),(\d{3})")
 
 
@@ -64,7 +65,8 @@ class Question:
             return ""
         found = read_numbers(answer, self.count, self.notation)
         if isinstance(found, str):
-            return f"{answer!r}: {found}"
+            asked = f" ({self.text})" if _WITH_UNIT.fullmatch(answer.strip()) else ""
+            return f"{answer!r}: {found}{asked}"
         least = self._least(answer)
         if (smallest := min(found)) < least:
             said = self.too_small(smallest) if self.too_small else ""
@@ -108,5 +110,6 @@ def read_numbers(
     numbers = tuple(one for one in values if one is not None)
     if len(numbers) < len(values):
         also = PRODUCTS if set("*/") & set(text) else ""
+        also = ", without a unit" if _WITH_UNIT.fullmatch(text.strip()) else also
         return f"must be a number{also}" if count == 1 else f"must be {count} numbers"
     return numbers if len(numbers) == count else f"must be {count} numbers, with spaces between"

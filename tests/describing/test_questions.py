@@ -91,6 +91,12 @@ def test_a_decimal_comma_is_one_and_a_doubtful_answer_is_asked_for_again() -> No
         ("upper_arm_mm", "0.15", "'0.15': must not be below 1 mm; is it in metres? Then write 150"),
         ("gear_ratio", "5:0", "'5:0': must be a number"),
         (
+            "upper_arm_mm",
+            "150 mm",
+            "'150 mm': must be a number, without a unit (Upper arm: from the motor axis to the"
+            " elbow, mm)",
+        ),
+        (
             "gear_ratio",
             "0.25",
             "'0.25': did you mean 4? The motor turns 4 times for one turn of the arm",

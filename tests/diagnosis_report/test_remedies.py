@@ -242,7 +242,8 @@ def test_a_zero_that_play_may_have_moved_is_looked_at_after_the_play(make: Any) 
     first, second, *_ = remedies(make("explained", findings=[home, play]), STEPPER)
     assert first.startswith("Take up the play")
     assert second.startswith("Then look at the zero of the axis again: it stands 0.0630 degrees")
-    assert "about half of the play (half of it is 0.0573 degrees)" in zero_of_play(home, [home, play])
+    says = zero_of_play(home, [home, play])
+    assert "about half of the play (half of it is 0.0573 degrees)" in says
     far = sized("home_offset", "angle", 0.0026)
     first, *_ = remedies(make("explained", findings=[far, play]), STEPPER)
     assert first.startswith("Take 0.149 degrees off"), "no play of this width moves a zero so far"
