@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.columns.options import GUESSES
-from diagnosis.observations.readings import FloatArray
+from diagnosis.observations.readings import FloatArray, spacing
 
 TURNS: tuple[tuple[float, str], ...] = ((360.0, "deg"), (2.0 * np.pi, "rad"))
 """One turn in each unit. No power of two brings the one near the other (57.3 is 2^5.84), nor near
@@ -48,9 +48,8 @@ def even_step(values: FloatArray) -> float | None:
     places = places[np.diff(places, prepend=-np.inf) > alike]
     if len(places) < GUESSES.places_for_a_step:
         return None
-    apart = np.diff(places)
-    one = float(np.mean(apart[apart < 1.5 * apart.min()]))
-    number = np.concatenate([[0.0], np.cumsum(np.round(apart / one))])
-    step, begin = np.polyfit(number, places, 1)
-    left = float(np.max(np.abs(places - begin - step * number)))
-    return float(step) if left < GUESSES.off_place * step else None
+    step = spacing(places)
+    steps = np.concatenate([[0.0], np.cumsum(np.round(np.diff(places) / step))])
+    left = places - step * steps
+    far = float(np.max(np.abs(left - np.mean(left))))
+    return step if far < GUESSES.off_place * step else None

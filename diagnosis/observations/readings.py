@@ -102,7 +102,7 @@ def step_of(values: FloatArray) -> float:
     places = places[np.diff(places, prepend=-np.inf) > same]
     if len(places) < 2:
         return 0.0
-    step = _even(places)
+    step = spacing(places)
     counts = (known - known[0]) / step
     one_further = np.round(np.diff(counts)) == np.sign(counts[-1])
     if float(np.mean(one_further)) > OBSERVATIONS.most_on_step:
@@ -111,8 +111,8 @@ def step_of(values: FloatArray) -> float:
     return step if float(np.mean(whole)) > OBSERVATIONS.most_on_step else 0.0
 
 
-def _even(places: FloatArray) -> float:
-    """Step between places (k,), by all of them: a log may leave the last decimals out."""
+def spacing(places: FloatArray) -> float:
+    """Step between places (k,) that rise evenly, by all of them: a log may leave decimals out."""
     apart = np.diff(places)
     near = float(np.median(apart[apart < OBSERVATIONS.same_step * apart.min()]))
     number = np.concatenate([[0.0], np.cumsum(np.round(apart / near))])
