@@ -20,6 +20,7 @@ from diagnosis.answer.records import (
 from diagnosis.report.phrases.fit_words import fit_lines
 from diagnosis.report.phrases.sureness import in_chi_square
 from diagnosis.report.sentences.finding_words import finding_lines
+from diagnosis.report.sentences.headline import headline
 from diagnosis.report.sentences.lone_sentences import spoken
 from diagnosis.report.sentences.remedies import remedies
 from diagnosis.report.sentences.summary import plain_lines
@@ -211,11 +212,25 @@ def test_what_comes_with_motion_is_said_once_and_not_as_noise(make: Any) -> None
     assert "need not be noise" not in text
 
 
-def test_an_effort_that_comes_early_is_told_by_its_dead_time() -> None:
+def test_an_effort_that_comes_early_is_told_by_its_dead_time(make: Any) -> None:
     """It has no time constant; the sentence of a command's delay asked for one, and failed."""
     kinds = effort_effects("rotary")
     says = kinds["following_lag"].sentence("axis", {"dead_time": 0.03})
     assert says == "the motion comes 30.0 ms later than the effort that makes it"
+    size = ParameterResult(value=0.03, ci95=[0.02, 0.04], unit="s")
+    late = Finding(
+        effect="following_lag",
+        component="axis",
+        parameters={"dead_time": size},
+        where=Where(axes=[], times_s=[]),
+        evidence=Evidence(delta_chi2=100.0, p=1e-9),
+        share_of_mismatch=0.9,
+    )
+    answer = make("explained", findings=[late])
+    assert "explained by a delay between effort and motion of the axis" in headline(answer)
+    (do,) = remedies(answer)[:1]
+    assert do.startswith("Look for what delays the motion of the axis, or its readings, behind")
+    assert do.endswith("it comes after the effort by a dead time of 30.0 ms.")
 
 
 def test_friction_that_a_load_makes_larger_says_how_much_is_there_without_one(

@@ -11,6 +11,7 @@ from diagnosis.report.drawing.delta import DeltaDrawing
 from diagnosis.report.drawing.lone import axis_scene, sensor_scene, widened
 from diagnosis.report.drawing.scene import Scene, hue
 from diagnosis.report.phrases import words
+from diagnosis.report.phrases.sureness import called
 from models.robot import DeltaRobot, RangeSensor, RobotModel
 
 
@@ -36,7 +37,7 @@ def _legend(findings: Sequence[Finding], robot: RobotModel) -> str:
         return '<p class="note">Nothing is marked, because nothing was found.</p>'
     rows = []
     for number, finding in enumerate(findings, 1):
-        what = words.effect(finding.effect, finding.component)
+        what = called(finding)
         if finding.effect == "unknown":
             part = "sensor" if isinstance(robot, RangeSensor) else finding.component
             what = words.unknown(part, finding.depends_on)

@@ -170,6 +170,19 @@ def late_in_all_s(finding: Finding) -> float | None:
     return sum_s if low < HALF * value or HALF * sum_s < longest_s < math.inf else None
 
 
+def after_its_effort(finding: Finding) -> bool:
+    """Whether a delay is that of a motion behind the effort that makes it: a dead time alone."""
+    lone = (finding.effect, finding.component) == ("following_lag", "axis")
+    return lone and set(finding.parameters) == {"dead_time"}
+
+
+def called(finding: Finding) -> str:
+    """A finding by the name of its effect."""
+    if after_its_effort(finding):
+        return words.of_effort(finding.effect, finding.component)
+    return words.effect(finding.effect, finding.component)
+
+
 def divided(total: str) -> str:
     """What is said of a delay of which only the sum is known."""
     return f"only the sum of {total} is known, not how it divides into dead time and time constant"

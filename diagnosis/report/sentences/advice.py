@@ -48,6 +48,8 @@ EVERYWHERE: Table = {
     " by {size}",
     "following_lag.dead": "command {part} earlier, or look for what delays it (a bus, a slow cycle,"
     " a filter or ramp of its controller; higher gains shorten no dead time): it is late by {size}",
+    "following_lag.effort": "look for what delays the motion of {part}, or its readings, behind the"
+    " effort (a filter, a slow bus, two clocks): it comes after the effort by {size}",
     "following_lag.several": "raise the gains in the control of {part}, or command them earlier:"
     " they are late by {size}",
     "upper_arm_length": "set the upper arm of {part} to {true} in the robot file, or replace it",

@@ -181,7 +181,7 @@ def _nothing_missing(diagnosis: Diagnosis) -> str:
 
 def _either(finding: Finding) -> str:
     """A finding by name, with what it cannot be told from."""
-    name = words.effect(finding.effect, finding.component)
+    name = sureness.called(finding)
     others = [words.rival(finding.effect, o.effect, o.component) for o in finding.alternatives]
     if not others or sureness.settled(finding):
         return name

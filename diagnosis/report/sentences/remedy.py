@@ -12,7 +12,12 @@ from diagnosis.answer.verdict import NAMELESS
 from diagnosis.report.phrases import words
 from diagnosis.report.phrases.percent import percent
 from diagnosis.report.phrases.sizes import LEAST_S, number, quantity, scale_of, significant
-from diagnosis.report.phrases.sureness import late_in_all_s, likelier, settled
+from diagnosis.report.phrases.sureness import (
+    after_its_effort,
+    late_in_all_s,
+    likelier,
+    settled,
+)
 from diagnosis.report.sentences.advice import advice, machine_of
 from diagnosis.report.sentences.telling_apart import LONE
 from diagnosis.report.sentences.ways import TERMINAL, Ways
@@ -66,6 +71,7 @@ def remedy(
     departure = scale_of(result.unit, name, largest)(largest)
     machine = machine_of(robot, finding.component, finding.effect)
     row = "beside" if after_play else "dead" if _mostly_dead(finding) else name
+    row = "effort" if after_its_effort(finding) else row
     text = advice(machine, finding.effect, row, _as_share(name, largest))
     if text is None:
         return None

@@ -11,7 +11,7 @@ from diagnosis.answer.verdict import NAMELESS
 from diagnosis.report.phrases import words
 from diagnosis.report.phrases.percent import percent
 from diagnosis.report.phrases.rivals import rivals
-from diagnosis.report.phrases.sureness import settled
+from diagnosis.report.phrases.sureness import called, settled
 from diagnosis.report.sentences.telling_apart import LONE, OTHERWISE, measurement, way_apart
 from diagnosis.report.sentences.ways import TERMINAL, Ways
 from models.effects import VOCABULARY
@@ -55,7 +55,7 @@ def _never(finding: Finding) -> str:
     if finding.effect == NAMELESS:
         name = words.unknown(finding.component, finding.depends_on)
         return f"{name} (a robot file has entries only for what has a name)"
-    name = words.effect(finding.effect, finding.component)
+    name = called(finding)
     kind = VOCABULARY.get(finding.effect)
     if kind is not None and kind.event:
         return f"{name} (it happened once, and is no property of the machine)"
@@ -63,7 +63,7 @@ def _never(finding: Finding) -> str:
 
 
 def _supported(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
-    name = words.effect(finding.effect, finding.component)
+    name = called(finding)
     own = finding.probability
     if settled(finding) or (own is None and not finding.alternatives):
         how = f" ({percent(own)})" if own is not None else ""
