@@ -36,6 +36,8 @@ class AssessmentOptions:
     """Share of a finding's power that a channel must show to be named with it."""
     carried_pieces: int = 6
     """Of the spline by which an unknown of one run is carried to another."""
+    places_to_begin: int = 9
+    """Places in a play at which a held-out run may begin: an eighth of it is next to nothing."""
     found_at_sigma: float = 4.2
     """Standard deviations of a size at which the alarm is raised in four recordings of five: 3.3
     to overcome its Occam factor and its odds, 0.84 for the power. Reckoned, not counted."""

@@ -14,7 +14,7 @@ import numpy as np
 from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.evidence.laplace import Explanation, Laplace
 from diagnosis.observations.readings import FloatArray, IntArray
-from diagnosis.plants.regression import RegressionPlant
+from diagnosis.plants.regression import RegressionPlant, Sizes
 from diagnosis.plants.spline_terms import carried_over
 from diagnosis.selection.named_first import Selected, named_sizes
 
@@ -32,27 +32,46 @@ class Blocks:
 
 
 def on_other_runs(selected: Selected, others: Sequence[RegressionPlant]) -> tuple[float, float]:
-    """RMS before and after over all rows of other recordings, nothing refitted but what is free."""
+    """RMS before and after over all rows of other recordings, nothing refitted but what is free.
+
+    Where in its play a machine stands at first is a matter of each recording: that is read off it.
+    """
     before, after = [], []
     for other in others:
         other.adopt(selected.plant)
         empty = other.base(frozenset(), {})
         before.append(_less_free(other, other.observed - empty))
-        after.append(_less_free(other, other.observed - _predicted(selected, other)))
+        after.append(_left_of(selected, other))
     return rms(np.concatenate(before)), rms(np.concatenate(after))
 
 
-def _predicted(selected: Selected, other: RegressionPlant) -> FloatArray:
+def _left_of(selected: Selected, other: RegressionPlant) -> FloatArray:
+    """What the sizes of one recording leave of another, on the rows of that which count."""
+    sizes = {**selected.best.sizes, **dict.fromkeys(other.begins(selected.best.keys), 0.0)}
+
+    def left(tried: Sizes) -> FloatArray:
+        return _less_free(other, other.observed - _predicted(selected, other, tried))
+
+    for name in other.begins(selected.best.keys):
+        places = np.linspace(-1.0, 1.0, ASSESSMENT.places_to_begin)
+        sizes = min(
+            ({**sizes, name: float(place)} for place in sorted(places, key=abs)),
+            key=lambda tried: rms(left(tried)),
+        )
+    return left(sizes)
+
+
+def _predicted(selected: Selected, other: RegressionPlant, sizes: Sizes) -> FloatArray:
     """What the sizes of one recording say of another, (n,)."""
     best = selected.best
     keys = frozenset(k for k in best.keys if k not in LASTING)
-    base = other.base(keys, best.sizes)
+    base = other.base(keys, sizes)
     predicted = base
     for key in sorted(keys):
         if key.startswith("unknown "):
             predicted = predicted + _carried(selected, other, key)
             continue
-        shapes = other.columns(key, base, best.sizes).values
+        shapes = other.columns(key, base, sizes).values
         if shapes.shape[1]:
             # Constants of the other recordings one by one say nothing of this one.
             predicted = predicted + shapes @ best.linear[key][: shapes.shape[1]]

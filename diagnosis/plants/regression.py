@@ -156,6 +156,12 @@ class RegressionPlant(Protocol):
         """Prediction (n,) with the nonlinear sizes of these regressors."""
         ...
 
+    def begins(self, keys: frozenset[str]) -> list[str]:
+        """Sizes of these regressors, from -1 to 1, that are of how a recording begins, not of the
+        machine.
+        """
+        ...
+
     def columns(self, key: str, base: FloatArray, sizes: Sizes) -> Columns:
         """Shapes that a regressor adds to the prediction, around `base`."""
         ...

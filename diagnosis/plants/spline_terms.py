@@ -101,6 +101,10 @@ class KeepsBeside:
         """As any other."""
         return 0
 
+    def begins(self, keys: frozenset[str]) -> list[str]:
+        """A recording of a machine without play begins nowhere in it."""
+        return []
+
     def keep_beside(self, shapes: FloatArray) -> None:
         """Spline terms must not take the place of these shapes (n, j) either."""
         self.beside = shapes

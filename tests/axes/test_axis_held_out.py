@@ -50,6 +50,9 @@ class Slope:
     def free(self) -> Columns:
         return Columns(np.zeros((COUNT, 0)), np.zeros(0))
 
+    def begins(self, keys: frozenset[str]) -> list[str]:
+        return []
+
     def starts(self, key: str, residual: np.ndarray) -> list[dict[str, float]]:
         return [{}]
 

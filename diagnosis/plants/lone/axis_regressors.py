@@ -16,6 +16,8 @@ from models.robot import ServoAxis, StepperAxis
 
 OF_REVERSALS = ("friction", "rubbing", "play")
 """Regressors that show where the command turns back; on a one-way travel they are a constant."""
+PLAYS = frozenset(OF_REVERSALS)
+"""Those that begin somewhere in a play, or in the reach of a friction: all of them."""
 OF_MOVES = ("lag", "ringing")
 """Regressors that are over before the next row where rows are read long after each move."""
 OF_TURNS = ("lag", "ringing", "friction", "rubbing", "play")

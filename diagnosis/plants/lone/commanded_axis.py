@@ -20,6 +20,7 @@ from diagnosis.evidence.repeats import Repeats, repeats
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.left_over import UNKNOWN, LeftOver
 from diagnosis.plants.lone.axis_regressors import (
+    PLAYS,
     begins_of,
     impossible,
     is_said_to_be_free,
@@ -66,12 +67,16 @@ class CommandedAxis(RecordedAxis, LeftOver):
         self.beside = np.zeros((len(self.t_s), 0))
         self._map: FineMap | None = None
         self.regressors = (*regressors_of(self), *self.unknowns())
-        self._drive = DriveChain(self, self.regressors, begins_of(self))
+        self._drive = DriveChain(self, begins_of(self))
         self._shapes = AxisShapes(self)
 
     def base(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Command behind lag and play, (n,)."""
         return self._drive.behind(keys, sizes)
+
+    def begins(self, keys: frozenset[str]) -> list[str]:
+        """Where in a play, or in the reach of a friction, the first stretches begin, -1 to 1."""
+        return [f"{key}.{name}" for key in sorted(keys & PLAYS) for name in begins_of(self)]
 
     def free(self) -> Columns:
         """The constant between command and reading where the zero is arbitrary: one a recording."""

@@ -9,7 +9,7 @@ import numpy as np
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
-from diagnosis.plants.regression import Regressor, Sizes
+from diagnosis.plants.regression import Sizes
 from models.effects.axis_play import loose
 from models.effects.recursion import delayed, lagged, linear
 
@@ -20,17 +20,17 @@ STAGES = ("lag", "ringing", "friction", "rubbing", "play")
 class DriveChain:
     """The prediction of an axis behind its lag and play, for sizes in which it is not linear."""
 
-    def __init__(self, axis: RecordedAxis, regressors: Sequence[Regressor], begins: Sequence[str]):
+    def __init__(self, axis: RecordedAxis, begins: Sequence[str]):
         """begins: names of the sizes that say where in the play the first stretches begin."""
         self._axis, self._begins = axis, begins
-        self._sizes = {r.key: r.sizes for r in regressors}
         self._kept: dict[tuple[object, ...], FloatArray] = {}
 
     def behind(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Command behind lag and play, (n,)."""
         stages = [key for key in STAGES if key in keys]
-        at = [f"{key}.{size.name}" for key in stages for size in self._sizes[key]]
-        known = tuple((name, sizes[name]) for name in at if name in sizes)
+        known = tuple(
+            (name, sizes[name]) for name in sorted(sizes) if name.partition(".")[0] in stages
+        )
         return self._behind(tuple(stages), known)
 
     def _behind(self, stages: tuple[str, ...], at: tuple[tuple[str, float], ...]) -> FloatArray:
