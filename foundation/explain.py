@@ -102,6 +102,8 @@ def _explained(
         return place, f"item {part + 1} is missing" if isinstance(
             part, int
         ) else f"'{part}' is missing"
+    if kind == "union_tag_not_found" and (told := _no_member(model, found, place)):
+        return told
     if kind.startswith("union_tag"):
         return _wrong_choice(found, place, in_file)
     said = found["msg"].removeprefix("Value error, ") + _got(found)
@@ -163,12 +165,28 @@ def _worst(errors: Sequence[Any], in_file: Container[Location]) -> Any:
 
 
 def _place(loc: Location, in_file: Container[Location]) -> Location:
-    """A pydantic location without the parts that are no keys of the file (members of unions)."""
-    kept: Location = ()
+    """A pydantic location without the parts that are no keys of the file (members of unions).
+
+    A member may be named as a key beside the one that leads on, as `repeat` is beside its `steps`:
+    of all ways to read the location the longest is meant.
+    """
+    ways: list[Location] = [()]
     for part in loc:
-        if (*kept, part) in in_file:
-            kept = (*kept, part)
-    return kept
+        ways += [
+            (*way, part) for way in ways if (*way, part) in in_file and (*way, part) not in ways
+        ]
+    return max(ways, key=lambda way: (len(way), way[-1:] == loc[-1:]))
+
+
+def _no_member(model: type[BaseModel], found: Any, place: Location) -> tuple[Location, str] | None:
+    """Of a section that one of several keys names: which key it has instead. None of another."""
+    value, valid = found["input"], valid_keys(model, found["loc"])
+    if not place or not isinstance(place[-1], int) or not isinstance(value, dict) or not value:
+        return None
+    key = next(iter(value))
+    if key in valid:
+        return None
+    return (*place, key), f"unknown key{_meant(model, (*found['loc'], key), (*place, key))}"
 
 
 def _wrong_choice(

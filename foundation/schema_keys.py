@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel
@@ -18,8 +18,9 @@ MOST_PLACES = 3
 def valid_keys(model: type[BaseModel], loc: Location) -> list[str]:
     """Field names valid at `loc`, following nested models and tagged unions."""
     candidates: list[Any] = [model]
+    before: str | int = ""
     for part in loc:
-        candidates = [inner for candidate in candidates for inner in _step_into(candidate, part)]
+        candidates, before = _next(candidates, before, part), part
     return sorted({name for found in candidates for name in getattr(found, "model_fields", {})})
 
 
@@ -27,6 +28,7 @@ def reason_of(model: type[BaseModel], loc: Location) -> str | None:
     """Why the value at `loc` is bounded: the description nearest to it, None where it has none."""
     candidates: list[Any] = [model]
     reason = None
+    before: str | int = ""
     for part in loc:
         fields = [
             candidate.model_fields[part]
@@ -35,7 +37,7 @@ def reason_of(model: type[BaseModel], loc: Location) -> str | None:
         ]
         if fields:
             reason = next(filter(None, map(_reason, fields)), None)
-        candidates = [inner for candidate in candidates for inner in _step_into(candidate, part)]
+        candidates, before = _next(candidates, before, part), part
     return reason
 
 
@@ -84,6 +86,16 @@ def _tag_of(owner: type[BaseModel]) -> str:
             case (str(value),):
                 return f"{name} {value}"
     return ""
+
+
+def _next(candidates: Sequence[Any], before: str | int, part: str | int) -> list[Any]:
+    """Where a part leads from several models; behind a number it may be a member's own key, which
+    names it, as `repeat` does among the steps of a job.
+    """
+    named = [one for one in candidates if part in getattr(one, "model_fields", {})]
+    if named and isinstance(before, int) and len(candidates) > 1:
+        return named
+    return [inner for candidate in candidates for inner in _step_into(candidate, part)]
 
 
 def _step_into(candidate: Any, part: str | int) -> list[Any]:

@@ -125,3 +125,22 @@ def test_a_spiral_that_is_wrong_in_two_ways(tmp_path: Path) -> None:
     text = re.sub(r"outer_radius_m: \S+", "outer_radius_m: 0.01", text)
     text = re.sub(r"spacing_m: \S+", "spacing_m: 1", text)
     assert len(told(tmp_path / "job.yaml", text, load_job)) == 2
+
+
+def test_mistakes_within_a_repeat_are_told_where_they_stand(tmp_path: Path) -> None:
+    """The key `repeat` names the step, and stands beside the steps that it repeats."""
+    path = tmp_path / "job.yaml"
+    path.write_text(
+        "name: j\nrobot: zhao-2023.yaml\ntiming: {mode: accelerated, speed_mps: 0.1}\n"
+        "inverse_kinematics: {kind: geometry}\nsteps:\n  - repeat: 2\n    steps:\n"
+        "      - path:\n          shape: way\n          start_m: [0.05, 0.05, -0.45]\n"
+        "          corner_mm: 0.002\n          legs: [{to_m: [0.05, -0.05, -450]}]\n"
+        "      - wait: 0.2\n"
+    )
+    with pytest.raises(ConfigError) as error:
+        load_job(path)
+    assert [one.removeprefix(f"{path}:") for one in error.value.args] == [
+        "11: steps.0.steps.0.path.corner_mm: unknown key; did you mean 'corner_m'?",
+        "12: steps.0.steps.0.path.legs.0.to_m.2: this is in metres, not in mm: write -0.45",
+        "13: steps.0.steps.1.wait: unknown key; did you mean 'wait_s'?",
+    ]
