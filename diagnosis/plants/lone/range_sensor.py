@@ -189,8 +189,12 @@ class RangeSensorPlant(LeftOver):
         return np.ones((len(self.t_s), 1))
 
     def pieces(self, name: str) -> int:
-        """The same over every covariate."""
-        return RANGE_SENSOR.range_pieces
+        """The same over every covariate; fewer of few places, each of which errs as it does."""
+        most = RANGE_SENSOR.range_pieces
+        if self.moves_all_the_time and self.in_time:
+            return most
+        places = len(np.unique(self.groups[self.rows]))
+        return int(np.clip(places // RANGE_SENSOR.places_a_piece, RANGE_SENSOR.fewest_pieces, most))
 
     @property
     def unknown_spread(self) -> float:
