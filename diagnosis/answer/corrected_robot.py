@@ -14,6 +14,7 @@ import yaml
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Alternative, Diagnosis, Finding
 from diagnosis.answer.tables import Tables, table_of
+from diagnosis.answer.verdict import differs_with_speed
 from foundation.errors import RecordingError
 from foundation.strict_yaml import Document
 from models.belief import merged
@@ -129,6 +130,8 @@ def sure(finding: Finding, diagnosis: Diagnosis) -> bool:
     not moved by its file, which says what the next diagnosis takes for known: there the cause
     itself must be sure.
     """
+    if finding.effect == "effort_offset" and differs_with_speed(finding, diagnosis.findings):
+        return False
     rivals = [one for one in finding.alternatives if one.effect != "unknown"]
     alike = [one for one in rivals if _corrected_alike(finding, one)]
     if len(alike) == len(rivals) and _stands_beside_unknowns(finding, diagnosis):

@@ -11,6 +11,8 @@ from models.effects import VOCABULARY
 
 ALARM = VERDICT.alarm
 """The one level of the engine, for the rooms that test."""
+OF_SPEED = frozenset({"effort_offset", "joint_friction", "viscous_friction"})
+"""Forces that are told as one number, and need not be the same at every speed."""
 NAMELESS = "unknown"
 
 
@@ -139,3 +141,19 @@ def verdict(
         return "unexplained"
     whole = all(named) and at_floor(fit) and faint(fit, rest) and gained(findings, fit)
     return "explained" if whole else "partly_explained"
+
+
+def differs_with_speed(finding: Finding, findings: Sequence[Finding]) -> int:
+    """Number of the unknown by which a force of a lone axis differs with the speed; 0 without one.
+
+    What all speeds of a recording have in common is then no force of the machine at any of them.
+    """
+    if finding.effect not in OF_SPEED or finding.component != "axis":
+        return 0
+    if not any(one.unit.startswith("N") for one in finding.parameters.values()):
+        return 0
+    for number, one in enumerate(findings, 1):
+        by_speed = bool(one.depends_on) and one.depends_on[0].startswith("velocity")
+        if one.effect == NAMELESS and one.component == "axis" and by_speed:
+            return number
+    return 0

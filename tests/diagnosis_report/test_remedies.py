@@ -11,7 +11,7 @@ from diagnosis.answer.records import Alternative, Evidence, Finding, ParameterRe
 from diagnosis.report.phrases import words
 from diagnosis.report.phrases.words import EFFECTS
 from diagnosis.report.sentences.advice import ADVICE, EVERYWHERE, advice
-from diagnosis.report.sentences.beside_play import wider_in_motion, zero_of_play
+from diagnosis.report.sentences.beside_others import wider_in_motion, zero_of_play
 from diagnosis.report.sentences.headline import headline
 from diagnosis.report.sentences.remedies import remedies
 from diagnosis.report.sentences.remedy import remedy
@@ -268,6 +268,9 @@ def test_a_delay_beside_play_is_said_to_widen_the_gap_in_motion() -> None:
     play = found("gear_backlash", "axis", 0.01, "rad")
     play = play.model_copy(update={"parameters": {"width": play.parameters["size"]}})
     late = found("following_lag", "axis", 0.046, "s")
-    assert "twice the delay found beside it (46 ms)" in wider_in_motion(play, [play, late])
+    assert (
+        "the delay of 46 ms found beside it adds what the axis moves in 92 ms"
+        in wider_in_motion(play, [play, late])
+    )
     assert wider_in_motion(play, [play]) == ""
     assert wider_in_motion(late, [play, late]) == ""

@@ -262,8 +262,8 @@ class RangeSensorOptions:
     fewest_pieces: int = 2
     """Of a spline term over few places: one bend."""
     places_a_piece: int = 4
-    """Places that a piece stands on at least: over distance and time together half as many shapes as
-    places, so that how places differ by themselves still shows."""
+    """Places that a piece stands on at least: over distance and time together half as many shapes
+    as places, so that how places differ by themselves still shows."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,17 +17,16 @@ from diagnosis.report.phrases.rivals import as_well_line, exclusive
 from diagnosis.report.phrases.share_words import share_line
 from diagnosis.report.phrases.sizes import Size, departure, number, scale_of
 from diagnosis.report.phrases.sureness import in_chi_square
-from diagnosis.report.sentences.beside_play import zero_of_play
 from diagnosis.report.sentences.finding_words import (
     FAR_LESS,
     alternatives_line,
     divided,
     finding_title,
-    grows_with_load,
     memory_line,
     told_sizes,
     where_line,
 )
+from diagnosis.report.sentences.notes import how_it_hangs_on_priors, notes
 from diagnosis.report.sentences.telling_apart import hint
 from diagnosis.report.sentences.ways import TERMINAL, Ways
 
@@ -50,9 +49,10 @@ def finding_cards(
 def _card(
     number: int, finding: Finding, diagnosis: Diagnosis, span: tuple[float, float], ways: Ways
 ) -> str:
+    how_sure = [sureness.evidence(finding), *how_it_hangs_on_priors(finding, diagnosis)]
     rows = [
         ("Size", _sizes(finding, diagnosis)),
-        ("How sure", _text(sureness.evidence(finding))),
+        ("How sure", _text(" ".join(how_sure))),
         ("Share", _share(finding, diagnosis)),
         ("Where", _text(where_line(finding, span))),
         ("Depends on", _depends(finding)),
@@ -71,8 +71,7 @@ def _sizes(finding: Finding, diagnosis: Diagnosis) -> str:
     for name, result, size in told_sizes(finding):
         text = f'<div class="size">{html.escape(f"{size.name}: {size.text}")}'
         parts.append(f"{text}{_bar(finding, name, result, size, diagnosis)}</div>")
-    notes = (grows_with_load(finding), zero_of_play(finding, diagnosis.findings))
-    parts += [f"<div>{_text(note)}</div>" for note in notes if note]
+    parts += [f"<div>{_text(note)}</div>" for note in notes(finding, diagnosis)]
     return "".join(parts)
 
 

@@ -44,16 +44,16 @@ def _compared(finding: Finding, fit: Fit) -> str:
     if without_m is None:
         gone = max(fit.rms_before_m**2 - after_m**2, 0.0)
         without_m, about = math.sqrt(after_m**2 + finding.share_of_mismatch * gone), "about "
-    what = "the mismatch"
+    what, beyond = "the mismatch", False
     if not doubtful_floor(fit) and fit.noise_floor_m > MOSTLY_NOISE * after_m:
-        what = "the mismatch beyond the noise"
+        what, beyond = "the mismatch beyond the noise", True
         after_m, without_m = (_beyond(size, fit.noise_floor_m) for size in (after_m, without_m))
     without, after = (quantity(size, fit.unit, digits=3) for size in (without_m, after_m))
     if without == after:
         return f"{what} would be about the same"
     if without_m < after_m:
         return f"{what} as a whole would be no larger"
-    if after_m < NONE * without_m:
+    if beyond and after_m < NONE * without_m:
         return f"{what} would be {about}{without} instead of next to none"
     unit = f" {after.partition(' ')[2]}"
     short = without.removesuffix(unit) if without.endswith(unit) else without

@@ -38,6 +38,10 @@ WITH_MORE_MOVES = "A recording with more moves, and to more places, would tell m
 HALF = 0.5
 """A part of a delay that may be smaller by more than this is not known."""
 
+BY_THE_LOOP = 2.0
+"""Times the smaller part of a delay from which on the same is the larger in a drive of another
+order: of real servos fitted with one time constant and with two, none then changes sides."""
+
 
 def word(p: float) -> str:
     """One phrase for a calibrated p."""
@@ -155,8 +159,10 @@ def late_in_all_s(finding: Finding) -> float | None:
     """Dead time and time constant together, where how they divide is not known.
 
     At low frequencies they act alike: a recording of slow motion shows their sum well, while the
-    interval of either may begin at nothing. None where the larger is surely most of what it is, and
-    no interval is as long as half the sum.
+    interval of either may begin at nothing. And both are those of a drive of first order: with two
+    equal time constants, which may fit as well, the dead time is shorter by up to half of the time
+    constant. None where the larger is surely most of what it is, much larger than the other, and no
+    interval is as long as half the sum.
     """
     sizes = [finding.parameters.get(name) for name in ("dead_time", "time")]
     if finding.effect != "following_lag" or not all(sizes):
@@ -167,6 +173,8 @@ def late_in_all_s(finding: Finding) -> float | None:
     sum_s = sum(part[0][0] for part in parts)
     value, low, _ = max(part[0] for part in parts)
     longest_s = max(high - low for ((_, low, high),) in parts)
+    if value < BY_THE_LOOP * (sum_s - value):
+        return sum_s
     return sum_s if low < HALF * value or HALF * sum_s < longest_s < math.inf else None
 
 

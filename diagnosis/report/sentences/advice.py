@@ -48,6 +48,8 @@ EVERYWHERE: Table = {
     " by {size}",
     "following_lag.dead": "command {part} earlier, or look for what delays it (a bus, a slow cycle,"
     " a filter or ramp of its controller; higher gains shorten no dead time): it is late by {size}",
+    "following_lag.beside": "raise the gains in the control of {part}, or command it earlier: it is"
+    " late by {size}, which a loop that rings as was found makes by itself",
     "following_lag.effort": "look for what delays the motion of {part}, or its readings, behind the"
     " effort (a filter, a slow bus, two clocks): it comes after the effort by {size}",
     "following_lag.several": "raise the gains in the control of {part}, or command them earlier:"
@@ -75,6 +77,9 @@ EVERYWHERE: Table = {
     "inertia": "enter the true inertia of {part} in the robot file: {size}",
     "effort_offset": "balance {part}, or correct the zero of its effort: the same {size} is there"
     " whichever way it moves, where friction would change sign with the motion",
+    "effort_offset.beside": "find out first what of the effort follows the speed, at slow speeds"
+    " both ways; balance {part}, or correct the zero of its effort, only by what stays there: the"
+    " {size} found are what the speeds of this recording have in common",
     "effort_gain": "set the scale between effort and force of {part}: its effort gives {size}"
     " {sign:more|less} than the robot file says",
     "unknown": "find out what the unknown error at {part} comes with: it follows {follows}; repeat"
@@ -88,6 +93,9 @@ EVERYWHERE: Table = {
     " more under more load",
     "unknown.time": "record again from switching on, with the same motion: an unknown error at"
     " {part} follows {follows}; what comes back is warming up, what does not came loose or moved",
+    "unknown.time.pace": "repeat one and the same motion, no faster at its end than at its"
+    " beginning: an unknown error at {part} follows {follows}, along which this motion changes its"
+    " speed; what does not come back came with the speed",
     "unknown.load": "repeat the motion with another weight: an unknown error at {part} follows"
     " {follows}, and what yields under load grows with the weight",
 }

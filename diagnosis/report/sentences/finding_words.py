@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
-from diagnosis.answer.records import Diagnosis, Finding, Fit, ParameterResult, Where
+from diagnosis.answer.records import Diagnosis, Finding, ParameterResult, Where
 from diagnosis.answer.verdict import NAMELESS, as_well, rather_unknown
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.percent import negligible, percent
 from diagnosis.report.phrases.rivals import as_well_line, rivals
 from diagnosis.report.phrases.share_words import share_line
 from diagnosis.report.phrases.sizes import Size, quantity, sizes, told
-from diagnosis.report.sentences.beside_play import wider_in_motion, zero_of_play
+from diagnosis.report.sentences.notes import how_it_hangs_on_priors, notes
 
 MOST_NAMED = 4
 """Channels or stretches of time that a sentence names."""
 PART_OF_UNKNOWN = "probably only a part of what is unknown, though it looks like this: "
 FAR_LESS = "Far less probable:"
-UNLOADED_ALIKE = 0.9
-"""Share of friction that is there without a load, from which on nothing is said of the load."""
 
 
 def finding_title(finding: Finding) -> str:
@@ -37,19 +35,15 @@ def span_s(diagnosis: Diagnosis) -> tuple[float, float]:
 
 
 def finding_lines(
-    finding: Finding,
-    fit: Fit,
-    span: tuple[float, float] = (math.nan, math.nan),
-    others: Sequence[Finding] = (),
+    finding: Finding, diagnosis: Diagnosis, span: tuple[float, float] = (math.nan, math.nan)
 ) -> list[str]:
-    """Size, how sure, where, and what else it could be; others: all that was found."""
+    """Size, how sure, where, and what else it could be."""
     lines = [divided(finding)] if divided(finding) else []
     lines += [words.sentence(f"{size.name}: {size.text}") for _, _, size in told_sizes(finding)]
-    lines += [grows_with_load(finding), zero_of_play(finding, others)]
-    lines.append(wider_in_motion(finding, others))
-    lines.append(sureness.evidence(finding))
+    lines += [*notes(finding, diagnosis), sureness.evidence(finding)]
+    lines += how_it_hangs_on_priors(finding, diagnosis)
     if math.isfinite(finding.share_of_mismatch):
-        lines.append(share_line(finding, fit))
+        lines.append(share_line(finding, diagnosis.fit))
     lines += [where_line(finding, span), memory_line(finding), alternatives_line(finding)]
     return [line for line in lines if line]
 
@@ -60,16 +54,6 @@ def divided(finding: Finding) -> str:
     if late_s is None:
         return ""
     return words.sentence(sureness.divided(quantity(late_s, "s", digits=3)))
-
-
-def grows_with_load(finding: Finding) -> str:
-    """Of friction that a load makes larger: how much of it is there without one; else empty."""
-    share = finding.parameters.get("unloaded")
-    if share is None or share.components[0][0] > UNLOADED_ALIKE:
-        return ""
-    width = finding.parameters["width"]
-    alone = quantity(share.components[0][0] * width.components[0][0], width.unit, digits=2)
-    return f"It grows with the load: this is at the usual load, and without one it is {alone}."
 
 
 def told_sizes(finding: Finding) -> Iterator[tuple[str, ParameterResult, Size]]:

@@ -7,12 +7,16 @@ from collections.abc import Sequence
 
 from diagnosis.answer.corrected_robot import sure
 from diagnosis.answer.records import Diagnosis, Finding
-from diagnosis.answer.verdict import NAMELESS, claimed, fits_worse
+from diagnosis.answer.verdict import NAMELESS, claimed, differs_with_speed, fits_worse
 from diagnosis.report.phrases import words
 from diagnosis.report.phrases.left_words import moves_at_rest
 from diagnosis.report.phrases.sizes import quantity
 from diagnosis.report.sentences.advice import advice, machine_of
-from diagnosis.report.sentences.beside_play import beside_play
+from diagnosis.report.sentences.beside_others import (
+    beside_play,
+    slowed_by_its_loop,
+)
+from diagnosis.report.sentences.notes import changes_its_pace
 from diagnosis.report.sentences.remedy import remedy, tied
 from diagnosis.report.sentences.telling_apart import LONE, beside_friction
 from diagnosis.report.sentences.ways import TERMINAL, Ways
@@ -91,7 +95,7 @@ def remedies(
     late = late if len(late) > 1 else []
     named = _in_order(named, diagnosis)
     found = (
-        remedy(one, robot, sure(one, diagnosis), ways, beside_play(one, named) is not None)
+        remedy(one, robot, sure(one, diagnosis), ways, _beside(one, diagnosis))
         for one in named
         if one not in late
     )
@@ -119,6 +123,16 @@ def remedies(
     if diagnosis.doubts:
         lines.insert(0, UNIT_FIRST if lines else GIVE_THE_UNIT)
     return list(dict.fromkeys(lines))
+
+
+def _beside(finding: Finding, diagnosis: Diagnosis) -> bool:
+    """Whether what was found beside it asks for another remedy."""
+    findings = diagnosis.findings
+    if beside_play(finding, findings) is not None:
+        return True
+    if finding.effect == "following_lag":
+        return slowed_by_its_loop(finding, findings)
+    return finding.effect == "effort_offset" and differs_with_speed(finding, findings) > 0
 
 
 def _in_order(named: Sequence[Finding], diagnosis: Diagnosis) -> list[Finding]:
@@ -193,6 +207,7 @@ def unnamed(finding: Finding, robot: RobotModel | None, diagnosis: Diagnosis) ->
         return ""
     stem = re.sub(r"_(?:range_)?[123xyz]$", "", words.bare(finding.depends_on[0]))
     driver = _DRIVERS.get(stem, stem)
+    driver = "time.pace" if changes_its_pace(finding, diagnosis.picture) else driver
     sizes = list(finding.parameters.values())
     if driver == "position" and sizes and sizes[0].unit in ("N", "N m"):
         driver = "position.force"

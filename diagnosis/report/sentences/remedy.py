@@ -56,11 +56,11 @@ def remedy(
     robot: RobotModel | None,
     certain: bool = True,
     ways: Ways = TERMINAL,
-    after_play: bool = False,
+    beside: bool = False,
 ) -> Remedy | None:
     """What to do about one finding; None where nobody can say.
 
-    certain: it is written into a robot file without being asked for. after_play: a zero that the
+    certain: it is written into a robot file without being asked for. beside: a zero that the
     play of the line before may have moved.
     """
     if not finding.parameters or finding.effect == NAMELESS:
@@ -70,7 +70,7 @@ def remedy(
     largest = max((value for value, _, _ in result.components), key=abs)
     departure = scale_of(result.unit, name, largest)(largest)
     machine = machine_of(robot, finding.component, finding.effect)
-    row = "beside" if after_play else "dead" if _mostly_dead(finding) else name
+    row = "beside" if beside else "dead" if _mostly_dead(finding) else name
     row = "effort" if after_its_effort(finding) else row
     text = advice(machine, finding.effect, row, _as_share(name, largest))
     if text is None:

@@ -83,13 +83,8 @@ def _summary(
         yield "head", f"{number}. {title}"
         if robot is not None and _known(finding, robot):
             yield "", f"   {ways.on_top}"
-        lines = finding_lines(finding, diagnosis.fit, span_s(diagnosis), diagnosis.findings)
+        lines = finding_lines(finding, diagnosis, span_s(diagnosis))
         yield from (("", f"   {line}") for line in lines)
-        yield from (
-            ("", f"   {sureness.by_priors_here(one)}")
-            for one in diagnosis.prior_sensitivity
-            if _of(one, finding)
-        )
         open_to_a_run = diagnosis.next_experiment is not None or diagnosis.open_ties
         if not open_to_a_run and tied(finding) and (tells := hint(finding, ways)):
             yield "", f"   {tells}"
