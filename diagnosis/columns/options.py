@@ -15,6 +15,8 @@ class GuessOptions:
     """First rows that are looked at: what a column is shows in minutes."""
     least_filled: float = 0.5
     """Share of its rows that a column must hold to be anything."""
+    seldom_empty: float = 0.1
+    """Share of empty cells that is a log's habit, each sensor at its pace, and told no more."""
     fewest_in_common: int = 10
     """Rows that two columns must both hold to be compared."""
     alike: float = 0.8

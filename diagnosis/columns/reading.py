@@ -12,8 +12,10 @@ from diagnosis.columns.doubts import doubt, of_counts, of_degrees, of_radians
 from diagnosis.columns.mapping import Mapping, Source
 from diagnosis.columns.missing import no_column, no_time, other_separator
 from diagnosis.columns.names import Guess, unit_said, without_unit
+from diagnosis.columns.options import GUESSES
 from diagnosis.columns.units import IN_SI, LINEAR, PULLING, ROTARY, TIMES
 from diagnosis.observations.readings import FloatArray
+from foundation.counting import count
 from foundation.errors import RecordingError
 from recording.tables.flat import GAP_PERIODS, UNITS, AnyArray, FlatRecording, from_columns
 from recording.tables.foreign_log import LOG_TIME, is_log, read_log, topic_of
@@ -58,6 +60,7 @@ def read_mapped(
                 tell(f"{path.name}: {why}")
             if why := of_radians(name, column, unit, table[column], table):
                 tell(f"{path.name}: {why}")
+        _tell_gaps(path, column, table[column], tell)
         factor = source.scale * IN_SI[unit]
         named[name] = table[column] * factor + source.offset
     timed = "t" in named or mapping.rate_hz is None
@@ -69,6 +72,16 @@ def read_mapped(
         named["t"] = np.arange(rows) / rate_hz
     t_s = _going_on(named.pop("t"), named.get("segment"))
     return from_columns({"t": t_s, **named}, str(path))
+
+
+def _tell_gaps(path: Path, column: str, values: FloatArray, tell: Callable[[str], None]) -> None:
+    """Say which cells of a column hold no number, where that is no habit of the log."""
+    empty = np.flatnonzero(np.isnan(values))
+    if 0 < len(empty) < GUESSES.seldom_empty * len(values):
+        many = len(empty) > 1
+        cells, hold = count(len(empty), "cell"), "hold" if many else "holds"
+        where = f"{'the first in ' if many else ''}row {int(empty[0]) + 1}"
+        tell(f"{path.name}: read without {cells} of '{column}' that {hold} no number ({where})")
 
 
 def _without_times(

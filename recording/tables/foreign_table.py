@@ -17,6 +17,7 @@ from recording.tables.lerobot import files_of, is_data_set, names_of
 from recording.tables.moment import is_date, is_moment, is_time_of_day, seconds
 from recording.tables.parquet_and_mat import check_size, parquet_columns
 from recording.tables.table_format import split
+from recording.tables.text_among_numbers import text_among_numbers
 from recording.tables.text_file import read_text
 
 COMMENTS = ("#", "%", "//", ";")
@@ -58,6 +59,9 @@ def read_table(
         rows, left_out = without_remarks(rows, len(heading), decimal)
         if left_out:
             tell(f"is read {left_out}")
+        if all(len(parts) == len(heading) for _, _, parts in rows):
+            for said in text_among_numbers(heading, rows, decimal):
+                tell(said)
     cells = [parts for _, _, parts in rows]
     if not cells:
         raise RecordingError(f"{path}: has a heading but no rows")
