@@ -11,6 +11,7 @@ from diagnosis.admission.excerpt import excerpt, excerpts, most_rows, thinned
 from diagnosis.admission.exchanged_arms import refuse_exchanged_arms
 from diagnosis.admission.joint_ranges import check_arm_angles, far_for_a_joint, steps_of_degrees
 from diagnosis.admission.robot_match import check_belongs
+from diagnosis.admission.sensor_ranges import far_for_a_sensor
 from diagnosis.admission.step_counts import check_steps
 from diagnosis.answer.records import Diagnosis
 from diagnosis.estimation.side_by_side import only_here
@@ -105,7 +106,11 @@ def diagnose_recordings(
     doubts = [
         one
         for recording in recordings
-        for one in steps_of_degrees(belief, recording) or far_for_a_joint(belief, recording)
+        for one in (
+            steps_of_degrees(belief, recording)
+            or far_for_a_joint(belief, recording)
+            or far_for_a_sensor(belief, recording)
+        )
     ]
     says = [*doubts, *answer.says] if answer.says else []
     update = {"thinned": thinned(recordings), "doubts": doubts, "says": says}

@@ -71,7 +71,7 @@ def far_for_a_joint(robot: RobotModel, recording: FlatRecording) -> list[str]:
         values = recording.columns.get(name)
         if not _turns(robot) or values is None or not np.isfinite(values).any():
             continue
-        farthest = float(np.nanmax(np.abs(values)))
+        farthest = _usual_largest(recording, name)
         if farthest > TURNS_RAD:
             return [
                 f"{name} of {recording.source} goes up to {farthest:.4g} rad, which are"

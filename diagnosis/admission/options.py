@@ -25,6 +25,8 @@ class AdmissionOptions:
     half_round_deg: float = 170.0
     """How far an arm may turn to either side where the robot file has no limits: half round, less
     what the base takes."""
+    farthest_ranged_m: float = 300.0
+    """Median distance that is doubted: radios and lasers for machines see a few hundred metres."""
     most_of_arms: float = 0.99
     """Share of the readings of an arm's angle that must lie within its limits: single readings go
     astray, a wrong unit is wrong everywhere."""

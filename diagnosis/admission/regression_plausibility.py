@@ -6,10 +6,11 @@ import numpy as np
 
 from diagnosis.admission.options import ADMISSION
 from diagnosis.answer.records import Finding, Fit
-from diagnosis.observations.readings import FloatArray, Readings
+from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.lone.commanded_axis import CommandedAxis
 from diagnosis.plants.lone.forced_axis import ForcedAxis
 from foundation.errors import RecordingError
+from recording.tables.flat import FlatRecording
 
 FACTORS = {
     **{10.0**k: f"a power of ten ({10.0**k:g})" for k in (-6, -4, -3, -2, 2, 3, 4, 6)},
@@ -19,14 +20,16 @@ FACTORS = {
 """Factors that a wrong unit makes."""
 
 
-def check_times(readings: Readings, source: str) -> None:
+def check_times(recording: FlatRecording) -> None:
     """Refuse times that are no seconds. Raises RecordingError."""
     shortest_s, longest_s = ADMISSION.times_s
-    if not shortest_s <= readings.period_s <= longest_s:
-        raise RecordingError(
-            f"{source}: samples are {readings.period_s:g} s apart; t must be in seconds "
-            "(is it in ms?)"
-        )
+    period_s = float(np.median(np.diff(recording.t_s))) if len(recording) > 1 else shortest_s
+    if shortest_s <= period_s <= longest_s:
+        return
+    unit = "is it in ms or us?" if period_s > longest_s else "was another unit given for it?"
+    raise RecordingError(
+        f"{recording.source}: samples are {period_s:g} s apart; t must be in seconds ({unit})"
+    )
 
 
 def check_direction(plant: CommandedAxis, source: str) -> None:

@@ -200,6 +200,8 @@ class Diagnosis(Record):
     """Recordings of which only stretches were used."""
     not_read: list[str] = Field(default_factory=list)
     """Why parts of the recording (torques) were left aside."""
+    not_held_out: list[str] = Field(default_factory=list)
+    """Why held-out recordings say nothing of the answer: too short, or still."""
     doubts: list[str] = Field(default_factory=list)
     """What of the recording looks like another unit than the one it was read in."""
     next_experiment: NextExperiment | None = None

@@ -52,10 +52,11 @@ def diagnose_axis(
     progress: Progress = lambda _: None,
 ) -> Diagnosis:
     """Diagnose one or several recordings of a lone machine. Raises RecordingError."""
+    for recording in recordings:
+        check_times(recording)
     plant = plant_of(robot, recordings)
     others, left_out = _held_out(lambda r: plant_of(robot, [r]), holdout)
     source = recordings[0].source
-    check_times(plant.readings, source)
     if isinstance(plant, CommandedAxis):
         check_direction(plant, source)
         check_order(plant, source)

@@ -37,10 +37,12 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
         for value in (fit.rms_before_m, fit.rms_after_m, fit.noise_floor_m)
     )
     beside = [*_filtered(fit), *_by_place(diagnosis)]
+    unheld = [f"Held-out data left out: {why}." for why in diagnosis.not_held_out]
     if diagnosis.verdict == "unexplained" and not diagnosis.findings:
-        return [f"Mismatch {before}.", *beside]
+        return [f"Mismatch {before}.", *beside, *_elsewhere(fit), *unheld]
     if not diagnosis.findings:
-        return [f"Mismatch {before}{_floor(fit, floor)}.", *beside]
+        mismatch = f"Mismatch {before}{_floor(fit, floor)}."
+        return [mismatch, *beside, *_elsewhere(fit), *unheld]
     lines = [f"Mismatch before {before}, after {after}{_floor(fit, floor)}.", *beside]
     held = (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
     if all(math.isfinite(value) for value in held):
@@ -49,7 +51,15 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
         lines.append(f"On {where}: before {was}, after {became}{_held_out_gain(diagnosis)}.")
     else:
         lines.append("Nothing could be held out, so that the gain is not proved on other data.")
-    return lines
+    return [*lines, *unheld]
+
+
+def _elsewhere(fit: Fit) -> list[str]:
+    """The mismatch on another run, where nothing was found."""
+    size = fit.holdout_rms_before_m
+    if fit.holdout != "run" or not math.isfinite(size):
+        return []
+    return [f"On another run: mismatch {quantity(size, fit.unit, digits=3)}."]
 
 
 def _filtered(fit: Fit) -> list[str]:

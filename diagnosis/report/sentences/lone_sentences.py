@@ -63,7 +63,7 @@ def spoken(
     findings = [_harmonic(_spoken(one, kinds, answer), known) for one in answer.findings]
     answer = answer.model_copy(update={"findings": findings})
     lines = [*_summary(answer), *(f"Held-out data left out: {why}." for why in left_out)]
-    return answer.model_copy(update={"says": lines})
+    return answer.model_copy(update={"says": lines, "not_held_out": list(left_out)})
 
 
 def kinds_of(
