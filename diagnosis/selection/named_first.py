@@ -145,7 +145,7 @@ def _beside(
         if SELECTION.open < p <= SELECTION.sure and key not in unknown
     ]
     if sure == named.best.keys:
-        opened = []
+        opened = [key for key in opened if chances[key] > SELECTION.nearly]
     opened += sorted(sure - kept)
     both = HillClimb(free, kept, among=opened).run()
     found = {**chances, **{key: both.probability(key) for key in opened}}

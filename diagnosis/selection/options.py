@@ -23,6 +23,9 @@ class SelectionOptions:
     """Posterior above which a regressor is settled,"""
     open: float = 0.05
     """below which it is out of the question,"""
+    nearly: float = 0.2
+    """Above which one that was not chosen is asked for again beside an unknown, though all that
+    were chosen are settled: a row more or less would have it chosen."""
     likely: float = 0.5
     """and above which it is believed."""
     most_of_map: float = 0.5

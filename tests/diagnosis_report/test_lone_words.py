@@ -26,7 +26,7 @@ from diagnosis.report.sentences.remedies import remedies
 from diagnosis.report.sentences.summary import plain_lines
 from diagnosis.report.sentences.telling import told as told_of
 from models.effects.lone_axis import command_effects, effort_effects, said
-from models.robot import EffectEntry
+from models.robot import EffectEntry, ServoAxis
 
 DEG = np.pi / 180.0
 
@@ -186,6 +186,12 @@ def test_a_direction_beside_friction_is_a_gap_that_changes_along_the_travel(
     advice = remedies(told)[-1]
     assert ("to and fro by a little at several places" in advice) == beside
     assert ("(by about 0.13 degrees)" in advice) == beside
+    # Against a corrected file the friction is no finding any more, and the words stay.
+    file = EffectEntry(effect="joint_friction", component="axis", parameters={"width": 0.02})
+    later = spoken(answer, command_effects("rotary"), known=[file])
+    assert "not the same all along its travel" in later.findings[-1].says
+    axis = ServoAxis(kind="servo_axis", name="a", motion="rotary", effects=(file,))
+    assert "to and fro by a little at several places" in remedies(later, axis)[-1]
 
 
 def test_how_to_read_a_chi_square_is_said_once_and_where_it_shows_as_one_speaks(make: Any) -> None:

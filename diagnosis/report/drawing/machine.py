@@ -12,6 +12,7 @@ from diagnosis.report.drawing.lone import axis_scene, sensor_scene, widened
 from diagnosis.report.drawing.scene import Scene, hue
 from diagnosis.report.phrases import words
 from diagnosis.report.phrases.sureness import called
+from diagnosis.report.sentences.telling_apart import UNEVEN, beside_friction
 from models.robot import DeltaRobot, RangeSensor, RobotModel
 
 
@@ -41,6 +42,7 @@ def _legend(findings: Sequence[Finding], robot: RobotModel) -> str:
         if finding.effect == "unknown":
             part = "sensor" if isinstance(robot, RangeSensor) else finding.component
             what = words.unknown(part, finding.depends_on)
+            what = UNEVEN if beside_friction(finding, findings, robot.effects) else what
         rows.append(f'<li>{badge(number)}<a href="#finding-{number}">{html.escape(what)}</a></li>')
     found = {f.component for f in findings}
     note = ""

@@ -60,7 +60,7 @@ def spoken(
 
     known: effects that the robot file has already.
     """
-    findings = [_harmonic(_spoken(one, kinds, answer), known) for one in answer.findings]
+    findings = [_harmonic(_spoken(one, kinds, answer, known), known) for one in answer.findings]
     answer = answer.model_copy(update={"findings": findings})
     lines = [*_summary(answer), *(f"Held-out data left out: {why}." for why in left_out)]
     return answer.model_copy(update={"says": lines, "not_held_out": list(left_out)})
@@ -77,11 +77,16 @@ def kinds_of(
     return effort_effects(motion) if forced else command_effects(motion)
 
 
-def _spoken(finding: Finding, kinds: Mapping[str, EffectKind], answer: Diagnosis) -> Finding:
+def _spoken(
+    finding: Finding,
+    kinds: Mapping[str, EffectKind],
+    answer: Diagnosis,
+    known: Sequence[EffectEntry],
+) -> Finding:
     follows = finding.depends_on[0] if finding.depends_on else ""
     regime = f"with {follows}" if follows else REGIMES.get(finding.effect, "everywhere")
     where = finding.where.model_copy(update={"regime": regime + _in_time(finding, answer.picture)})
-    says = _says(finding, kinds, answer)
+    says = _says(finding, kinds, answer, known)
     return finding.model_copy(update={"says": says, "where": where})
 
 
@@ -119,12 +124,17 @@ def _in_time(finding: Finding, picture: Picture | None) -> str:
     return f" (a period takes {shown} at the speed of this recording)"
 
 
-def _says(finding: Finding, kinds: Mapping[str, EffectKind], answer: Diagnosis) -> str:
+def _says(
+    finding: Finding,
+    kinds: Mapping[str, EffectKind],
+    answer: Diagnosis,
+    known: Sequence[EffectEntry],
+) -> str:
     unit = answer.fit.unit
     if finding.effect == "unknown":
         sizes = finding.parameters.get("size_rms")
         size = f" of {said(sizes.components[0][0], unit)}" if sizes else ""
-        if beside_friction(finding, answer.findings):
+        if beside_friction(finding, answer.findings, known):
             return (
                 "friction or play of the axis is not the same all along its travel: taken as the"
                 f" same, it leaves a mismatch{size}"

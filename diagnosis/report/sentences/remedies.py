@@ -211,7 +211,8 @@ def unnamed(finding: Finding, robot: RobotModel | None, diagnosis: Diagnosis) ->
     sizes = list(finding.parameters.values())
     if driver == "position" and sizes and sizes[0].unit in ("N", "N m"):
         driver = "position.force"
-    if beside_friction(finding, diagnosis.findings):
+    known = () if robot is None else robot.effects
+    if beside_friction(finding, diagnosis.findings, known):
         driver = "direction.beside"
     machine = machine_of(robot, finding.component, finding.effect)
     text = advice(machine, finding.effect, driver, 0.0)

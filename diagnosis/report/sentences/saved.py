@@ -12,7 +12,14 @@ from diagnosis.report.phrases import words
 from diagnosis.report.phrases.percent import percent
 from diagnosis.report.phrases.rivals import rivals
 from diagnosis.report.phrases.sureness import called, settled
-from diagnosis.report.sentences.telling_apart import LONE, OTHERWISE, measurement, way_apart
+from diagnosis.report.sentences.telling_apart import (
+    LONE,
+    OTHERWISE,
+    UNEVEN,
+    beside_friction,
+    measurement,
+    way_apart,
+)
 from diagnosis.report.sentences.ways import TERMINAL, Ways
 from models.effects import VOCABULARY
 
@@ -34,7 +41,8 @@ def support(diagnosis: Diagnosis, all_of_them: bool, ways: Ways = TERMINAL) -> l
     """One line for each finding: how sure it is and what would check it, or why it is left out."""
     _, left = _kept_and_left(diagnosis, all_of_them)
     out = [f"- {ways.left_out}{_supported(one, diagnosis, ways)}" for one in left]
-    never = [f"- not written: {_never(one)}" for one in diagnosis.findings if not lasts(one)]
+    found = diagnosis.findings
+    never = [f"- not written: {_never(one, found)}" for one in found if not lasts(one)]
     return [*supported(diagnosis, all_of_them, ways), *out, *never]
 
 
@@ -50,10 +58,11 @@ def _kept_and_left(diagnosis: Diagnosis, all_of_them: bool) -> tuple[list[Findin
     return kept, [one for one in lasting if one not in kept]
 
 
-def _never(finding: Finding) -> str:
-    """A finding that no robot file holds, and why."""
+def _never(finding: Finding, findings: Sequence[Finding]) -> str:
+    """A finding that no robot file holds, and why; findings: all."""
     if finding.effect == NAMELESS:
         name = words.unknown(finding.component, finding.depends_on)
+        name = UNEVEN if beside_friction(finding, findings) else name
         return f"{name} (a robot file has entries only for what has a name)"
     name = called(finding)
     kind = VOCABULARY.get(finding.effect)

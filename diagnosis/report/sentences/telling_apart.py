@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 
 from diagnosis.answer.records import Finding
 from diagnosis.report.sentences.ways import TERMINAL, Ways
+from models.robot import EffectEntry
 
 Pair = frozenset[str]
 SAY_WHAT_PULLS = (
@@ -150,13 +151,21 @@ def _ways(table: Mapping[Pair, str], finding: Finding, ways: Ways = TERMINAL) ->
     return [table.get(pair, "").format(or_effort=ways.or_effort) for pair in pairs]
 
 
-def beside_friction(finding: Finding, findings: Sequence[Finding]) -> bool:
+def beside_friction(
+    finding: Finding, findings: Sequence[Finding], known: Sequence[EffectEntry] = ()
+) -> bool:
     """Whether an unknown follows the direction of a lone axis though friction or play is found.
 
-    Those are the same along the whole travel; what is left of the direction changes along it.
+    known: effects of the robot file, from an earlier diagnosis. Friction and play are the same
+    along the whole travel; what is left of the direction changes along it.
     """
     followed = finding.effect == "unknown" and finding.depends_on == ["direction"]
-    return followed and any(one.effect in HYSTERESIS for one in findings)
+    there = [*(one.effect for one in findings), *(one.effect for one in known)]
+    return followed and any(one in HYSTERESIS for one in there)
+
+
+UNEVEN = "friction or play of the axis that is not the same all along its travel"
+"""What such an unknown is called."""
 
 
 def telling_apart(findings: Sequence[Finding]) -> list[str]:
