@@ -145,7 +145,8 @@ def _beside(
         if SELECTION.open < p <= SELECTION.sure and key not in unknown
     ]
     if sure == named.best.keys:
-        opened = [key for key in opened if chances[key] > SELECTION.nearly]
+        placed = {r.key for r in plant.regressors if r.places is not None}
+        opened = [key for key in opened if chances[key] > SELECTION.nearly and key not in placed]
     opened += sorted(sure - kept)
     both = HillClimb(free, kept, among=opened).run()
     found = {**chances, **{key: both.probability(key) for key in opened}}

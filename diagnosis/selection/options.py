@@ -25,7 +25,8 @@ class SelectionOptions:
     """below which it is out of the question,"""
     nearly: float = 0.2
     """Above which one that was not chosen is asked for again beside an unknown, though all that
-    were chosen are settled: a row more or less would have it chosen."""
+    were chosen are settled: a row more or less would have it chosen. Not one that was searched for
+    at many places: a little less noise, and one of them stands out."""
     likely: float = 0.5
     """and above which it is believed."""
     most_of_map: float = 0.5

@@ -32,6 +32,17 @@ def test_weak_evidence_is_still_called_weak() -> None:
     assert "Weak evidence" in evidence(_finding(0.2, 0.6))
 
 
+def test_what_is_surely_one_of_two_is_not_weak_because_it_may_be_either() -> None:
+    play = Alternative(effect="gear_backlash", component="axis", delta_chi2=0.0, probability=0.46)
+    one = _finding(0.2, 0.53).model_copy(update={"alternatives": [play]})
+    said = evidence(one)
+    assert said.startswith("99 % sure that it is this (53 %) or ")
+    assert said.endswith("(46 %); no single test shows it.")
+    assert alternatives_line(one) == "", "the two are named once"
+    less = play.model_copy(update={"probability": 0.1})
+    assert "Weak evidence" in evidence(one.model_copy(update={"alternatives": [less]}))
+
+
 @pytest.mark.parametrize(("probability", "open_"), [(0.97, False), (0.7, True)])
 def test_what_is_settled_has_no_rival_in_the_headline(
     make: Any, probability: float, open_: bool

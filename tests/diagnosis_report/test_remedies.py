@@ -264,6 +264,18 @@ def test_a_table_beside_a_correction_is_taken_after_it(make: Any) -> None:
         assert ("Make the corrections above first" in line) == first
 
 
+def test_no_table_is_asked_for_that_hardly_helps(make: Any) -> None:
+    table = Table(follows="position", lowest=0.0, highest=1.0, size=[1e-4] * 11, unit="m")
+    rest = found("unknown", "axis", 1e-4, "m")
+    left_m = make().fit.rms_after_m
+    for times, asked in ((1.04, False), (2.0, True)):
+        changes = {"depends_on": ["position"], "table": table, "left_without_m": times * left_m}
+        lines = remedies(
+            make("partly_explained", findings=[rest.model_copy(update=changes)]), SLIDE
+        )
+        assert any("a table of 11 points" in one for one in lines) == asked
+
+
 def test_a_delay_beside_play_is_said_to_widen_the_gap_in_motion() -> None:
     play = found("gear_backlash", "axis", 0.01, "rad")
     play = play.model_copy(update={"parameters": {"width": play.parameters["size"]}})

@@ -109,6 +109,12 @@ def evidence(finding: Finding) -> str:
             f"{THERE[word(p)]}; whether it is {this} ({percent(own)}) or {rivals(finding)}, this"
             f" recording cannot tell{by_usage(finding)}."
         )
+    if sure_of_one(finding):
+        together = percent(own + sum(one.probability or 0.0 for one in finding.alternatives))
+        return (
+            f"{_upper(together)} sure that it is this ({percent(own)}) or {rivals(finding)}; no"
+            " single test shows it."
+        )
     cause = "no known effect is the cause" if finding.effect == NAMELESS else "this is the cause"
     said = f"{percent(own)} sure that {cause}"
     if p >= LIKELY_P and not settled(finding):
@@ -138,6 +144,14 @@ def is_open(finding: Finding) -> bool:
     """Whether something acts, and the finding is not settled against its alternatives."""
     several = bool(finding.alternatives) and not rather_unknown(finding)
     return several and finding.evidence.p < LIKELY_P and not settled(finding)
+
+
+def sure_of_one(finding: Finding) -> bool:
+    """Whether it is surely there, or one of its alternatives, by all tests together alone."""
+    own, others = finding.probability, [one.probability or 0.0 for one in finding.alternatives]
+    if own is None or finding.effect == NAMELESS or finding.evidence.p < LIKELY_P:
+        return False
+    return bool(others) and not settled(finding) and own + sum(others) > SETTLED
 
 
 def likelier(finding: Finding) -> Alternative | None:

@@ -124,6 +124,8 @@ def alternatives_line(finding: Finding) -> str:
         return " ".join(filter(None, (as_well_line(finding), rest)))
     if finding.probability is not None and sureness.is_open(finding):
         return ""
+    if sureness.sure_of_one(finding):
+        return ""
     return f"This recording cannot tell it from {rivals(finding)}."
 
 

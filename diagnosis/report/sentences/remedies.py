@@ -52,6 +52,8 @@ OF_DISTANCE = frozenset({"sensor_offset", "sensor_scale", "sensor_crosstalk"})
 LEAST_FOR_A_TABLE = 0.02
 """Share of the mismatch below which, beside named causes, nobody is asked to enter a table."""
 
+LEAST_HELP = 1.1
+"""Times the mismatch that is left, below which without a table it would be as good."""
 MAPPED = {
     "axis": (
         "Find out whose the error is that follows the position: move what measures the axis a"
@@ -107,6 +109,7 @@ def remedies(
         lines.append(ways.keep.format(all="" if certain else " --all"))
     nameless = [one for one in diagnosis.findings if one.effect == NAMELESS]
     nameless = [one for one in nameless if not (named and _needs_no_table(one))]
+    nameless = [one for one in nameless if not _hardly_helps(one, diagnosis)]
     beside = CORRECT_FIRST if named else ""
     for one in nameless:
         table = mapped(one, ways)
@@ -181,6 +184,14 @@ def _of_distance(finding: Finding) -> bool:
 def _needs_no_table(finding: Finding) -> bool:
     """Whether all that is known of it is a table of next to nothing."""
     return finding.table is not None and finding.share_of_mismatch < LEAST_FOR_A_TABLE
+
+
+def _hardly_helps(finding: Finding, diagnosis: Diagnosis) -> bool:
+    """Whether what a table of it would take away is hardly any of what is left."""
+    without_m = finding.left_without_m
+    if finding.table is None or without_m is None:
+        return False
+    return without_m < LEAST_HELP * diagnosis.fit.rms_after_m
 
 
 def mapped(finding: Finding, ways: Ways = TERMINAL) -> str | None:
