@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from diagnosis.answer.records import AllowedFor, ParameterResult
+from diagnosis.answer.records import AllowedFor, Evidence, Finding, ParameterResult, Where
 from diagnosis.report.sentences.allowed_words import allowed_line
 
 
@@ -28,3 +28,19 @@ def test_sizes_are_told_motor_by_motor_and_large_ones_again(make: Any) -> None:
 def test_nothing_is_said_of_what_does_not_show(make: Any) -> None:
     assert "clearly" not in allowed_line(make("explained", loosely_built=True))
     assert allowed_line(make("explained")) == ""
+
+
+def test_beside_a_delay_of_the_same_motor_they_may_be_its_form(make: Any) -> None:
+    late = Finding(
+        effect="following_lag",
+        component="motor2",
+        parameters={"time": ParameterResult(value=0.1, ci95=[0.09, 0.11], unit="s")},
+        where=Where(axes=[], times_s=[]),
+        evidence=Evidence(delta_chi2=100.0, p=1e-9),
+        share_of_mismatch=0.9,
+    )
+    for motor, said in ((2, True), (1, False)):
+        answer = make(
+            "explained", findings=[late], loosely_built=True, allowed_for=[_home(motor, 0.0076)]
+        )
+        assert ("look first at where the arms stand at rest" in allowed_line(answer)) == said

@@ -223,8 +223,8 @@ def test_drives_that_are_all_late_are_one_line(make: Any) -> None:
     answer = make("explained", findings=found)
     (line,) = remedies(answer)
     assert line == (
-        "Raise the gains in the control of motors 1, 2 and 3, or command them earlier: they are"
-        " late by 128, 103 and 87.0 ms."
+        "Command motors 1, 2 and 3 earlier, or raise the gains in their control (which shortens no"
+        " dead time): they are late by 128, 103 and 87.0 ms."
     )
     assert headline(answer) == (
         "The mismatch is explained by drives of motors 1, 2 and 3 that follow late."

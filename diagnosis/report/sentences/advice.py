@@ -52,8 +52,8 @@ EVERYWHERE: Table = {
     " late by {size}, which a loop that rings as was found makes by itself",
     "following_lag.effort": "look for what delays the motion of {part}, or its readings, behind the"
     " effort (a filter, a slow bus, two clocks): it comes after the effort by {size}",
-    "following_lag.several": "raise the gains in the control of {part}, or command them earlier:"
-    " they are late by {size}",
+    "following_lag.several": "command {part} earlier, or raise the gains in their control (which"
+    " shortens no dead time): they are late by {size}",
     "upper_arm_length": "set the upper arm of {part} to {true} in the robot file, or replace it",
     "forearm_length": "set the forearm of {part} to {true} in the robot file, or replace it",
     "base_radius": "measure base and platform: the difference of their radii is {true}",

@@ -15,6 +15,10 @@ LOOSE = (
 )
 CLEAR = "Those that the recording clearly shows: {sizes}."
 LARGE = "More than careful building usually leaves, so to be checked by hand: {sizes}."
+BESIDE_A_DELAY = (
+    "Beside drives that follow late they may be no more than how these follow, which is not quite as"
+    " one time constant and a dead time would have it: look first at where the arms stand at rest."
+)
 LENGTHS = frozenset({"upper_arm_length", "forearm_length", "base_radius"})
 """Of which a recording of arm angles shows nothing."""
 
@@ -29,6 +33,9 @@ def allowed_line(diagnosis: Diagnosis) -> str:
         said.append(CLEAR.format(sizes=_each(diagnosis.allowed_for)))
     if large := [one for one in diagnosis.allowed_for if one.times_usual > 1.0]:
         said.append(LARGE.format(sizes=_each(large, usual=True)))
+    late = {one.component for one in diagnosis.findings if one.effect == "following_lag"}
+    if late & {one.component for one in diagnosis.allowed_for}:
+        said.append(BESIDE_A_DELAY)
     return " ".join(said)
 
 
