@@ -16,8 +16,9 @@ LOOSE = (
 CLEAR = "Those that the recording clearly shows: {sizes}."
 LARGE = "More than careful building usually leaves, so to be checked by hand: {sizes}."
 BESIDE_A_DELAY = (
-    "Beside drives that follow late they may be no more than how these follow, which is not quite as"
-    " one time constant and a dead time would have it: look first at where the arms stand at rest."
+    "Beside drives that follow late they may be no more than how these follow, which is not quite"
+    " as one time constant and a dead time would have it: look first at where the arms stand at"
+    " rest."
 )
 LENGTHS = frozenset({"upper_arm_length", "forearm_length", "base_radius"})
 """Of which a recording of arm angles shows nothing."""
