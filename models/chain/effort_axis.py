@@ -30,6 +30,8 @@ class Driven:
     effort: FloatArray
     position: FloatArray
     velocity: FloatArray
+    direction: FloatArray
+    """Of the motion, -1 to 1: friction changes its sign over as much speed as is hardly known."""
     at_rest: BoolArray
     load: FloatArray
 
@@ -64,6 +66,7 @@ class EffortChain:
             load_of=lambda: Load(load, np.zeros_like(load)),
             position=column,
             velocity=driven.velocity[:, None],
+            direction=driven.direction[:, None],
             at_rest=driven.at_rest[:, None],
             inertia=robot.inertia,
         )

@@ -5,8 +5,6 @@ torque (1 + asymmetry) in positive motion and torque (1 - asymmetry) in negative
 
 from __future__ import annotations
 
-import numpy as np
-
 from models.effects.effort_flow import effort_flow, rub
 from models.effects.flow import Flow
 from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
@@ -16,7 +14,7 @@ from models.effects.port import Port
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     flow = effort_flow(flow)
     torque, asymmetry = scalar(values, "torque"), scalar(values, "asymmetry")
-    rub(flow, torque * (np.sign(flow.velocity) + asymmetry), torque)
+    rub(flow, torque * (flow.direction + asymmetry), torque)
 
 
 EFFECT = EffectKind(

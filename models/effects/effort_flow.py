@@ -24,6 +24,8 @@ class EffortFlow(Flow):
     """Measured position, shape (n, 1)."""
     velocity: FloatArray = field(default_factory=lambda: np.empty((0, 1)))
     """Its smoothed derivative, shape (n, 1)."""
+    direction: FloatArray = field(default_factory=lambda: np.empty((0, 1)))
+    """Which way it goes, -1 to 1, in between where the velocity hardly tells; shape (n, 1)."""
     at_rest: BoolArray = field(default_factory=lambda: np.empty((0, 1), dtype=bool))
     """Where the velocity cannot be told from zero: friction holds against the force there."""
     inertia: float = 1.0

@@ -18,7 +18,7 @@ def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     flow = effort_flow(flow)
     torque, speed = scalar(values, "torque"), max(scalar(values, "speed"), 1e-12)
     fall = np.exp(-((flow.velocity / speed) ** 2))
-    rub(flow, torque * fall * np.sign(flow.velocity), torque)
+    rub(flow, torque * fall * flow.direction, torque)
 
 
 EFFECT = EffectKind(

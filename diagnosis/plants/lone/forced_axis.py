@@ -18,7 +18,7 @@ from diagnosis.answer.records import NotTestable
 from diagnosis.observations.gross_outliers import without_gross
 from diagnosis.observations.inverse_dynamics import Motion, motion_of
 from diagnosis.observations.needed_columns import filled, first_of, needed, refuse_still
-from diagnosis.observations.readings import FloatArray, IntArray, Readings, gather
+from diagnosis.observations.readings import BoolArray, FloatArray, IntArray, Readings, gather
 from diagnosis.plants.left_over import UNKNOWN, LeftOver
 from diagnosis.plants.lone.odds import FILE_SPREADS, ODDS
 from diagnosis.plants.lone.options import FORCED_AXIS
@@ -93,10 +93,16 @@ class ForcedAxis(LeftOver):
         load = np.concatenate(
             [filled(r, "load") if first_of(r, ["load"]) else np.zeros(len(r)) for r in recordings]
         )
-        at_rest = np.abs(motion.velocity) <= self._slow
         effort = self.force / robot.effort_gain
         driven = Driven(
-            self.t_s, self.readings.fresh, effort, self.position, motion.velocity, at_rest, load
+            t_s=self.t_s,
+            fresh=self.readings.fresh,
+            effort=effort,
+            position=self.position,
+            velocity=motion.velocity,
+            direction=self._direction,
+            at_rest=self._rests,
+            load=load,
         )
         self.pulled = motion.low_passed(load + gravity_pull(robot.gravity, self.position))
         left = self._left(robot, driven)
@@ -117,16 +123,28 @@ class ForcedAxis(LeftOver):
         slowest = FORCED_AXIS.slowest_share * self.motion.top_speed
         return max(FORCED_AXIS.resolved * self.motion.velocity_noise, slowest)
 
+    @cached_property
+    def _rests(self) -> BoolArray:
+        """Samples (n,) at which the axis stands.
+
+        A turning point is no rest: friction changes its sign there, and passes the low-pass too.
+        """
+        slow = np.abs(self.motion.velocity) <= self._slow
+        rest = max(2, int(FORCED_AXIS.rest_periods / self._period))
+        stands: BoolArray = binary_opening(slow, np.ones(rest, dtype=bool))
+        return stands
+
+    @property
+    def _period(self) -> float:
+        """Of the samples, in periods of the low-pass."""
+        return self.motion.cut_off_hz * self.readings.period_s
+
     def _rows(self) -> IntArray:
         """Samples in clear motion away from the ends of a stretch, one a filter's memory apart."""
-        motion = self.motion
-        period = motion.cut_off_hz * self.readings.period_s
+        motion, period = self.motion, self._period
         reach = max(1, int(FORCED_AXIS.smeared_periods / period))
         slow = np.abs(motion.velocity) <= self._slow
-        # A turning point is no rest: friction changes its sign there, and passes the low-pass too.
-        rest = max(2, int(FORCED_AXIS.rest_periods / period))
-        rests = binary_opening(slow, np.ones(rest, dtype=bool))
-        moving = ~slow & ~binary_dilation(rests, np.ones(2 * reach + 1, dtype=bool))
+        moving = ~slow & ~binary_dilation(self._rests, np.ones(2 * reach + 1, dtype=bool))
         good = np.flatnonzero(motion.settled & moving & self.readings.valid[:, 0])
         stride = max(1, int(FORCED_AXIS.periods_a_row / period))
         return good[::stride]
