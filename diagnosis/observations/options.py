@@ -56,6 +56,15 @@ class ObservationOptions:
     most_gross_share: float = 0.05
     """Where more readings than this are off, they are how the machine moves."""
 
+    # How a stretch begins.
+    settles_s: float = 0.3
+    """From its beginning until a drive is where its commands have it: three lags of a tenth of a
+    second, which is a hobby servo's."""
+    begins_moving: float = 0.05
+    """Of the top speed, above which the first step of a stretch is motion."""
+    most_begun: float = 0.3
+    """Share of a recording that is not left out for that: a log of short stretches has no more."""
+
     # Inputs.
     least_known: float = 0.5
     """Share of the rows that must hold an input; the holes are bridged."""

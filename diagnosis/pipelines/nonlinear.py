@@ -11,6 +11,7 @@ import numpy as np
 
 from diagnosis.admission.plausibility import check_input
 from diagnosis.answer.assembly import allowing
+from diagnosis.answer.between_rows import as_far_as_rows_tell
 from diagnosis.answer.records import Diagnosis, Finding, Fit, Picture, PriorSensitivity
 from diagnosis.answer.verdict import seen
 from diagnosis.assessment.detection_limits import limits
@@ -94,6 +95,8 @@ class FittedTogether:
             partial(rest, outcome),
         ]
         found, fit, left = side_by_side(tasks)
+        period_s = self.outcome.fitter.model.readings.period_s
+        found = [as_far_as_rows_tell(one, period_s) for one in found]
         if not seen(left.p):
             fit = allowing(fit, self._left_by_measured())
         return Figures(found, fit, left)

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import expit
 
 from diagnosis.answer.assembly import allowing
+from diagnosis.answer.between_rows import as_far_as_rows_tell
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Agreement, Diagnosis, Finding, Picture, PriorSensitivity
 from diagnosis.answer.verdict import ALARM, NAMELESS, seen
@@ -80,6 +81,7 @@ class SummedColumns:
         if self.plant.left_by_known and not seen(rest.p):
             excused = bool(self.searched.best.keys and not self.selected.best.keys)
             fit = allowing(fit, left_by_known(self.selected, fit, excused))
+        found = [as_far_as_rows_tell(one, self.plant.readings.period_s) for one in found]
         return Figures(widened(found, self.compared), fit, rest)
 
     def chance(self, found: Sequence[Finding]) -> float:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from diagnosis.observations.begun_in_motion import begun_in_motion
 from diagnosis.observations.readings import FloatArray, gather
 from diagnosis.plants.candidate import Candidate, Coordinate, Shape, Term
 from diagnosis.plants.delta.candidates import EVENTS, candidates_of, contact, runout, tolerances
@@ -48,6 +49,8 @@ class DeltaModel:
             )
         self.readings = gather(recordings, seen, UNITS, status=STATUS)
         self.commanded_rad = np.concatenate([self._commands(r) for r in recordings])
+        begun = begun_in_motion(self.readings.t_s, self.commanded_rad, self.readings.fresh)
+        self.readings.valid[begun] = False
         self._own_times = [OwnTimes(recording) for recording in recordings]
         stays, self._measured = measured_before(robot, self._travel(), self.readings.span_s)
         self.chain = Chain.delta(stays)

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from diagnosis.observations.begun_in_motion import begun_in_motion
 from diagnosis.observations.gross_outliers import without_gross
 from diagnosis.observations.needed_columns import (
     filled,
@@ -159,6 +160,7 @@ class RecordedAxis:
         came = ends_earlier_move(
             self.t_s, self.commanded, self.readings.values[:, 0], self.readings.fresh, hair
         )
+        came |= begun_in_motion(self.t_s, self.commanded[:, None], self.readings.fresh)
         valid = np.flatnonzero(self.readings.valid[:, 0] & ~came)
         stride = max(1, -(-len(valid) // COMMANDED_AXIS.most_followed_rows))
         return valid[::stride]
