@@ -130,6 +130,11 @@ class AdmissionOptions:
     correlated: float = 10.0
     """Rows that count as one in that standard error: they stand a filter's memory apart, and what
     is left is still correlated over several."""
+    brakes: float = -0.5
+    """Correlation of effort and velocity below which an effort brakes all the time: a drive that
+    has friction to overcome pushes, and a weight helps as often as it hinders,"""
+    least_each_way: float = 0.25
+    """where the axis moves so large a share of the time either way."""
     least_against: float = -0.3
     """Times the file's inertia below which an axis accelerates against its effort."""
 

@@ -88,6 +88,23 @@ def check_together(plant: CommandedAxis, fit: Fit, found: list[Finding], source:
         )
 
 
+def _check_power(plant: ForcedAxis, needed: FloatArray, velocity: FloatArray) -> None:
+    """Refuse an effort that always brakes: on the way there and back friction takes power up.
+
+    needed, velocity: (m,), of the rows that count. Raises RecordingError.
+    """
+    ways = [float(np.mean(velocity > 0.0)), float(np.mean(velocity < 0.0))]
+    size = float(np.sqrt(np.mean(needed**2) * np.mean(velocity**2)))
+    if min(ways) < ADMISSION.least_each_way or size <= 0.0:
+        return
+    if float(np.mean(needed * velocity)) < ADMISSION.brakes * size:
+        raise RecordingError(
+            f"{plant.source}: the effort acts against the motion nearly all the time, whichever way"
+            " it goes, and friction would push; is the sign of effort, of position or of"
+            " effort_gain wrong?"
+        )
+
+
 def check_force(plant: ForcedAxis) -> None:
     """Refuse effort of the wrong sign, and a mass that only another unit explains.
 
@@ -98,6 +115,7 @@ def check_force(plant: ForcedAxis) -> None:
         return
     motion, rows = plant.motion, plant.rows
     needed = plant.observed + plant.inertia * motion.acceleration
+    _check_power(plant, needed[rows], motion.velocity[rows])
     shapes = np.stack(
         [motion.acceleration, motion.velocity, np.sign(motion.velocity), np.ones_like(needed)],
         axis=1,
@@ -122,5 +140,6 @@ def check_force(plant: ForcedAxis) -> None:
         raise RecordingError(
             f"{plant.source}: the axis accelerates against its effort ({ratio:.2f} times the "
             "inertia of the robot file); is the sign of effort, of position or of effort_gain "
-            "wrong?"
+            "wrong, or does a weight pull at it that the file does not say (`gravity`; "
+            "'deltactl init' has --hanging-nm for it)?"
         )

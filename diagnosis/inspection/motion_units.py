@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
@@ -23,6 +24,8 @@ PAIRS = (
 LONE = frozenset({"command", "position"})
 """Of an axis by itself, which turns or slides."""
 STRAIGHT = ("pos", "range", "distance")
+COUNTS = frozenset({"count", "counts", "cnt", "tick", "ticks", "steps", "raw", "inkremente"})
+"""What headings call the counts of an encoder."""
 PUT = "into the command below"
 SLIDES = "and linear in place of rotary below"
 NO_UNIT = "nothing says the unit"
@@ -85,15 +88,23 @@ def unit_of_motion(
             f"{names}: {NO_UNIT}; taken for degrees, as most arms with such names are written in;"
             f" if it is radians, put [rad] in place of [deg] {PUT}"
         )
-    if largest <= (GUESSES.one_turn_rad if lone else GUESSES.widest_rad):
+    by_name = all(_says_counts(one.source, table[one.source]) for one in group)
+    if largest <= (GUESSES.one_turn_rad if lone else GUESSES.widest_rad) and not by_name:
         return list(group), ""
-    if counts_like(values):
+    if counts_like(values) or by_name:
         return _all(group, "rad", GUESSES.count_rad), (
             f"{names}: whole numbers up to {largest:g}, taken for encoder counts, 4096 a turn; if"
             f" a turn has others, put what one count is [rad] in place of {GUESSES.count_rad} {PUT}"
         )
     other = _other_than_deg(group, largest, turning)
     return _all(group, "deg"), f"{names}: up to {largest:g}, taken for degrees{other}"
+
+
+def _says_counts(heading: str, values: FloatArray) -> bool:
+    """Whether a heading says counts, and whole numbers (n,) stand below it."""
+    known = values[np.isfinite(values)]
+    whole = bool(len(known)) and bool((known == np.round(known)).all())
+    return whole and bool(COUNTS & set(re.split(r"[^a-z]+", heading.lower())))
 
 
 def _all(group: Sequence[Guess], unit: str, scale: float = 1.0) -> list[Guess]:

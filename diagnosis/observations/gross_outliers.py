@@ -39,4 +39,22 @@ def gross_outliers(values: FloatArray) -> BoolArray:
     found = (off > least) & (least > 0.0)
     if 0.0 < float(found.mean()) < OBSERVATIONS.most_gross_share:
         gross[known[found]] = True
+    gross[known[_spikes(seen)]] = True
     return gross
+
+
+def _spikes(seen: FloatArray) -> BoolArray:
+    """Single readings (n,) beyond both neighbours by far more than any of the others is.
+
+    However fast a machine moves or turns back, it does so at more than a few rows.
+    """
+    before, after = seen[:-2], seen[2:]
+    beyond = np.maximum(seen[1:-1] - np.maximum(before, after), 0.0)
+    beyond += np.maximum(np.minimum(before, after) - seen[1:-1], 0.0)
+    most = max(1, int(OBSERVATIONS.most_spikes * len(seen)))
+    sizes = np.sort(beyond)[::-1][: most + 1]
+    stands = sizes[:-1] > OBSERVATIONS.spike_factor * np.maximum(sizes[1:], 1e-300)
+    spikes = np.zeros(len(seen), dtype=np.bool_)
+    if stands.any() and sizes[0] > OBSERVATIONS.spike_share * float(np.ptp(seen)):
+        spikes[1:-1] = beyond >= sizes[int(np.flatnonzero(stands)[-1])]
+    return spikes

@@ -65,6 +65,13 @@ class ObservationOptions:
     most_begun: float = 0.3
     """Share of a recording that is not left out for that: a log of short stretches has no more."""
 
+    most_spikes: float = 0.005
+    """Share of the readings that may be spikes: single ones beyond both of their neighbours,"""
+    spike_factor: float = 8.0
+    """by so many times as the next one is: turning points are many, and alike,"""
+    spike_share: float = 0.01
+    """and by this share of the travel at least: below, rounding makes one reading stand out."""
+
     # Inputs.
     least_known: float = 0.5
     """Share of the rows that must hold an input; the holes are bridged."""

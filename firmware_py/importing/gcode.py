@@ -219,8 +219,13 @@ class _Reader:
 
     def done(self, path: Path) -> Drawn:
         """Everything that was taken. Raises ConfigError where that is nothing."""
-        if self._start is None or not self._legs:
+        if self._start is None:
             raise ConfigError(f"{path}: holds no moves with X, Y and Z")
+        if not self._legs:
+            raise ConfigError(
+                f"{path}:{self._start_line}: is the only place in it, where the path begins; a path"
+                " needs a move from there"
+            )
         over = [f"{word} passed over ({_times(count)})" for word, count in self._over.items()]
         notes = [note.format(_times(count)) for note, count in self._notes.items() if count]
         lines = tuple(self._lines)

@@ -94,3 +94,26 @@ def test_what_hangs_on_a_prior_is_said_in_the_report_as_well(make: Any) -> None:
     answer = make("explained", findings=[one], prior_sensitivity=[hangs])
     assert "Take it for a guess" in " ".join(finding_lines(one, answer))
     assert "Take it for a guess" in finding_cards(answer, (0.0, 1.0))[0]
+
+
+def test_an_unknown_that_is_one_wave_of_two_periods_says_so(make: Any) -> None:
+    """A worm that turned less than twice cannot be named, and is not no known effect either."""
+    t_s = np.linspace(0.0, 500.0, 300)
+    place = 1e-4 * t_s
+    unknown = found("unknown", "time", size_rms=1e-5)
+    for waves, told in ((1.9, True), (0.4, False)):
+        wave = 1e-5 * np.sin(2.0 * np.pi * waves * t_s / 500.0 + 0.3)
+        channel = Channel(
+            name="position",
+            unit="rad",
+            observed=place + wave,
+            before=place,
+            after=place,
+            noise=1e-6,
+        )
+        picture = Picture(t_s=t_s, channels=[channel], covariates={"position": place, "time": t_s})
+        answer = make("unexplained", findings=[unknown]).model_copy(update={"picture": picture})
+        said = " ".join(finding_lines(unknown, answer))
+        assert ("of which this recording holds 1.9" in said) == told
+        assert ("nothing that this recording can name is the cause" in said) == told
+        assert ("over at least three periods" in " ".join(remedies(answer))) == told

@@ -291,7 +291,7 @@ def test_two_means_of_a_direction_are_no_chart() -> None:
     picture = Picture(t_s=t_s, channels=[channel], covariates=covariates)
     axis = ServoAxis(kind="servo_axis", name="a", motion="rotary")
     drawn = _ranked(covariates, mismatches(picture), axis, banded=False)
-    assert [chart.title for chart in drawn] == ["Against the position"]
+    assert [chart.title for chart in drawn] == ["Against the commanded position"]
     assert [one.name for one in drawn[0].series] == ["mismatch"]
     (banded,) = _ranked(covariates, mismatches(picture), axis, banded=True)
     assert [one.name for one in banded.series] == ["noise alone", "mismatch"]

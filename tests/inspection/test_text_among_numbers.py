@@ -8,6 +8,7 @@ import numpy as np
 
 from diagnosis.columns.mapping import load_mapping
 from diagnosis.columns.reading import read_mapped
+from diagnosis.inspection.inspection import inspect
 
 
 def told(tmp_path: Path, cells: list[str]) -> tuple[list[str], np.ndarray]:
@@ -43,3 +44,13 @@ def test_what_logs_write_where_nothing_was_read_is_only_counted(tmp_path: Path) 
     ]
     every_other = [cell if row % 2 else "" for row, cell in enumerate(cells)]
     assert told(tmp_path, every_other)[0] == []
+
+
+def test_a_heading_that_says_counts_is_believed_though_they_are_few(tmp_path: Path) -> None:
+    path = tmp_path / "counts.csv"
+    goal = np.round(90.0 * np.sin(0.1 * np.arange(200))).astype(int)
+    rows = "".join(f"{row * 20},{told},{told + 3}\n" for row, told in enumerate(goal))
+    for heading, counts in (("t_ms,goal_ticks,present_raw", True), ("t_ms,goal,present", False)):
+        path.write_text(f"{heading}\n{rows}")
+        found = inspect(path)
+        assert ("0.001534" in " ".join(found.options)) == counts

@@ -26,7 +26,7 @@ from diagnosis.report.sentences.finding_words import (
     told_sizes,
     where_line,
 )
-from diagnosis.report.sentences.notes import how_it_hangs_on_priors, notes
+from diagnosis.report.sentences.notes import how_sure, notes
 from diagnosis.report.sentences.telling_apart import hint
 from diagnosis.report.sentences.ways import TERMINAL, Ways
 
@@ -49,10 +49,9 @@ def finding_cards(
 def _card(
     number: int, finding: Finding, diagnosis: Diagnosis, span: tuple[float, float], ways: Ways
 ) -> str:
-    how_sure = [sureness.evidence(finding), *how_it_hangs_on_priors(finding, diagnosis)]
     rows = [
         ("Size", _sizes(finding, diagnosis)),
-        ("How sure", _text(" ".join(how_sure))),
+        ("How sure", _text(" ".join(how_sure(finding, diagnosis)))),
         ("Share", _share(finding, diagnosis)),
         ("Where", _text(where_line(finding, span))),
         ("Depends on", _depends(finding)),

@@ -29,7 +29,7 @@ from diagnosis.report.phrases import words
 from diagnosis.report.phrases.axis_units import covariate_unit
 from diagnosis.report.phrases.left_words import doubtful_floor
 from diagnosis.report.phrases.sizes import scale_of
-from models.robot import RobotModel
+from models.robot import RobotModel, ServoAxis, StepperAxis
 
 SHOWN_FIRST = 4
 """Charts by place, and by other quantities, that stand open; the rest is behind a click."""
@@ -119,15 +119,26 @@ def _ranked(
                 found.append((explained_by(curve), name, scale.unit, one, curve))
     found.sort(key=lambda item: -item[0])
     lone = len(channels) == 1
+    # The place of an axis that follows commands is the commanded one; with effort it is read.
+    follows = isinstance(robot, ServoAxis | StepperAxis) and channels[0].source != "effort"
     return [
-        _driver_chart(name, unit, one, curve, lone, banded) for _, name, unit, one, curve in found
+        _driver_chart(
+            name, unit, one, curve, lone, banded, follows and words.bare(name) == "position"
+        )
+        for _, name, unit, one, curve in found
     ]
 
 
 def _driver_chart(
-    name: str, unit: str, one: Mismatch, curve: Curve, lone: bool, banded: bool
+    name: str,
+    unit: str,
+    one: Mismatch,
+    curve: Curve,
+    lone: bool,
+    banded: bool,
+    commanded: bool,
 ) -> LineChart:
-    covariate = words.followed(name)
+    covariate = "the commanded position" if commanded else words.followed(name)
     series = [
         Series("before", curve.x, curve.before, Colour.SECOND),
         Series("after", curve.x, curve.after, Colour.FIRST),

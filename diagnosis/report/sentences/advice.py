@@ -93,6 +93,8 @@ EVERYWHERE: Table = {
     " more under more load",
     "unknown.time": "record again from switching on, with the same motion: an unknown error at"
     " {part} follows {follows}; what comes back is warming up, what does not came loose or moved",
+    "unknown.few_periods": "record {part} over at least three periods of the wave that is told at"
+    " the finding below, and diagnose that: with fewer no periodic error can be named",
     "unknown.time.pace": "repeat one and the same motion, no faster at its end than at its"
     " beginning: an unknown error at {part} follows {follows}, along which this motion changes its"
     " speed; what does not come back came with the speed",

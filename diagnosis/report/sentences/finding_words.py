@@ -12,7 +12,7 @@ from diagnosis.report.phrases.percent import negligible, percent
 from diagnosis.report.phrases.rivals import as_well_line, rivals
 from diagnosis.report.phrases.share_words import share_line
 from diagnosis.report.phrases.sizes import Size, quantity, sizes, told
-from diagnosis.report.sentences.notes import how_it_hangs_on_priors, notes
+from diagnosis.report.sentences.notes import how_sure, notes
 
 MOST_NAMED = 4
 """Channels or stretches of time that a sentence names."""
@@ -40,8 +40,7 @@ def finding_lines(
     """Size, how sure, where, and what else it could be."""
     lines = [divided(finding)] if divided(finding) else []
     lines += [words.sentence(f"{size.name}: {size.text}") for _, _, size in told_sizes(finding)]
-    lines += [*notes(finding, diagnosis), sureness.evidence(finding)]
-    lines += how_it_hangs_on_priors(finding, diagnosis)
+    lines += [*notes(finding, diagnosis), *how_sure(finding, diagnosis)]
     if math.isfinite(finding.share_of_mismatch):
         lines.append(share_line(finding, diagnosis.fit))
     lines += [where_line(finding, span), memory_line(finding), alternatives_line(finding)]

@@ -71,7 +71,7 @@ def headline(diagnosis: Diagnosis) -> str:
     if unknown := [finding for finding in findings if finding.effect == "unknown"]:
         return words.sentence(
             "something is missing from the model that matches no known effect; "
-            + words.listed([_enters(finding) for finding in unknown[:MOST_NAMED]])
+            + words.listed(list(dict.fromkeys(map(_enters, unknown)))[:MOST_NAMED])
         )
     nothing = diagnosis.probability_nothing_missing
     if nothing is not None and not seen(diagnosis.false_alarm_p):

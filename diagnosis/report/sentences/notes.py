@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from diagnosis.answer.picture import FloatArray, Picture
+from diagnosis.answer.picture import Channel, FloatArray, Picture
 from diagnosis.answer.records import Diagnosis, Finding
 from diagnosis.answer.verdict import NAMELESS
-from diagnosis.report.phrases import words
+from diagnosis.report.phrases import sureness, words
+from diagnosis.report.phrases.percent import percent
 from diagnosis.report.phrases.sizes import quantity
 from diagnosis.report.phrases.sureness import by_priors_here
 from diagnosis.report.sentences.beside_others import (
@@ -22,6 +23,12 @@ UNLOADED_ALIKE = 0.9
 """Share of friction that is there without a load, from which on nothing is said of the load."""
 SECOND = 0.1
 """Of a periodic error's first harmonic, from which on the second is told."""
+LEAST_WAVES, FEWEST_NAMED = 1.2, 3.1
+"""Waves over the travel of a periodic error that is told though it is not named: of fewer a bend
+looks the same."""
+MOST_OF_IT = 0.7
+"""Share of the power from which on."""
+FEWEST_ROWS = 20
 PARTS = 5
 """Of a recording, in which its motion is compared,"""
 OTHER_PACE = 2.0
@@ -42,6 +49,7 @@ def notes(finding: Finding, diagnosis: Diagnosis) -> list[str]:
         lags_by_itself(finding, findings),
         mean_over_speeds(finding, findings),
         second_harmonic(finding),
+        too_few_periods(finding, diagnosis.picture),
         MOVES_ON if changes_its_pace(finding, diagnosis.picture) else "",
     )
     return [line for line in said if line]
@@ -54,6 +62,14 @@ def how_it_hangs_on_priors(finding: Finding, diagnosis: Diagnosis) -> list[str]:
         for one in diagnosis.prior_sensitivity
         if (one.effect, one.component) == (finding.effect, finding.component)
     ]
+
+
+def how_sure(finding: Finding, diagnosis: Diagnosis) -> list[str]:
+    """How sure it is, and what that hangs on."""
+    said = sureness.evidence(finding)
+    if too_few_periods(finding, diagnosis.picture):
+        said = said.replace("no known effect is", "nothing that this recording can name is")
+    return [said, *how_it_hangs_on_priors(finding, diagnosis)]
 
 
 def grows_with_load(finding: Finding) -> str:
@@ -80,6 +96,62 @@ def second_harmonic(finding: Finding) -> str:
         quantity(size, unit, digits=3).lstrip("+") for size in (second, float(np.ptp(both)))
     )
     return f"Twice in each period another {twice} are added; both together span {across}."
+
+
+def too_few_periods(finding: Finding, picture: Picture | None) -> str:
+    """That one wave over the travel takes away most of what an unknown of a lone axis does.
+
+    A periodic error of which fewer than three periods were recorded is not named: a bend, or a
+    drift, looks like one.
+    """
+    follows = [words.bare(name) for name in finding.depends_on[:1]]
+    place = {} if picture is None else {words.bare(n): v for n, v in picture.covariates.items()}
+    wanted = finding.effect == NAMELESS and finding.component == LONE
+    if not wanted or picture is None or follows not in (["time"], ["position"]):
+        return ""
+    if "position" not in place or picture.channels[0].unit not in ("m", "rad"):
+        return ""
+    found = _one_wave(place["position"], picture.channels[0])
+    if found is None:
+        return ""
+    waves, share, period = found
+    return (
+        f"One wave every {quantity(period, picture.channels[0].unit, digits=3).lstrip('+')}, of"
+        f" which this recording holds {waves:.1f}, would take away {percent(share)} of its power: a"
+        " periodic error of a gear or an encoder takes three to be named. Record more of them."
+    )
+
+
+def _one_wave(at: FloatArray, channel: Channel) -> tuple[float, float, float] | None:
+    """How many waves over the travel, the share of power that they take, and their period.
+
+    Of what was found by name at first, a constant and a line over the travel are no wave. None
+    where no such wave takes most of it.
+    """
+    left = channel.observed - channel.before
+    known = np.isfinite(left) & np.isfinite(at)
+    if np.count_nonzero(known) < FEWEST_ROWS or not np.ptp(at[known]) > 0.0:
+        return None
+    span = float(np.ptp(at[known]))
+    along, left = (at[known] - at[known].min()) / span, left[known]
+    plain = np.stack([np.ones_like(along), along], axis=1)
+
+    def power(waves: float) -> float:
+        turn = 2.0 * np.pi * waves * along
+        shapes = np.concatenate([plain, np.stack([np.sin(turn), np.cos(turn)], axis=1)], axis=1)
+        return float(np.sum((left - shapes @ np.linalg.lstsq(shapes, left, rcond=None)[0]) ** 2))
+
+    whole = float(np.sum((left - plain @ np.linalg.lstsq(plain, left, rcond=None)[0]) ** 2))
+    tried = np.arange(LEAST_WAVES, FEWEST_NAMED, 0.05)
+    powers = [power(float(waves)) for waves in tried]
+    best = int(np.argmin(powers))
+    share = 1.0 - powers[best] / max(whole, 1e-300)
+    inside = 0 < best < len(tried) - 1
+    return (
+        (float(tried[best]), share, span / float(tried[best]))
+        if inside and share > MOST_OF_IT
+        else None
+    )
 
 
 def changes_its_pace(finding: Finding, picture: Picture | None) -> bool:

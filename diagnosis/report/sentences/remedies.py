@@ -16,7 +16,7 @@ from diagnosis.report.sentences.beside_others import (
     beside_play,
     slowed_by_its_loop,
 )
-from diagnosis.report.sentences.notes import changes_its_pace
+from diagnosis.report.sentences.notes import changes_its_pace, too_few_periods
 from diagnosis.report.sentences.remedy import remedy, tied
 from diagnosis.report.sentences.telling_apart import LONE, beside_friction
 from diagnosis.report.sentences.ways import TERMINAL, Ways
@@ -218,6 +218,7 @@ def unnamed(finding: Finding, robot: RobotModel | None, diagnosis: Diagnosis) ->
         return ""
     stem = re.sub(r"_(?:range_)?[123xyz]$", "", words.bare(finding.depends_on[0]))
     driver = _DRIVERS.get(stem, stem)
+    driver = "few_periods" if too_few_periods(finding, diagnosis.picture) else driver
     driver = "time.pace" if changes_its_pace(finding, diagnosis.picture) else driver
     sizes = list(finding.parameters.values())
     if driver == "position" and sizes and sizes[0].unit in ("N", "N m"):

@@ -94,7 +94,7 @@ def _first_rule_out(finding: Finding, certain: bool) -> str:
     certain: the corrected file holds it, whichever of them it is.
     """
     likely = finding.alternatives if tied(finding) else []
-    nameless = any(one.effect == NAMELESS for one in likely)
+    nameless = [one for one in likely if one.effect == NAMELESS]
     likely = [one for one in likely if one.effect != NAMELESS]
     others = [words.rival(finding.effect, o.effect, o.component) for o in likely]
     sure_of = finding.probability
@@ -117,6 +117,9 @@ def _first_rule_out(finding: Finding, certain: bool) -> str:
     if others:
         return f"; but {only}first rule out {others[0]}, which looks the same here"
     if nameless:
+        what = words.rival(finding.effect, NAMELESS, nameless[0].component)
+        if what != words.effect(NAMELESS, nameless[0].component):
+            return f"; but {only}first rule out {what}, which looks the same here"
         return f"; but {only}it may as well be a part of something that no list has"
     return ""
 

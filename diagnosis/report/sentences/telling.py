@@ -120,6 +120,9 @@ def _unknown(finding: Finding, part: str) -> str:
     )
 
 
+OR_NOT = "whether it is the noise of reading, no readings at one place tell"
+
+
 def _like_noise(answer: Diagnosis) -> str:
     """What no test tells from noise; where readings at rest show how little noise they have, or
     neighbours how long it goes on, so."""
@@ -136,7 +139,7 @@ def _like_noise(answer: Diagnosis) -> str:
         if answer.fit.sensor_noise:
             return f"{head} {IS_NOISE}"
         size = quantity(left, answer.fit.unit, digits=2)
-        return f"{head} ({size}) follows nothing that a test sees, as noise does."
+        return f"{head} ({size}) follows nothing that a test sees; {OR_NOT}."
     left_m = quantity(left, answer.fit.unit, digits=2)
     return (
         f"What is left ({left_m}) follows nothing that a test sees. Readings at one place scatter "
