@@ -99,8 +99,8 @@ def _check_power(plant: ForcedAxis, needed: FloatArray, velocity: FloatArray) ->
         return
     if float(np.mean(needed * velocity)) < ADMISSION.brakes * size:
         raise RecordingError(
-            f"{plant.source}: the effort acts against the motion nearly all the time, whichever way"
-            " it goes, and friction would push; is the sign of effort, of position or of"
+            f"{plant.source}: the axis moves against its effort nearly all the time, whichever way"
+            " it goes, as if friction pushed it; is the sign of effort, of position or of"
             " effort_gain wrong?"
         )
 

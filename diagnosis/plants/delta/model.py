@@ -49,8 +49,9 @@ class DeltaModel:
             )
         self.readings = gather(recordings, seen, UNITS, status=STATUS)
         self.commanded_rad = np.concatenate([self._commands(r) for r in recordings])
-        begun = begun_in_motion(self.readings.t_s, self.commanded_rad, self.readings.fresh)
-        self.readings.valid[begun] = False
+        if any(name in ANGLES for name in seen):  # of drives that may be behind at the beginning
+            begun = begun_in_motion(self.readings.t_s, self.commanded_rad, self.readings.fresh)
+            self.readings.valid[begun] = False
         self._own_times = [OwnTimes(recording) for recording in recordings]
         stays, self._measured = measured_before(robot, self._travel(), self.readings.span_s)
         self.chain = Chain.delta(stays)
