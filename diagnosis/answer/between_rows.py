@@ -27,6 +27,7 @@ def as_far_as_rows_tell(finding: Finding, period_s: float) -> Finding:
     value_s, low_s, high_s = time.components[0]
     _, dead_low_s, dead_high_s = dead.components[0]
     slack_s = math.hypot(value_s, math.sqrt(SMEARED) * period_s) - value_s
+    slack_s = min(slack_s, max(dead_high_s, 0.0))  # their sum stays, and no dead time is below 0
     wider = {
         "time": _between(time, low_s, high_s + slack_s),
         "dead_time": _between(dead, min(dead_low_s, max(dead_low_s - slack_s, 0.0)), dead_high_s),
