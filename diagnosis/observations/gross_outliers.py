@@ -55,6 +55,6 @@ def _spikes(seen: FloatArray) -> BoolArray:
     sizes = np.sort(beyond)[::-1][: most + 1]
     stands = sizes[:-1] > OBSERVATIONS.spike_factor * np.maximum(sizes[1:], 1e-300)
     spikes = np.zeros(len(seen), dtype=np.bool_)
-    if stands.any() and sizes[0] > OBSERVATIONS.spike_share * float(np.ptp(seen)):
+    if stands.any() and sizes[0] > OBSERVATIONS.spike_of_travel * float(np.ptp(seen)):
         spikes[1:-1] = beyond >= sizes[int(np.flatnonzero(stands)[-1])]
     return spikes

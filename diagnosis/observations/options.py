@@ -69,7 +69,7 @@ class ObservationOptions:
     """Share of the readings that may be spikes: single ones beyond both of their neighbours,"""
     spike_factor: float = 8.0
     """by so many times as the next one is: turning points are many, and alike,"""
-    spike_share: float = 0.01
+    spike_of_travel: float = 0.01
     """and by this share of the travel at least: below, rounding makes one reading stand out."""
 
     # Inputs.

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from foundation.counting import count
 from foundation.errors import RecordingError
 
 _MOST_SHOWN = 40
+MOSTLY = 0.5
+"""Share of numbers from which on a column is one of numbers, and its text a mistake."""
+MISSING = frozenset({"nan", "na", "n/a", "null", "none", "nil", "inf", "+inf", "-inf", "-", "--"})
+"""What logs write where there is no reading."""
 
 
 def number(cell: str, decimal: str = ".") -> float | None:
@@ -45,3 +51,27 @@ def wrong_count(path: Path, line: int, found: int, wanted: int) -> RecordingErro
         f"{path}:{line}: this row {cells}, the heading has {wanted}; complete or delete the row, or"
         " separate it as the others are"
     )
+
+
+def text_among_numbers(
+    heading: Sequence[str], rows: Sequence[tuple[int, str, Sequence[str]]], decimal: str
+) -> Iterator[str]:
+    """A sentence for each column (of a heading) in which a few cells are neither number nor empty.
+
+    rows: line in the file from 1, its text, its cells.
+    """
+    for place, name in enumerate(heading):
+        found = [
+            (line, cells[place].strip())
+            for line, _, cells in rows
+            if not is_number(cells[place].strip(), decimal)
+        ]
+        wrong = [(line, cell) for line, cell in found if cell.lower() not in MISSING]
+        if not wrong or len(found) > (1.0 - MOSTLY) * len(rows):
+            continue
+        line, cell = wrong[0]
+        more = f" ({count(len(wrong) - 1, 'more cell')} of it likewise)" if len(wrong) > 1 else ""
+        yield (
+            f"line {line}: {cell[:_MOST_SHOWN]!r} in column '{name}' is no number and is read as no"
+            f" reading{more}"
+        )

@@ -11,13 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from foundation.errors import RecordingError
-from recording.tables.cell import is_number, not_a_number, number, wrong_count
+from recording.tables.cell import is_number, not_a_number, number, text_among_numbers, wrong_count
 from recording.tables.flat import AnyArray
 from recording.tables.lerobot import files_of, is_data_set, names_of
 from recording.tables.moment import is_date, is_moment, is_time_of_day, seconds
 from recording.tables.parquet_and_mat import check_size, parquet_columns
 from recording.tables.table_format import split
-from recording.tables.text_among_numbers import text_among_numbers
 from recording.tables.text_file import read_text
 
 COMMENTS = ("#", "%", "//", ";")

@@ -10,10 +10,10 @@ from rich.markup import escape
 from diagnosis.answer.records import Diagnosis, Finding, PriorSensitivity, Thinned
 from diagnosis.answer.verdict import claimed, too_little
 from diagnosis.report.phrases import sureness, words
+from diagnosis.report.phrases.allowed_words import allowed_line
 from diagnosis.report.phrases.fit_words import fit_lines, fit_title
 from diagnosis.report.phrases.limit_words import faintest_line, untested_lines
 from diagnosis.report.phrases.sizes import quantity
-from diagnosis.report.sentences.allowed_words import allowed_line
 from diagnosis.report.sentences.finding_words import finding_lines, finding_title, span_s
 from diagnosis.report.sentences.headline import SO_LITTLE, opening
 from diagnosis.report.sentences.next_run_words import experiment_line, tie_lines
