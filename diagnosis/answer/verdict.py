@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from diagnosis.answer.options import VERDICT
 from diagnosis.answer.records import Alternative, Finding, Fit, Verdict
 from models.effects import VOCABULARY
+from models.effects.lone_axis import COMPONENT
 
 ALARM = VERDICT.alarm
 """The one level of the engine, for the rooms that test."""
@@ -148,12 +149,12 @@ def differs_with_speed(finding: Finding, findings: Sequence[Finding]) -> int:
 
     What all speeds of a recording have in common is then no force of the machine at any of them.
     """
-    if finding.effect not in OF_SPEED or finding.component != "axis":
+    if finding.effect not in OF_SPEED or finding.component != COMPONENT:
         return 0
     if not any(one.unit.startswith("N") for one in finding.parameters.values()):
         return 0
     for number, one in enumerate(findings, 1):
         by_speed = bool(one.depends_on) and one.depends_on[0].startswith("velocity")
-        if one.effect == NAMELESS and one.component == "axis" and by_speed:
+        if one.effect == NAMELESS and one.component == COMPONENT and by_speed:
             return number
     return 0

@@ -137,12 +137,14 @@ def turns(angle_rad: float) -> str:
 
 def counts_like(values: FloatArray) -> bool:
     """Whether values (n,) are whole numbers beyond a turn of degrees, as an encoder counts."""
+    known = np.abs(values[np.isfinite(values)])
+    return whole(values) and bool(np.max(known) > GUESSES.least_counts)
+
+
+def whole(values: FloatArray) -> bool:
+    """Whether there are values (n,), and all that are known are whole numbers."""
     known = values[np.isfinite(values)]
-    return bool(
-        len(known)
-        and (known == np.round(known)).all()
-        and np.max(np.abs(known)) > GUESSES.least_counts
-    )
+    return bool(len(known)) and bool((known == np.round(known)).all())
 
 
 def of_counts(name: str, column: str, unit: str, values: FloatArray) -> str:

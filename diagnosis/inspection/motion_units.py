@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.columns.doubts import ANGULAR, counts_like, of_counts, turns
+from diagnosis.columns.doubts import ANGULAR, counts_like, of_counts, turns, whole
 from diagnosis.columns.encoder_steps import of_encoder
 from diagnosis.columns.names import Guess, is_of_data_joint, is_of_joint, without_unit
 from diagnosis.columns.options import GUESSES
@@ -102,9 +102,7 @@ def unit_of_motion(
 
 def _says_counts(heading: str, values: FloatArray) -> bool:
     """Whether a heading says counts, and whole numbers (n,) stand below it."""
-    known = values[np.isfinite(values)]
-    whole = bool(len(known)) and bool((known == np.round(known)).all())
-    return whole and bool(COUNTS & set(re.split(r"[^a-z]+", heading.lower())))
+    return whole(values) and bool(COUNTS & set(re.split(r"[^a-z]+", heading.lower())))
 
 
 def _all(group: Sequence[Guess], unit: str, scale: float = 1.0) -> list[Guess]:

@@ -11,6 +11,7 @@ from diagnosis.report.phrases import words
 from diagnosis.report.phrases.left_words import doubtful_floor, mostly_by_place, said_of_rest
 from diagnosis.report.phrases.percent import CERTAIN, percent
 from diagnosis.report.phrases.rivals import by_usage, rivals
+from models.effects.lone_axis import COMPONENT
 
 BEYOND_DOUBT_P = 1e-6
 VERY_SURE_P = 1e-3
@@ -83,6 +84,11 @@ def by_priors(one: PriorSensitivity) -> str:
     )
 
 
+def is_about(one: PriorSensitivity, finding: Finding) -> bool:
+    """Whether it is the probability of this finding."""
+    return (one.effect, one.component) == (finding.effect, finding.component)
+
+
 def by_priors_here(one: PriorSensitivity) -> str:
     """The same beside the finding that it is of."""
     narrower, wider = percent(one.narrower), percent(one.wider)
@@ -93,8 +99,10 @@ def by_priors_here(one: PriorSensitivity) -> str:
     )
 
 
-def evidence(finding: Finding) -> str:
+def evidence(finding: Finding, nothing: str = "no known effect") -> str:
     """How sure a finding is, in a sentence; where it is open, with what else it may be.
+
+    nothing: what is ruled out as the cause of an unknown.
 
     The p of its own test is for statisticians (`in_chi_square`): beside the probability of all that
     was weighed together it reads as another answer.
@@ -115,7 +123,7 @@ def evidence(finding: Finding) -> str:
             f"{_upper(together)} sure that it is this ({percent(own)}) or {rivals(finding)}; no"
             " single test shows it."
         )
-    cause = "no known effect is the cause" if finding.effect == NAMELESS else "this is the cause"
+    cause = f"{nothing if finding.effect == NAMELESS else 'this'} is the cause"
     said = f"{percent(own)} sure that {cause}"
     if p >= LIKELY_P and not settled(finding):
         return f"Weak evidence: {said}, and no single test shows it."
@@ -194,7 +202,7 @@ def late_in_all_s(finding: Finding) -> float | None:
 
 def after_its_effort(finding: Finding) -> bool:
     """Whether a delay is that of a motion behind the effort that makes it: a dead time alone."""
-    lone = (finding.effect, finding.component) == ("following_lag", "axis")
+    lone = (finding.effect, finding.component) == ("following_lag", COMPONENT)
     return lone and set(finding.parameters) == {"dead_time"}
 
 

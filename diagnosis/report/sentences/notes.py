@@ -10,7 +10,6 @@ from diagnosis.answer.verdict import NAMELESS
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.percent import percent
 from diagnosis.report.phrases.sizes import quantity
-from diagnosis.report.phrases.sureness import by_priors_here
 from diagnosis.report.sentences.beside_others import (
     lags_by_itself,
     mean_over_speeds,
@@ -33,6 +32,7 @@ PARTS = 5
 """Of a recording, in which its motion is compared,"""
 OTHER_PACE = 2.0
 """and times as fast as another from which on it is another motion."""
+NOTHING_TO_NAME = "nothing that this recording can name"
 MOVES_ON = (
     "The motion itself changes over this time (how fast it goes), so that what comes with the speed"
     " would look the same."
@@ -58,17 +58,16 @@ def notes(finding: Finding, diagnosis: Diagnosis) -> list[str]:
 def how_it_hangs_on_priors(finding: Finding, diagnosis: Diagnosis) -> list[str]:
     """That its probability does, where it does."""
     return [
-        by_priors_here(one)
+        sureness.by_priors_here(one)
         for one in diagnosis.prior_sensitivity
-        if (one.effect, one.component) == (finding.effect, finding.component)
+        if sureness.is_about(one, finding)
     ]
 
 
 def how_sure(finding: Finding, diagnosis: Diagnosis) -> list[str]:
     """How sure it is, and what that hangs on."""
-    said = sureness.evidence(finding)
-    if too_few_periods(finding, diagnosis.picture):
-        said = said.replace("no known effect is", "nothing that this recording can name is")
+    few = too_few_periods(finding, diagnosis.picture)
+    said = sureness.evidence(finding, NOTHING_TO_NAME) if few else sureness.evidence(finding)
     return [said, *how_it_hangs_on_priors(finding, diagnosis)]
 
 

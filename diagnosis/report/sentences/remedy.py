@@ -60,8 +60,8 @@ def remedy(
 ) -> Remedy | None:
     """What to do about one finding; None where nobody can say.
 
-    certain: it is written into a robot file without being asked for. beside: a zero that the
-    play of the line before may have moved.
+    certain: it is written into a robot file without being asked for. beside: what was found
+    with it asks for another remedy, as play does that may have moved a zero.
     """
     if not finding.parameters or finding.effect == NAMELESS:
         return None

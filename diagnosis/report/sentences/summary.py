@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from rich.markup import escape
 
-from diagnosis.answer.records import Diagnosis, Finding, PriorSensitivity, Thinned
+from diagnosis.answer.records import Diagnosis, Finding, Thinned
 from diagnosis.answer.verdict import claimed, too_little
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.allowed_words import allowed_line
@@ -101,11 +101,6 @@ def _summary(
         yield "", following
 
 
-def _of(one: PriorSensitivity, finding: Finding) -> bool:
-    """Whether it is the probability of this finding."""
-    return (one.effect, one.component) == (finding.effect, finding.component)
-
-
 def _known(finding: Finding, robot: RobotModel) -> bool:
     """Whether the robot file has this effect already."""
     own = (finding.effect, finding.component)
@@ -121,7 +116,7 @@ def remarks(diagnosis: Diagnosis, ways: Ways = TERMINAL) -> list[str]:
     lines += [
         sureness.by_priors(one)
         for one in diagnosis.prior_sensitivity
-        if not any(_of(one, finding) for finding in diagnosis.findings)
+        if not any(sureness.is_about(one, finding) for finding in diagnosis.findings)
     ]
     return [*lines, *tie_lines(diagnosis)]
 
