@@ -13,6 +13,7 @@ from diagnosis.admission.joint_ranges import check_arm_angles, far_for_a_joint, 
 from diagnosis.admission.robot_match import check_belongs
 from diagnosis.admission.sensor_ranges import far_for_a_sensor
 from diagnosis.admission.step_counts import check_steps
+from diagnosis.answer.known import known_of
 from diagnosis.answer.records import Diagnosis
 from diagnosis.estimation.side_by_side import only_here
 from diagnosis.inspection.machine_kind import of_another_kind, refuse_several_motors
@@ -113,7 +114,8 @@ def diagnose_recordings(
         )
     ]
     says = [*doubts, *answer.says] if answer.says else []
-    update = {"thinned": thinned(recordings), "doubts": doubts, "says": says}
+    known = known_of(belief, [Path(recording.source) for recording in recordings])
+    update = {"thinned": thinned(recordings), "doubts": doubts, "says": says, "known": known}
     return told(with_units(answer.model_copy(update=update), belief))
 
 

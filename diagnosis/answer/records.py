@@ -180,6 +180,17 @@ class Thinned(Record):
     span_s: float
 
 
+class Known(Record):
+    """An effect that the robot file has from an earlier diagnosis."""
+
+    effect: str
+    component: str
+    probability: float | None
+    """That it acts, as that diagnosis had it; None where it was not worked out."""
+    from_these_recordings: bool
+    """Whether it was found in a recording of the same name as one of these."""
+
+
 class Diagnosis(Record):
     """The whole answer."""
 
@@ -204,6 +215,8 @@ class Diagnosis(Record):
     """Why held-out recordings say nothing of the answer: too short, or still."""
     doubts: list[str] = Field(default_factory=list)
     """What of the recording looks like another unit than the one it was read in."""
+    known: list[Known] = Field(default_factory=list)
+    """What the robot file has from earlier diagnoses."""
     next_experiment: NextExperiment | None = None
     open_ties: list[OpenTie] = Field(default_factory=list)
     not_testable: list[NotTestable] = Field(default_factory=list)

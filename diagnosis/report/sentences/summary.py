@@ -12,6 +12,7 @@ from diagnosis.answer.verdict import claimed, too_little
 from diagnosis.report.phrases import sureness, words
 from diagnosis.report.phrases.allowed_words import allowed_line
 from diagnosis.report.phrases.fit_words import fit_lines, fit_title
+from diagnosis.report.phrases.known_words import known_line
 from diagnosis.report.phrases.limit_words import faintest_line, untested_lines
 from diagnosis.report.phrases.sizes import quantity
 from diagnosis.report.sentences.finding_words import finding_lines, finding_title, span_s
@@ -109,7 +110,8 @@ def _known(finding: Finding, robot: RobotModel) -> bool:
 
 def remarks(diagnosis: Diagnosis, ways: Ways = TERMINAL) -> list[str]:
     """Remarks on the machine and the search as a whole, in addition to the findings."""
-    lines = [allowed] if (allowed := allowed_line(diagnosis)) else []
+    about = (known_line(diagnosis), allowed_line(diagnosis))
+    lines = [line for line in about if line]
     lines += [ENDED_EARLY.format(way=ways.all_compared)] if diagnosis.ended_early else []
     lines += [thinned_line(one) for one in diagnosis.thinned]
     lines += [f"The torques were not read: {why}." for why in diagnosis.not_read]
