@@ -37,6 +37,8 @@ class Notes:
             command, effort = self._source("command"), self._source("effort")
             if why := effort_unused(self._robot, recording, effort):
                 warn(f"{path.name}: {why}")
+            elif why := self._twice():
+                warn(f"{path.name}: {why}")
             self._effort_read |= first_of(recording, ["effort"]) is not None
             if why := command_unused(recording, (command, effort)):
                 self._command_unused[path.name] = why
@@ -48,6 +50,25 @@ class Notes:
         """What a column is called in the file, where it was given."""
         source = mapping_of(self._columns).columns.get(name)
         return source.from_ if source else None
+
+    def _twice(self) -> str:
+        """That a column of forces is multiplied as if it were one of currents; else empty."""
+        from diagnosis.columns.names import read_name
+        from diagnosis.columns.units import PULLING
+
+        source = mapping_of(self._columns).columns.get("effort")
+        gain = self._robot.effort_gain if isinstance(self._robot, ServoAxis) else 1.0
+        if source is None or source.from_ is None or gain == 1.0:
+            return ""
+        unit = source.unit if source.unit != "1" else read_name(source.from_).unit
+        if unit not in PULLING:
+            return ""
+        what = "force" if unit in ("N", "mN") else "torque"
+        return (
+            f"effort: '{source.from_}' is in {unit} already and is multiplied by the robot file's"
+            f" effort_gain ({gain:g}) all the same; where it is a {what} at the axis, set"
+            " effort_gain to 1"
+        )
 
     def say_of(self, answer: Diagnosis) -> None:
         """That the commands were not used, of an axis that was judged by its forces."""

@@ -105,10 +105,11 @@ def _doubts(name: str, step_s: FloatArray, counter: str | None) -> list[str]:
             " a second, say how many: --set rate_hz=100 in place of --set t=..."
         )
     if _uneven(step_s):
+        mean = float(step_s[step_s <= GAP_PERIODS * usual].mean())
         doubts.append(
             f"{name}: its steps are uneven, as where a computer stamps what arrives; if the file"
             " has the clock of the device that took the readings, say --set t=THAT_COLUMN; if they"
-            f" were taken evenly, --set rate_hz={1 / usual:.3g} (their true rate) in place of"
+            f" were taken evenly, --set rate_hz={1 / mean:.4g} (their mean rate) in place of"
             " --set t=..."
         )
     return doubts

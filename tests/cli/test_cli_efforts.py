@@ -45,3 +45,18 @@ def test_an_effort_that_is_there_is_named_with_what_to_type(
     assert "or record the effort" not in said
     assert "or have the effort read as well: --set 'effort=Stellgröße', with `inertia`" in said
     assert "have the effort read as well" in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def test_a_force_that_is_multiplied_by_a_gain_of_currents_is_told(
+    deltactl: Deltactl, tmp_path: Path
+) -> None:
+    run = ForcedRig(coulomb=1.0).record(1)
+    table = np.column_stack([run.t_s, run.columns["position"], run.columns["effort"]])
+    head = "t,position,F [N]"
+    np.savetxt(tmp_path / "log.csv", table, "%.9g", ",", header=head, comments="")
+    (tmp_path / "slide.yaml").write_text(f"{FORCED}effort_gain: 1.2\n", encoding="utf-8")
+    words = ("diagnose", "log.csv", "--robot", "slide.yaml")
+    said = " ".join(deltactl(*words, "--set", "effort=F [N]").stderr.split())
+    assert "'F' is in N already and is multiplied by the robot file's effort_gain (1.2)" in said
+    (tmp_path / "slide.yaml").write_text(FORCED, encoding="utf-8")
+    assert "multiplied" not in deltactl(*words, "--set", "effort=F [N]").stderr
