@@ -35,9 +35,7 @@ class Notes:
         def noted(path: Path) -> FlatRecording:
             recording = read(path)
             command, effort = self._source("command"), self._source("effort")
-            if why := effort_unused(self._robot, recording, effort):
-                warn(f"{path.name}: {why}")
-            elif why := self._twice():
+            if why := effort_unused(self._robot, recording, effort) or self._twice():
                 warn(f"{path.name}: {why}")
             self._effort_read |= first_of(recording, ["effort"]) is not None
             if why := command_unused(recording, (command, effort)):
