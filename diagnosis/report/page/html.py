@@ -20,7 +20,7 @@ from diagnosis.report.drawing import machine_drawing
 from diagnosis.report.page.bars import Pair, pair_bars
 from diagnosis.report.page.cards import all_numbers, finding_cards
 from diagnosis.report.page.pictures import mismatch_sections
-from diagnosis.report.phrases import sureness, words
+from diagnosis.report.phrases import words
 from diagnosis.report.phrases.fit_words import fit_lines, fit_title
 from diagnosis.report.phrases.left_words import doubtful_floor
 from diagnosis.report.phrases.limit_words import by_effort, limit_name, limit_size
@@ -29,7 +29,7 @@ from diagnosis.report.sentences.finding_words import span_s
 from diagnosis.report.sentences.headline import opening
 from diagnosis.report.sentences.next_run_words import experiment_line
 from diagnosis.report.sentences.remedies import remedies
-from diagnosis.report.sentences.summary import remarks, unexplained_line
+from diagnosis.report.sentences.summary import of_the_file, remarks, unexplained_line
 from diagnosis.report.sentences.ways import TERMINAL, Ways
 from foundation.errors import RecordingError
 from models.robot import RobotModel
@@ -69,7 +69,7 @@ def _style() -> str:
 
 
 def _verdict(diagnosis: Diagnosis, robot: RobotModel, ways: Ways) -> str:
-    lines = [line for line in (sureness.false_alarm(diagnosis), *remarks(diagnosis, ways)) if line]
+    lines = [*of_the_file(diagnosis), *remarks(diagnosis, ways)]
     do = "".join(f"<li>{html.escape(line)}</li>" for line in remedies(diagnosis, robot, ways))
     body = "".join(map(paragraph, opening(diagnosis)))
     body += f'<p><strong>Do this</strong></p><ul class="do">{do}</ul>' if do else ""

@@ -77,8 +77,7 @@ def _summary(
         yield "head", "Do this"
         yield from (("", f"- {line}") for line in do)
         yield "head", WHY
-    if said := sureness.false_alarm(diagnosis):
-        yield "", said
+    yield from (("", line) for line in of_the_file(diagnosis))
     for number, finding in enumerate(diagnosis.findings, 1):
         title = finding_title(finding)
         yield "head", f"{number}. {title}"
@@ -108,10 +107,14 @@ def _known(finding: Finding, robot: RobotModel) -> bool:
     return any((one.effect, one.component) == own for one in robot.effects)
 
 
+def of_the_file(diagnosis: Diagnosis) -> list[str]:
+    """How surely the robot file is complete, and what is taken as known from it."""
+    return [line for line in (sureness.false_alarm(diagnosis), known_line(diagnosis)) if line]
+
+
 def remarks(diagnosis: Diagnosis, ways: Ways = TERMINAL) -> list[str]:
     """Remarks on the machine and the search as a whole, in addition to the findings."""
-    about = (known_line(diagnosis), allowed_line(diagnosis))
-    lines = [line for line in about if line]
+    lines = [allowed] if (allowed := allowed_line(diagnosis)) else []
     lines += [ENDED_EARLY.format(way=ways.all_compared)] if diagnosis.ended_early else []
     lines += [thinned_line(one) for one in diagnosis.thinned]
     lines += [f"The torques were not read: {why}." for why in diagnosis.not_read]
