@@ -207,7 +207,7 @@ class Slower:
                 f" gets to {self.top_mps:.3g} m/s at most, because of {self.by}{corners}"
             )
         return (
-            f"on average this way is driven at {self.mean_share:.0%} of the speed asked for: its"
+            f"this path takes as long as at {self.mean_share:.0%} of the speed asked for: its"
             f" corners keep it slow, because of {self.by}{corners}"
         )
 

@@ -59,7 +59,8 @@ MAPPED = {
         "Find out whose the error is that follows the position: move what measures the axis a"
         " little (or the surface it looks at) and record again. What moves along is the measuring"
         " device's. What stays is the axis': have its controller subtract a table of {points}"
-        " points, one every {step} ({way}), and hold it against a further recording."
+        " points, one every {step} of the commanded position ({way}), and hold it against a"
+        " further recording."
     ),
     "sensor": (
         "Subtract a table of {points} points from what the sensor reads, one every {step} of"
