@@ -217,6 +217,8 @@ class Diagnosis(Record):
     """What of the recording looks like another unit than the one it was read in."""
     known: list[Known] = Field(default_factory=list)
     """What the robot file has from earlier diagnoses."""
+    pull_said: bool = False
+    """Whether the robot file says what pulls at a lone axis, or has no entry for it."""
     next_experiment: NextExperiment | None = None
     open_ties: list[OpenTie] = Field(default_factory=list)
     not_testable: list[NotTestable] = Field(default_factory=list)

@@ -68,7 +68,13 @@ def diagnose_axis(
     answer = diagnose_plant(plant, others, progress, singles)
     if isinstance(plant, CommandedAxis):
         check_together(plant, answer.fit, answer.findings, source)
+    answer = answer.model_copy(update={"pull_said": _pull_said(robot)})
     return spoken(answer, kinds_of(robot, answer), left_out, robot.effects)
+
+
+def _pull_said(robot: LoneRobot) -> bool:
+    """Whether nobody need be asked to enter in the robot file what pulls at it."""
+    return not isinstance(robot, ServoAxis) or robot.gravity is not None
 
 
 def diagnose_servo(

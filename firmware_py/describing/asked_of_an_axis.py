@@ -57,7 +57,8 @@ SERVO_AXIS: tuple[Question, ...] = (
     Question(
         "slope_n",
         "Force that holds the slide on its slope, N (kg * 9.81 * sine of the slope), negative"
-        " if it holds towards lower positions; 0: it is level; unknown: if you do not know",
+        " if it holds towards lower positions; 0: it is level, or balanced; unknown: if you do not"
+        " know",
         UNKNOWN,
         unless=(*NO_EFFORT, ("motion", "rotary")),
         only=SLIDES,

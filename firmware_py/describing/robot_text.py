@@ -99,7 +99,7 @@ def _servo(answers: Answers) -> list[str]:
         lines.append(f"effort_gain: {_number(gain)}")
     if answers["motion"] == "rotary":
         lines.append(_hanging(answers))
-    elif answers["recorded"] != "command" or answers["slope_n"] not in (UNKNOWN, "0"):
+    elif answers["recorded"] != "command" or answers["slope_n"] != UNKNOWN:
         lines.append(_slope(answers))
     return [
         *lines,

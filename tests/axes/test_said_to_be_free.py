@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from diagnosis.pipelines.lone_machine import diagnose_axis
 from diagnosis.plants.lone.commanded_axis import CommandedAxis
-from models.robot import AxisGravity, ServoAxis
+from models.robot import KINDS, AxisGravity, ServoAxis, StepperAxis
 from recording.tables.flat import FlatRecording
 
 T_S = 0.02 * np.arange(1000)
@@ -38,3 +39,33 @@ def test_what_pulls_may_be_meant_unless_it_is_said_that_nothing_does() -> None:
 @pytest.mark.parametrize("gravity", [None, AxisGravity()])
 def test_a_load_that_never_changes_may_hide_another(gravity: AxisGravity | None) -> None:
     assert "joint_compliance" in alternatives(gravity, load_nm=1.0)
+
+
+def test_who_said_what_pulls_is_not_asked_for_it() -> None:
+    """Nor is the owner of a stepper axis, whose robot file has no such entry."""
+    alike = FlatRecording(T_S, {"command": ASKED_RAD, "position": 0.97 * ASKED_RAD})
+    slide = {"kind": "servo_axis", "name": "slide", "motion": "linear"}
+    stepper = {"kind": "stepper_axis", "name": "table"}
+    for said, told in (
+        (slide, "it needs `gravity` in the robot file, or a column `load`"),
+        (slide | {"gravity": {"force_n": 12.0}}, "is the same everywhere"),
+        (stepper, "it needs a column `load`"),
+    ):
+        robot = KINDS[str(said["kind"])].model_validate(said)
+        assert isinstance(robot, ServoAxis | StepperAxis)
+        if isinstance(robot, StepperAxis):
+            columns = {"command_1": ASKED_RAD, "theta_1": 0.97 * ASKED_RAD}
+            alike = FlatRecording(T_S, columns)
+        plant = CommandedAxis(robot, [alike])
+        (why,) = (one.why for one in plant.not_testable() if one.effect == "joint_compliance")
+        assert told in why
+
+
+@pytest.mark.parametrize("gravity", [None, AxisGravity(), AxisGravity(torque_nm=1.0)])
+def test_an_answer_knows_whether_the_robot_file_says_what_pulls(
+    gravity: AxisGravity | None,
+) -> None:
+    axis = ServoAxis(kind="servo_axis", name="arm", motion="rotary", gravity=gravity)
+    noise = 1e-3 * np.random.default_rng(0).standard_normal(len(T_S))
+    seen = FlatRecording(T_S, {"command": ASKED_RAD, "position": ASKED_RAD + noise})
+    assert diagnose_axis(axis, [seen]).pull_said == (gravity is not None)

@@ -17,8 +17,8 @@ from tests.describing.conftest import Deltactl
 
 
 def _weight(deltactl: Deltactl, file: str, *said: str) -> ServoAxis:
-    words = ("--kind", "servo_axis", "--recorded", "effort", "--inertia", "1", *said)
-    deltactl("init", file, *words)
+    recorded = () if "--recorded" in said else ("--recorded", "effort", "--inertia", "1")
+    deltactl("init", file, "--kind", "servo_axis", *recorded, *said)
     robot = load_robot_model(Path(file))
     assert isinstance(robot, ServoAxis)
     return robot
@@ -113,10 +113,12 @@ def test_a_product_is_taken_for_the_torque_and_bounds_hold(
     ("motion", "option", "key"),
     [("rotary", "--hanging-nm", "torque_nm"), ("linear", "--slope-n", "force_n")],
 )
+@pytest.mark.parametrize("recorded", [["both", "--inertia", "1"], ["command"]])
 def test_an_answer_of_zero_is_written_and_a_default_is_not(
-    deltactl: Deltactl, tmp_path: Path, motion: str, option: str, key: str
+    deltactl: Deltactl, tmp_path: Path, motion: str, option: str, key: str, recorded: list[str]
 ) -> None:
-    words = ["--motion", motion, "--recorded", "both", "--inertia", "1"]
+    """Beside commands alone the zero of a slide was left out, as if nobody knew."""
+    words = ["--motion", motion, "--recorded", *recorded]
     free = _weight(deltactl, str(tmp_path / "free.yaml"), *words, option, "0").gravity
     assert free is not None
     assert (free.torque_nm, free.force_n) == (0.0, 0.0)

@@ -15,10 +15,12 @@ from diagnosis.answer.records import (
     ParameterResult,
     Where,
 )
+from diagnosis.report.sentences.lone_sentences import spoken
 from diagnosis.report.sentences.remedies import CHANGE_NOTHING, remedies
 from diagnosis.report.sentences.saved import support, written
 from diagnosis.report.sentences.summary import plain_lines
 from diagnosis.report.sentences.ways import PAGE, TERMINAL, Ways
+from models.effects.lone_axis import command_effects
 from tests.diagnosis_report.conftest import delta_robot
 
 
@@ -105,6 +107,23 @@ def test_an_even_tie_of_a_lone_axis_is_left_out_until_it_is_asked_for(make: Any)
     assert written(answer, True) == "with one finding"
     (line,) = support(answer, True)
     assert line.startswith("- only 50 % sure: a wrong ratio")
+
+
+@pytest.mark.parametrize(("effect", "size"), [("gear_ratio", "scale"), ("home_offset", "angle")])
+def test_gravity_is_asked_for_only_where_the_robot_file_lacks_it(
+    make: Any, effect: str, size: str
+) -> None:
+    tied = found(effect, "axis", size, 0.5, ("joint_compliance", 0.5))
+    answer = make("explained", findings=[tied], next_experiment=None)
+    for said, asked in ((False, True), (True, False)):
+        one = answer.model_copy(update={"pull_said": said})
+        for text in (
+            "\n".join(plain_lines(one)),
+            "\n".join(support(one, False)),
+            "\n".join(spoken(one, command_effects("rotary")).says),
+        ):
+            assert ("`gravity`" in text) == asked
+            assert ".." not in text
 
 
 def test_a_likely_cause_of_a_lone_axis_is_not_said_to_be_corrected_whatever_it_is(

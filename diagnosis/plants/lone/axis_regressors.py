@@ -23,6 +23,10 @@ OF_MOVES = ("lag", "ringing")
 OF_TURNS = ("lag", "ringing", "friction", "rubbing", "play")
 """Regressors that show where the speed changes; of an axis at one speed they would fit how the
 recording begins."""
+LOAD_UNKNOWN = "the load on the axis is not known: it needs {}a column `load`"
+GRAVITY_OR = "`gravity` in the robot file, or "
+NOTHING_PULLS = "nothing pulls at the axis, as the robot file says"
+PULLS_ALIKE = "what pulls at the axis is the same everywhere: what yields then is a constant"
 
 
 def begins_of(axis: RecordedAxis) -> list[str]:
@@ -115,6 +119,15 @@ def is_said_to_be_free(axis: RecordedAxis) -> bool:
     """Whether the robot file says that nothing pulls at the axis: a gravity of zero."""
     gravity = axis.robot.gravity if isinstance(axis.robot, ServoAxis) else None
     return gravity is not None and not axis.pull.any()
+
+
+def why_none_yields(axis: RecordedAxis) -> str:
+    """Why nothing can be told of what yields, of an axis on which no load changes."""
+    if is_said_to_be_free(axis):
+        return NOTHING_PULLS
+    if axis.pull.any():
+        return PULLS_ALIKE
+    return LOAD_UNKNOWN.format(GRAVITY_OR if isinstance(axis.robot, ServoAxis) else "")
 
 
 def _play(axis: RecordedAxis) -> Size:

@@ -23,9 +23,9 @@ from diagnosis.plants.lone.axis_regressors import (
     PLAYS,
     begins_of,
     impossible,
-    is_said_to_be_free,
     regressors_of,
     usual_load,
+    why_none_yields,
 )
 from diagnosis.plants.lone.axis_shapes import AxisShapes
 from diagnosis.plants.lone.axis_starts import starts
@@ -40,10 +40,6 @@ from recording.tables.flat import FlatRecording
 
 OF_REVERSALS = ("gear_backlash", "joint_friction")
 """Effects that are a constant on an axis whose command never turns back."""
-LOAD_UNKNOWN = (
-    "the load on the axis is not known: it needs `gravity` in the robot file, or a column `load`"
-)
-NOTHING_PULLS = "nothing pulls at the axis, as the robot file says"
 OF_ONE_SPEED = ("following_lag", "gear_backlash", "joint_friction")
 """Effects that are a constant on an axis that turns at one speed."""
 
@@ -223,7 +219,7 @@ class CommandedAxis(RecordedAxis, LeftOver):
     def not_testable(self) -> list[NotTestable]:
         """Effects that need a known load, or a zero that means something."""
         reasons = {
-            "joint_compliance": NOTHING_PULLS if is_said_to_be_free(self) else LOAD_UNKNOWN,
+            "joint_compliance": why_none_yields(self),
             "home_offset": "the zero of the reading is arbitrary",
         }
         if self.arrived:

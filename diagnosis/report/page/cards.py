@@ -155,7 +155,7 @@ def _told_apart(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
     apart = [words.spelled(name) for name in plan.tells_apart] if plan is not None else []
     if any(name in text for name in mine for text in apart):
         return "The run proposed below is made to distinguish them."
-    return hint(finding, ways)
+    return hint(finding, ways, diagnosis.pull_said)
 
 
 def _text(text: str) -> str:

@@ -160,7 +160,7 @@ def _summary(answer: Diagnosis) -> list[str]:
             for number, one in enumerate(answer.findings, start=1)
         ]
         tied = [one for one in answer.findings if one.alternatives and not sureness.settled(one)]
-        lines += [*map(_cannot_tell, tied), *telling_apart(tied)]
+        lines += [*map(_cannot_tell, tied), *telling_apart(tied, answer.pull_said)]
     lines += [*_agreement(answer), *map(sureness.by_priors, answer.prior_sensitivity)]
     lines.append(
         f"Mismatch {said(fit.rms_before_m, fit.unit)} before, {said(fit.rms_after_m, fit.unit)} "

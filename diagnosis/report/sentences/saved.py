@@ -102,7 +102,7 @@ def _check(finding: Finding, diagnosis: Diagnosis, ways: Ways) -> str:
     plan = diagnosis.next_experiment
     if plan is not None and f"{finding.effect} {finding.component}" in plan.tells_apart:
         return ways.run
-    if way := way_apart(finding, ways):
+    if way := way_apart(finding, ways, diagnosis.pull_said):
         return way
     if finding.component == LONE or not finding.alternatives:
         return OTHERWISE + ", and diagnose both recordings"

@@ -86,7 +86,8 @@ def _summary(
         lines = finding_lines(finding, diagnosis, span_s(diagnosis))
         yield from (("", f"   {line}") for line in lines)
         open_to_a_run = diagnosis.next_experiment is not None or diagnosis.open_ties
-        if not open_to_a_run and tied(finding) and (tells := hint(finding, ways)):
+        tells = hint(finding, ways, diagnosis.pull_said)
+        if not open_to_a_run and tied(finding) and tells:
             yield "", f"   {tells}"
     yield from (("", line) for line in remarks(diagnosis, ways))
     yield "head", fit_title(diagnosis)

@@ -14,8 +14,8 @@ from models.robot import EffectEntry
 
 Pair = frozenset[str]
 SAY_WHAT_PULLS = (
-    "Or say in the robot file what pulls at it, as `gravity` ('deltactl init' has --hanging-nm and "
-    "--slope-n for it; 0 where nothing does), and diagnose again"
+    ". Or say in the robot file what pulls at it, as `gravity` ('deltactl init' has --hanging-nm "
+    "and --slope-n for it; 0 where nothing does), and diagnose again"
 )
 _AXES: dict[Pair, str] = {
     frozenset({"gear_backlash", "joint_friction"}): (
@@ -35,7 +35,7 @@ _AXES: dict[Pair, str] = {
     ),
     frozenset({"gear_ratio", "joint_compliance"}): (
         "measure how far it moves between two places, with its load and without: a wrong ratio "
-        f"stays, what yields does not. {SAY_WHAT_PULLS}"
+        "stays, what yields does not{say_what_pulls}"
     ),
     frozenset({"gear_ratio", "sensor_scale"}): (
         "measure one long move of the axis by other means (gauge blocks, a tape, a second encoder)"
@@ -45,8 +45,8 @@ _AXES: dict[Pair, str] = {
         "what the axis stands on, of its clock) with the time"
     ),
     frozenset({"home_offset", "joint_compliance"}): (
-        "repeat the motion with a known weight on the axis: a yielding joint sags further. "
-        f"{SAY_WHAT_PULLS}"
+        "repeat the motion with a known weight on the axis: a yielding joint sags further"
+        "{say_what_pulls}"
     ),
     frozenset({"home_offset", "gear_backlash"}): (
         "come to the same places from both sides: play shows twice, an offset once"
@@ -145,10 +145,17 @@ LONE = "axis"
 OTHERWISE = "repeat the motion with other speeds, spans and rests"
 
 
-def _ways(table: Mapping[Pair, str], finding: Finding, ways: Ways = TERMINAL) -> list[str]:
-    """What separates a finding from each alternative; empty where the table has nothing."""
+def _ways(
+    table: Mapping[Pair, str], finding: Finding, ways: Ways = TERMINAL, pull_said: bool = False
+) -> list[str]:
+    """What separates a finding from each alternative; empty where the table has nothing.
+
+    pull_said: as in the answer; what the robot file has need not be entered.
+    """
     pairs = (frozenset({finding.effect, one.effect}) for one in finding.alternatives)
-    return [table.get(pair, "").format(or_effort=ways.or_effort) for pair in pairs]
+    say = "" if pull_said else SAY_WHAT_PULLS
+    words = {"or_effort": ways.or_effort, "say_what_pulls": say}
+    return [table.get(pair, "").format(**words) for pair in pairs]
 
 
 def beside_friction(
@@ -168,20 +175,23 @@ UNEVEN = "friction or play of the axis that is not the same all along its travel
 """What such an unknown is called."""
 
 
-def telling_apart(findings: Sequence[Finding]) -> list[str]:
+def telling_apart(findings: Sequence[Finding], pull_said: bool = False) -> list[str]:
     """A sentence for every pair of a lone axis that is tied."""
     lines: dict[Pair, str] = {}
     for finding in findings:
-        for other, says in zip(finding.alternatives, _ways(_AXES, finding), strict=True):
+        apart = _ways(_AXES, finding, pull_said=pull_said)
+        for other, says in zip(finding.alternatives, apart, strict=True):
             pair = frozenset({finding.effect, other.effect})
             text = f"To tell {finding.effect} from {other.effect}: {says or OTHERWISE}."
             lines.setdefault(pair, text)
     return list(lines.values())
 
 
-def way_apart(finding: Finding, ways: Ways = TERMINAL) -> str:
+def way_apart(finding: Finding, ways: Ways = TERMINAL, pull_said: bool = False) -> str:
     """How a lone machine's finding is told from what it is tied with; empty where no row says."""
-    return next(filter(None, _ways(_AXES, finding, ways)), "") if finding.component == LONE else ""
+    if finding.component != LONE:
+        return ""
+    return next(filter(None, _ways(_AXES, finding, ways, pull_said)), "")
 
 
 def asks_for_effort(findings: Sequence[Finding]) -> bool:
@@ -194,10 +204,10 @@ def asks_for_effort(findings: Sequence[Finding]) -> bool:
     )
 
 
-def hint(finding: Finding, ways: Ways = TERMINAL) -> str:
+def hint(finding: Finding, ways: Ways = TERMINAL, pull_said: bool = False) -> str:
     """What would distinguish a finding from its alternatives; empty where no line says."""
     if finding.component == LONE:
-        said = way_apart(finding, ways)
+        said = way_apart(finding, ways, pull_said)
         return f"To tell them apart: {said}." if said else ""
     return next(filter(None, _ways(_DELTAS, finding)), "")
 
