@@ -121,6 +121,10 @@ class AdmissionOptions:
     """Times between one sample and that at which is looked, earlier and later."""
     hopeless: float = 0.5
     """Left over with the best explanation: columns or robot file are another machine's."""
+    moves_alike: float = 0.9
+    """Correlation from which on command and reading are one motion, whatever their sizes."""
+    as_far: float = 1.2
+    """A motion so much farther than another is told as a factor; less is no mistyped number."""
     near_factor: float = 0.2
     """How near a ratio must be to a factor between units to be put down to it."""
     sure_of_mass: float = 8.0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.admission.options import ADMISSION
-from diagnosis.answer.records import Finding, Fit
 from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.lone.commanded_axis import CommandedAxis
 from diagnosis.plants.lone.forced_axis import ForcedAxis
@@ -75,17 +74,6 @@ def lead_s(t_s: FloatArray, commanded: FloatArray, observed: FloatArray) -> floa
     earlier = [left(-shift) for shift in shifts]
     best = int(np.argmin(earlier))
     return float(shifts[best]) if earlier[best] < ADMISSION.ahead * later else 0.0
-
-
-def check_together(plant: CommandedAxis, fit: Fit, found: list[Finding], source: str) -> None:
-    """Refuse what no explanation brings near. Raises RecordingError."""
-    span = float(np.std(plant.observed[plant.rows]))
-    if found and min(fit.rms_before_m, fit.rms_after_m) > ADMISSION.hopeless * span:
-        raise RecordingError(
-            f"{source}: recording and robot file do not belong together: {fit.rms_before_m:.3g} "
-            f"{fit.unit} apart in a motion of {span:.3g} {fit.unit}, and {fit.rms_after_m:.3g} "
-            "with the best explanation; are columns, units or the robot file another machine's?"
-        )
 
 
 def _check_power(plant: ForcedAxis, needed: FloatArray, velocity: FloatArray) -> None:

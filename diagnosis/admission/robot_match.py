@@ -14,10 +14,12 @@ from scipy.optimize import least_squares
 from diagnosis.admission.options import ADMISSION
 from diagnosis.admission.plausibility import check_input
 from diagnosis.admission.structural_break import refuse_broken, refuse_once_near
+from diagnosis.observations.needed_columns import travel
 from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.plants.delta.model import ANGLES, POSITIONS, DeltaModel
 from foundation.errors import RecordingError
 from foundation.scatter import MAD_TO_SIGMA
+from models.effects.lone_axis import said
 from models.linkage import Linkage, forward
 from models.robot import DeltaRobot
 from recording.tables.flat import FlatRecording
@@ -48,13 +50,14 @@ def check_belongs(robot: DeltaRobot, recording: FlatRecording) -> None:
     size, left = _closest(model, angles, seen[rows], scatter)
     after = float(np.sqrt(np.nanmean(left**2)))
     far = f"{recording.source}: recording and robot file do not belong together: "
-    apart = f"{before:.3g} {readings.units[0]} apart in a motion of {span:.3g} {readings.units[0]}"
+    unit, moved = readings.units[0], max(travel(column) for column in seen.T)
+    apart = f"{said(before, unit)} apart (root mean square) in a motion over {said(moved, unit)}"
     if after > ADMISSION.far_off * span or np.abs(size).max() > ADMISSION.off:
         refuse_once_near(model, recording.source, nominal)
     if after > ADMISSION.far_off * span and _near(left, scatter) < ADMISSION.near_share:
         raise RecordingError(
-            f"{far}{apart}, and no lengths, homes, gear or sensor offsets bring them together "
-            f"(at best {after:.3g}); is this another robot's file, or another run's commands?"
+            f"{far}{apart}, and no lengths, homes, gear or sensor offsets bring them together (at"
+            f" best {said(after, unit)}); is this another robot's file, or another run's commands?"
         )
     if np.abs(size).max() > ADMISSION.off:
         fits = _would_fit(model, size)

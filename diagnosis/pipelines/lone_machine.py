@@ -11,8 +11,8 @@ from diagnosis.admission.regression_plausibility import (
     check_force,
     check_order,
     check_times,
-    check_together,
 )
+from diagnosis.admission.together import check_together
 from diagnosis.answer.records import Channel, Diagnosis, Finding, Picture
 from diagnosis.columns.slope import check_velocity
 from diagnosis.evidence.detection import Progress
@@ -67,7 +67,7 @@ def diagnose_axis(
     singles = [plant_of(robot, [one]) for one in recordings if several]
     answer = diagnose_plant(plant, others, progress, singles)
     if isinstance(plant, CommandedAxis):
-        check_together(plant, answer.fit, answer.findings, source)
+        check_together(plant, answer.fit, answer.findings, recordings[0])
     answer = answer.model_copy(update={"pull_said": _pull_said(robot)})
     return spoken(answer, kinds_of(robot, answer), left_out, robot.effects)
 

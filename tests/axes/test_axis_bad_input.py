@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 
 from diagnosis.admission.regression_plausibility import lead_s
+from diagnosis.admission.together import check_together
+from diagnosis.answer.records import Evidence, Finding, Fit, Where
 from diagnosis.columns.mapping import load_mapping
 from diagnosis.columns.reading import read_mapped
 from diagnosis.pipelines.lone_machine import diagnose_axis
+from diagnosis.plants.lone.commanded_axis import CommandedAxis
 from foundation.errors import ConfigError, RecordingError
-from models.robot import ServoAxis
+from models.robot import ServoAxis, StepperAxis
 from recording.tables.flat import from_columns
 
 FOLLOWS = ServoAxis(kind="servo_axis", name="follows", motion="rotary")
@@ -135,3 +138,46 @@ def test_a_missing_column_is_named_with_what_could_stand_for_it(tmp_path: Path) 
 def test_an_option_that_makes_no_sense_is_refused(option: str) -> None:
     with pytest.raises(ConfigError, match="--set"):
         load_mapping(None, [option])
+
+
+FIT = Fit(
+    rms_before_m=1.56, rms_after_m=0.4, noise_floor_m=1e-3,
+    holdout_rms_before_m=1.56, holdout_rms_after_m=0.4, unit="rad",
+)  # fmt: skip
+FOUND = Finding(
+    effect="gear_ratio", component="axis", parameters={}, where=Where(axes=[], times_s=[]),
+    evidence=Evidence(delta_chi2=9.0, p=1e-3), share_of_mismatch=0.1,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("columns", "says"),
+    [
+        (
+            {"steps_1": 32_000 * WAVE / np.pi},
+            "the command moves 10.0 times as far as the reading: is gear_ratio 50.0 in place of 5,"
+            " or microsteps_per_rev 32000 in place of 3200?",
+        ),
+        (
+            {"command_1": 0.04 * WAVE},
+            "the reading moves 10.0 times as far as the command: are columns, units or the robot",
+        ),
+        (
+            {"steps_1": 3200 * np.random.default_rng(0).permutation(WAVE) / np.pi},
+            "another machine's, gear_ratio and microsteps_per_rev included?",
+        ),
+    ],
+)
+def test_a_gear_ten_times_too_small_is_told_as_that(
+    columns: dict[str, np.ndarray], says: str
+) -> None:
+    """In degrees, beside how far the axis moved; it was a standard deviation in rad."""
+    drive = {"microsteps_per_rev": 3200, "gear_ratio": 5}
+    table = StepperAxis.model_validate({"kind": "stepper_axis", "name": "table", "drive": drive})
+    recording = from_columns({"t": T_S, **columns, "theta_1": 0.4 * WAVE}, "run.csv")
+    with pytest.raises(RecordingError) as caught:
+        check_together(CommandedAxis(table, [recording]), FIT, [FOUND], recording)
+    said = str(caught.value)
+    assert "89.4 degrees apart (root mean square) in a motion over 45." in said
+    assert "22.9 degrees with the best explanation" in said
+    assert says in said
