@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from collections.abc import Mapping as AnyMapping
 from pathlib import Path
 
@@ -37,7 +37,8 @@ def read_mapped(
     than the comma, a unit in a heading. Raises RecordingError that says which column is missing
     and what could stand for it.
     """
-    table = _table(path, mapping, tell)
+    lines: list[int] = []
+    table = _table(path, mapping, tell, lines)
     rows = len(next(iter(table.values())))
     named: dict[str, FloatArray] = {}
     used: set[str] = set()
@@ -60,7 +61,7 @@ def read_mapped(
                 tell(f"{path.name}: {why}")
             if why := of_radians(name, column, unit, table[column], table):
                 tell(f"{path.name}: {why}")
-        _tell_gaps(path, column, table[column], tell)
+        _tell_gaps(path, column, table[column], lines, tell)
         factor = source.scale * IN_SI[unit]
         named[name] = table[column] * factor + source.offset
     timed = "t" in named or mapping.rate_hz is None
@@ -71,16 +72,24 @@ def read_mapped(
         rate_hz = mapping.rate_hz or _without_times(path, set(named), list(table), tell)
         named["t"] = np.arange(rows) / rate_hz
     t_s = _going_on(named.pop("t"), named.get("segment"))
-    return from_columns({"t": t_s, **named}, str(path))
+    return from_columns({"t": t_s, **named}, str(path), lines or None)
 
 
-def _tell_gaps(path: Path, column: str, values: FloatArray, tell: Callable[[str], None]) -> None:
+def _tell_gaps(
+    path: Path,
+    column: str,
+    values: FloatArray,
+    lines: Sequence[int],
+    tell: Callable[[str], None],
+) -> None:
     """Say which cells of a column hold no number, where that is no habit of the log."""
     empty = np.flatnonzero(np.isnan(values))
     if 0 < len(empty) < GUESSES.seldom_empty * len(values):
         many = len(empty) > 1
         cells, hold = count(len(empty), "cell"), "hold" if many else "holds"
-        where = f"{'the first in ' if many else ''}row {int(empty[0]) + 1}"
+        first = int(empty[0])
+        place = f"line {lines[first]}" if lines else f"row {first + 1}"
+        where = f"{'the first in ' if many else ''}{place}"
         tell(f"{path.name}: read without {cells} of '{column}' that {hold} no number ({where})")
 
 
@@ -102,8 +111,13 @@ def needs_no_times(named: Collection[str]) -> bool:
     return {"distance", "range"} <= set(named) and not MOVING & set(named)
 
 
-def _table(path: Path, mapping: Mapping, tell: Callable[[str], None]) -> dict[str, AnyArray]:
-    """The file's own columns: of a log, a Parquet file, or any text with separators."""
+def _table(
+    path: Path, mapping: Mapping, tell: Callable[[str], None], lines: list[int]
+) -> dict[str, AnyArray]:
+    """The file's own columns: of a log, a Parquet file, or any text with separators.
+
+    lines: gets the line of each row, of a file that has lines.
+    """
     if is_log(path):
         sources = [mapping.columns[name].from_ for name in ("t", *mapping.columns)
                    if name in mapping.columns]  # fmt: skip
@@ -117,7 +131,7 @@ def _table(path: Path, mapping: Mapping, tell: Callable[[str], None]) -> dict[st
     try:
         table = read_table(
             path, mapping.skip_lines, mapping.heading, separator, decimal,
-            tell=lambda words: tell(f"{path.name}: {words}"),
+            tell=lambda words: tell(f"{path.name}: {words}"), lines_of=lines,
         )  # fmt: skip
     except RecordingError as error:
         if other:

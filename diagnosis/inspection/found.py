@@ -36,6 +36,8 @@ class Inspection:
     counter: str | None = None
     """A column that counts the rows, where no times are needed."""
 
+    stumbles: str | None = None
+    """A column of times that does not increase in every row."""
     own_run: bool = False
     """Whether the program itself recorded it."""
     named: bool = True
@@ -51,6 +53,8 @@ class Inspection:
         """Words for a column that is kept and not used: what it could be set to."""
         if column == self.counter:
             return "it counts the rows; a ranging sensor needs no times"
+        if column == self.stumbles:
+            return "its times do not increase in every row"
         if not pulls(column):
             return "kept, not used"
         names = [n for n in ("load", "effort") if n not in {g.name for g in self.guesses.values()}]

@@ -13,6 +13,7 @@ from diagnosis.inspection.shapes import rising, same_range, starts_again, uneven
 from diagnosis.observations.readings import FloatArray
 from models.robot import ARMS
 from recording.tables.flat import BESIDE, UNITS
+from recording.tables.moment import seldom_back
 
 MOTIONS = frozenset({"position", "command", "steps", "range", "distance"})
 LETTERED = frozenset({"position", "command", "steps"})
@@ -120,12 +121,16 @@ def _thinned(table: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
 def _time(
     table: Mapping[str, FloatArray], said: Mapping[str, Named], found: dict[str, Guess]
 ) -> None:
-    """The one time column: named so, or the evenest of those that only increase."""
+    """The one time column: named so, or the evenest of those that only increase.
+
+    One that is named so may fail to increase in a few rows, which are mistakes.
+    """
     named = [name for name, guess in found.items() if guess.role == "t"]
     named.sort(key=lambda name: "log_time" in name)  # a stamp of the sender's says more
     parts = "segment" in {guess.role for guess in found.values()}
     good = [name for name in named if rising(table[name])]
     good = good or [name for name in named if parts and starts_again(table[name])]
+    good = good or [name for name in named if seldom_back(table[name])]
     if not good:
         free = [name for name in table if name not in found and rising(table[name])]
         good = sorted(free, key=lambda name: unevenness(table[name]))

@@ -6,7 +6,6 @@ could not be told is said too.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping as AnyMapping
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from diagnosis.columns.mapping import Mapping, Source
-from diagnosis.columns.names import Guess, of_contract, without_unit
+from diagnosis.columns.names import Guess, of_contract
 from diagnosis.columns.options import GUESSES
 from diagnosis.columns.reading import against_heading, named_column, unit_of
 from diagnosis.columns.units import IN_SI
@@ -27,8 +26,14 @@ from diagnosis.inspection.loads import from_outside
 from diagnosis.inspection.machine_kind import kind_of
 from diagnosis.inspection.motion_units import ask_unit, turns_by_name
 from diagnosis.inspection.shapes import rising
-from diagnosis.inspection.timing import row_number, rows_and_times
-from diagnosis.inspection.units import steps_of_a_slide, unit_noted, with_units
+from diagnosis.inspection.stumbling import stumbling
+from diagnosis.inspection.timing import NO_COLUMN, row_number, rows_and_times
+from diagnosis.inspection.units import (
+    meant_otherwise,
+    steps_of_a_slide,
+    unit_noted,
+    with_units,
+)
 from diagnosis.observations.readings import FloatArray
 from foundation.counting import count
 from foundation.errors import RecordingError
@@ -38,9 +43,6 @@ from recording.tables.foreign_log import is_log, read_log, topic_of
 from recording.tables.foreign_table import is_parquet, read_parquet_table, read_table
 from recording.tables.lerobot import JOINTS, files_of, is_data_set, names_of
 from recording.tables.table_format import TableFormat, guess_format, marks_said
-
-GRAD = re.compile(r"(?i)(?<![a-z])grad(?![a-z])")
-"""Degrees in German, and gon in surveying."""
 
 
 def inspect(path: Path, said: Mapping | None = None) -> Inspection:
@@ -54,17 +56,19 @@ def inspect(path: Path, said: Mapping | None = None) -> Inspection:
     if is_log(path) or is_parquet(path):
         return _of_columns(path, known, _said_of_the_table(said))
     form = guess_format(path, *((said.separator, said.decimal) if said else ()))
-    remarks: list[str] = []
+    remarks, lines = list[str](), list[int]()
     heading = () if form.heading_line is not None else form.names
     skip = form.first_row if heading else form.heading_line or 0
     try:
-        table = read_table(path, skip, heading, form.separator, form.decimal, tell=remarks.append)
+        table = read_table(
+            path, skip, heading, form.separator, form.decimal, tell=remarks.append, lines_of=lines
+        )
     except RecordingError as error:
         raise RecordingError(f"{error}: it is no table of numbers, or has rows of text") from None
     units = dict(zip(form.names, form.units, strict=True))
     base = _said_of_the_table(said).model_copy(update={"skip_lines": skip, "heading": heading})
     facts = _facts(form) + [("remarks", words) for words in remarks]
-    return inspect_table(path, table, base, units, form.named, facts, known, form.before)
+    return inspect_table(path, table, base, units, form.named, facts, known, form.before, lines)
 
 
 def _of_own_run(path: Path) -> Inspection:
@@ -104,10 +108,11 @@ def inspect_table(
     facts: list[tuple[str, str]],
     said: AnyMapping[str, Source] | None = None,
     before: Sequence[str] = (),
+    lines: Sequence[int] = (),
 ) -> Inspection:
     """The same for columns that are read already; `base` says how the file is written.
 
-    before: the lines above the table.
+    before: the lines above the table. lines: those that its rows stand on, where it has such.
     """
     said = said or {}
     if not table or not len(next(iter(table.values()))):
@@ -126,19 +131,8 @@ def inspect_table(
     warnings += noted
     guesses, of_steps = steps_of_a_slide(guesses, known)
     warnings += of_steps
-    warnings += [
-        f"{name}: grad is read as degrees, as in German; were it gon, 400 to a turn, say"
-        f' --set "{guess.name}={without_unit(name)}[deg]*0.9"'
-        for name, guess in guesses.items()
-        if guess.unit == "deg" and GRAD.search(f"{name} {units.get(name, '')}")
-    ]
+    warnings += meant_otherwise(guesses, units)
     warnings += _which_came_first(guesses)
-    arcs = [name for name, one in guesses.items() if one.unit == "arcsec" and '"' in name]
-    if arcs:
-        warnings.append(
-            f'{", ".join(arcs)}: " is read as seconds of arc; if it is inches, put [inch] in place'
-            " of [arcsec] and linear in place of rotary below"
-        )
     others += of_other_joints(known, guesses)
     if others:
         warnings.append(
@@ -157,7 +151,13 @@ def inspect_table(
         warnings += of_load
     timeless = base.rate_hz is not None and "t" not in said
     counter = row_number(guesses, known) if kind == "range_sensor" else None
-    if timeless or counter:
+    timing, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None)
+    stumbles = None if timeless else stumbling(guesses, known, lines, kind)
+    if stumbles:
+        warnings.append(stumbles.says)
+        late = [one for one in late if one is not NO_COLUMN]
+        base = base.model_copy(update={"rate_hz": stumbles.rate_hz or base.rate_hz})
+    if timeless or counter or (stumbles and stumbles.rate_hz):
         guesses = {name: one for name, one in guesses.items() if one.role != "t"}
     columns = {
         guess.name: Source.model_validate(
@@ -179,11 +179,11 @@ def inspect_table(
     if base.heading and not named:
         base, columns = _headed(base, columns)
     mapping = base.model_copy(update={"columns": columns})
-    timing, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None)
     warnings += late
     return Inspection(
         path, [*facts, *timing], table, guesses, kind, motion, why, _zero(guesses, known),
         mapping, warnings, counter, named=named,
+        stumbles=stumbles.name if stumbles else None,
     )  # fmt: skip
 
 

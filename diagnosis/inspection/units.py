@@ -105,6 +105,27 @@ def with_units(
     return out, warnings
 
 
+GRAD = re.compile(r"(?i)(?<![a-z])grad(?![a-z])")
+"""Degrees in German, and gon in surveying."""
+
+
+def meant_otherwise(guesses: Mapping[str, Guess], units: Mapping[str, str]) -> list[str]:
+    """What to say where a unit's sign has a second meaning. units: of a line under the heading."""
+    said = [
+        f"{name}: grad is read as degrees, as in German; were it gon, 400 to a turn, say"
+        f' --set "{guess.name}={without_unit(name)}[deg]*0.9"'
+        for name, guess in guesses.items()
+        if guess.unit == "deg" and GRAD.search(f"{name} {units.get(name, '')}")
+    ]
+    arcs = [name for name, one in guesses.items() if one.unit == "arcsec" and '"' in name]
+    if arcs:
+        said.append(
+            f'{", ".join(arcs)}: " is read as seconds of arc; if it is inches, put [inch] in place'
+            " of [arcsec] and linear in place of rotary below"
+        )
+    return said
+
+
 def _shared(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> dict[str, Guess]:
     """Where one of a pair has a unit and the other goes over the same numbers, both have it."""
     by_name = {guess.name: guess for guess in guesses.values()}

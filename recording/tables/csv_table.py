@@ -49,7 +49,7 @@ def read_csv(path: Path, progress: Progress = lambda _: None) -> FlatRecording:
     if not parts:
         raise RecordingError(f"{path}: has a heading but no rows")
     columns = {name: _joined(parts, name) for name in names}
-    return from_columns(columns, str(path), first_line=_FIRST_LINE)
+    return from_columns(columns, str(path), range(_FIRST_LINE, _FIRST_LINE + rows))
 
 
 def _without_empty_end(found: Iterator[Block]) -> Iterator[Block]:

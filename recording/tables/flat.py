@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from foundation.counting import count
 from foundation.errors import RecordingError
 from recording.reading.columns import FloatArray
+from recording.tables.moment import FAR_BACK, advice, not_increasing
 
 AnyArray = np.ndarray[Any, np.dtype[Any]]
 
@@ -51,7 +53,7 @@ MOST_COLUMNS = 1000
 """More are a matrix, not a recording."""
 MOST_SPAN_S = 366 * 86400.0
 """A recording of more than a year has its times in another unit, or wrong."""
-GAP_PERIODS = 20.0
+GAP_PERIODS = FAR_BACK
 """A gap in `t` longer than this many sample periods starts a new stretch (contract)."""
 
 
@@ -146,12 +148,12 @@ class FlatRecording:
 
 
 def from_columns(
-    named: dict[str, AnyArray], source: str, first_line: int | None = None
+    named: dict[str, AnyArray], source: str, lines: Sequence[int] | None = None
 ) -> FlatRecording:
     """Check a table and sort its columns into contract and extra.
 
-    `first_line` is the line of the file on which the first row stands, for messages; without
-    it rows are counted from 1. Raises RecordingError, naming the row.
+    `lines` are those of the file on which the rows stand, for messages; without them rows are
+    counted from 1. Raises RecordingError, naming the line or the row.
     """
     if "t" not in named:
         raise RecordingError(f"{source}: has no column 't'; it has {_listed(named)}")
@@ -168,7 +170,7 @@ def from_columns(
             f"type: deltactl diagnose --inspect {source}"
         )
     t_s = known.pop("t")
-    where = _Where(source, first_line)
+    where = _Where(source, lines)
     if not len(t_s):
         raise RecordingError(f"{source}: has a heading but no rows")
     _check_time(t_s, where)
@@ -187,12 +189,12 @@ def _listed(names: Iterable[str]) -> str:
 @dataclass(frozen=True, slots=True)
 class _Where:
     source: str
-    first_line: int | None
+    lines: Sequence[int] | None
 
     def fail(self, row: int, message: str) -> RecordingError:
-        if self.first_line is None:
+        if self.lines is None:
             return RecordingError(f"{self.source}: row {row + 1}: {message}")
-        return RecordingError(f"{self.source}:{self.first_line + row}: {message}")
+        return RecordingError(f"{self.source}:{self.lines[row]}: {message}")
 
 
 def _numbers(values: AnyArray, name: str, source: str) -> FloatArray:
@@ -208,10 +210,14 @@ def _check_time(t_s: FloatArray, where: _Where) -> None:
     missing = np.flatnonzero(~np.isfinite(t_s))
     if len(missing):
         raise where.fail(int(missing[0]), "t is empty; every row needs its time")
-    late = np.flatnonzero(np.diff(t_s) <= 0.0)
+    late = not_increasing(t_s)
     if len(late):
-        row = int(late[0]) + 1
-        raise where.fail(row, f"t does not increase ({t_s[row]:g} after {t_s[row - 1]:g})")
+        row = int(late[0])
+        more = f", nor in {count(len(late) - 1, 'more row')}" if len(late) > 1 else ""
+        raise where.fail(
+            row,
+            f"t does not increase ({t_s[row]:.10g} after {t_s[row - 1]:.10g}){more}; {advice(t_s)}",
+        )
     if float(t_s[-1]) - float(t_s[0]) > MOST_SPAN_S:
         raise where.fail(
             len(t_s) - 1, f"t ends {t_s[-1] - t_s[0]:g} s after it began; it must be in seconds"

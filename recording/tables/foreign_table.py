@@ -35,13 +35,14 @@ def read_table(
     decimal: str = ".",
     numbers: Collection[str] = (),
     tell: Callable[[str], None] = lambda _: None,
+    lines_of: list[int] | None = None,
 ) -> dict[str, AnyArray]:
     """Columns of numbers by name, shape (n,) each; NaN where a cell holds no number.
 
     heading: names of the columns where the file has none. Dates and times of day are seconds since
     the first row's. numbers: columns in which every cell is to hold a number, or nothing. tell:
     takes words for comments and a footer that were left out, which happens where no column must
-    hold numbers. Raises RecordingError.
+    hold numbers. lines_of: gets the line of each row, from 1. Raises RecordingError.
     """
     lines = read_text(path, any_encoding=True).split("\n")[skip_lines:]
     if not heading:
@@ -70,6 +71,8 @@ def read_table(
         for name, cell in zip(heading, parts, strict=True):
             if name in numbers and not is_number(cell, decimal):
                 raise not_a_number(path, line, name, cell)
+    if lines_of is not None:
+        lines_of += [line for line, _, _ in rows]
     columns = list(zip(*cells, strict=True))
     for name, column in zip(heading, columns, strict=True):
         if decimal == "." and all(_WITH_COMMA.fullmatch(cell) for cell in column):

@@ -1,15 +1,23 @@
-"""Times of day and dates in the cells of tables, as loggers and spreadsheets write them."""
+"""Times of day and dates in the cells of tables, as loggers and spreadsheets write them; and what
+to do where the times of a table do not go on.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
 
 from recording.reading.columns import FloatArray
 
+IntArray = np.ndarray[Any, np.dtype[np.intp]]
+FAR_BACK = 20.0
+"""Usual steps of time beyond which one is a gap, and one backwards the beginning of another run."""
+SELDOM = 0.02
+"""Share of the rows up to which times that do not increase are mistakes, not the clock's steps."""
 _CLOCK = r"\d\d?:\d\d(?::\d\d(?:[.,]\d+)?)?"
 _ISO = re.compile(rf"\d{{4}}-\d\d-\d\d(?:[T ]{_CLOCK}(?:Z|[-+]\d\d:?\d\d)?)?")
 _GERMAN = re.compile(rf"(\d\d?)\.(\d\d?)\.(\d{{4}})(?:,? ({_CLOCK}))?")
@@ -20,6 +28,9 @@ _OF_DAY = re.compile(r"(\d\d?:\d\d:\d\d(?:[.,]\d+)?)(?: ?([AaPp])[Mm])?")
 _DAY_S = 86400.0
 _MONTHS = 12
 _MIDNIGHT = "00:00:00"
+
+NEAR_USUAL = 0.5
+"""Of the usual step of time, by which a step may differ and be one between two rows."""
 
 
 def is_moment(cell: str) -> bool:
@@ -109,3 +120,59 @@ def _clock(clock: str | None, half: str | None) -> str:
 def _two_digits(cell: str) -> str:
     """9:05 as 09:05, which ISO wants."""
     return re.sub(r"(?<=[ T])(?=\d:)", "0", cell)
+
+
+def not_increasing(t_s: FloatArray) -> IntArray:
+    """The rows whose time is not after that of the row before."""
+    return np.flatnonzero(np.diff(t_s) <= 0.0) + 1
+
+
+def seldom_back(t_s: FloatArray) -> bool:
+    """Whether times (n,) increase but for a few mistakes, and never begin again."""
+    step = np.diff(t_s)
+    if len(step) < 2 or not np.isfinite(step).all() or not np.median(step) > 0.0:
+        return False
+    back = int(np.count_nonzero(step <= 0.0))
+    few = back <= max(1.0, SELDOM * len(t_s))
+    return few and float(step.min()) > -FAR_BACK * float(np.median(step))
+
+
+def mean_rate_hz(t_s: FloatArray) -> float | None:
+    """Rows per second without pauses and steps back; None where no time goes on.
+
+    A few steps back, and what makes up for them, are left out; where many steps are 0 the clock is
+    too coarse, and they count.
+    """
+    step = np.diff(t_s)
+    if not (step > 0.0).any():
+        return None
+    usual = float(np.median(step[step > 0.0]))
+    kept = step[(step >= 0.0) & (step <= FAR_BACK * usual)]
+    near = step[np.abs(step - usual) < NEAR_USUAL * usual]
+    if seldom_back(t_s) and len(near) > len(step) / 2:
+        kept = near
+    return 1.0 / float(np.mean(kept))
+
+
+def advice(t_s: FloatArray) -> str:
+    """What to do about times (n,) that do not increase all the way."""
+    step, rate_hz = np.diff(t_s), mean_rate_hz(t_s)
+    if rate_hz is None:
+        return "it is no column of times"
+    evenly = (
+        f"if the rows were taken evenly, say so with --set rate_hz={rate_hz:.4g} (their mean rate)"
+        " in place of their times"
+    )
+    if float(step.min()) < -FAR_BACK * float(np.median(step[step > 0.0])):
+        return (
+            "where another run begins, give each run a file of its own, or number the runs in a"
+            f" column that is called segment; {evenly}"
+        )
+    if not seldom_back(t_s):
+        return f"its steps are too coarse, or it is no column of times; {evenly}"
+    return f"delete {those_rows(t_s)}, or, {evenly}"
+
+
+def those_rows(t_s: FloatArray) -> str:
+    """What the rows are called whose time does not increase."""
+    return "that row" if len(not_increasing(t_s)) == 1 else "those rows"

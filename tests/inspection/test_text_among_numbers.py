@@ -40,7 +40,7 @@ def test_what_logs_write_where_nothing_was_read_is_only_counted(tmp_path: Path) 
     said, gaps = told(tmp_path, cells)
     assert gaps.tolist() == [7, 8]
     assert said == [
-        "log.csv: read without 2 cells of 'present' that hold no number (the first in row 8)"
+        "log.csv: read without 2 cells of 'present' that hold no number (the first in line 9)"
     ]
     every_other = [cell if row % 2 else "" for row, cell in enumerate(cells)]
     assert told(tmp_path, every_other)[0] == []
