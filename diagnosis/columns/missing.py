@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Collection
 from pathlib import Path
 
-from diagnosis.columns.names import read_name, without_unit
+from diagnosis.columns.names import of_contract, read_name, without_unit
 from diagnosis.columns.units import A_FACTOR, IN_SI
 from foundation.errors import RecordingError
 from recording.tables.table_format import IN_OPTIONS, SEPARATORS, guess_marks
@@ -24,6 +24,8 @@ NO_TIME = (
     'no column with times is named; name it with its unit, as --set "t=COLUMN[ms]"; or, where the'
     " rows are evenly spaced, add --set rate_hz=50 with the rows per second"
 )
+MOST_MEANT = 2
+"""Columns that are proposed in place of one that is not there."""
 FEW_LETTERS = 3
 """What is shorter stands in many a name."""
 
@@ -67,15 +69,33 @@ def other_separator(path: Path, said: str | None) -> str:
 
 
 def _way(name: str, wanted: str, there: list[str]) -> str:
-    """What could be meant by a column's name, or stand for it."""
+    """What could be meant by a column's name, or stand for it: of the columns that are there."""
     near = [one for one in there if len(wanted) >= FEW_LETTERS and wanted.lower() in one.lower()]
     near += difflib.get_close_matches(wanted, [without_unit(one) for one in there], n=1, cutoff=0.6)
     if near:
         return f"; did you mean '{near[0]}'?"
+    alike = [one for one in there if one != wanted and _may_be(name, one)]
+    if alike and wanted != name:
+        return f"; did you mean {' or '.join(map(repr, alike[:MOST_MEANT]))}?"
     other = STANDS_IN.get(name)
     if name == "theta_1" and any(map(_of_further_motor, there)):
         other = None  # a lone position tells nothing of three arms
-    return f"; {other} could stand for it" if other else ""
+    if other is None:
+        return ""
+    column = other.split()[0].rstrip(",")
+    if name != "distance" and not any(_may_be(column, one) for one in there):
+        return ""
+    return f"; {other} could stand for it"
+
+
+def _may_be(name: str, column: str) -> bool:
+    """Whether a column is called as what the contract calls `name`."""
+    if column == name:
+        return True
+    role, index = of_contract(name)
+    named = read_name(column)
+    role = "position" if role in ("theta", "pos") else role
+    return named.role == role and (index is None or named.index in (None, index))
 
 
 def _of_further_motor(column: str) -> bool:

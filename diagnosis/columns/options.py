@@ -44,6 +44,10 @@ class GuessOptions:
     """Of the largest torque, up to which there is none."""
     pulled_at: float = 0.1
     """Share of the rows in which something must pull to be a load."""
+    asked_alike: float = 0.9
+    """Correlation with the position from which what is called an effort may be its command,"""
+    asked_as_far: float = 1.5
+    """where the travel of neither is more than so many times that of the other."""
     few_columns: int = 8
     """Of so many at most it is looked for: all triples are compared."""
 

@@ -15,15 +15,14 @@ import numpy as np
 
 from diagnosis.columns.mapping import Mapping, Source
 from diagnosis.columns.names import Guess, of_contract
-from diagnosis.columns.options import GUESSES
 from diagnosis.columns.reading import against_heading, named_column, unit_of
 from diagnosis.columns.units import IN_SI
 from diagnosis.inspection.by_values import EARLIER
 from diagnosis.inspection.found import Inspection
 from diagnosis.inspection.guess import guess_columns, of_other_joints
 from diagnosis.inspection.joints import of_data_set, one_joint
-from diagnosis.inspection.loads import from_outside
-from diagnosis.inspection.machine_kind import kind_of
+from diagnosis.inspection.loads import from_outside, may_be_asked
+from diagnosis.inspection.machine_kind import kind_of, zero_of
 from diagnosis.inspection.motion_units import ask_unit, turns_by_name
 from diagnosis.inspection.shapes import rising
 from diagnosis.inspection.stumbling import stumbling
@@ -148,17 +147,19 @@ def inspect_table(
         warnings += [question] if question else []
         motion = "rotary" if turns_by_name(guesses.values()) else None
     if kind == "servo_axis":
-        warnings += of_load
+        warnings += [*of_load, *may_be_asked(guesses, known)]
     timeless = base.rate_hz is not None and "t" not in said
     counter = row_number(guesses, known) if kind == "range_sensor" else None
+    if timeless or counter:
+        guesses = _without_times(guesses)
     timing, late = rows_and_times(guesses, known, kind, base.rate_hz if timeless else None)
     stumbles = None if timeless else stumbling(guesses, known, lines, kind)
     if stumbles:
         warnings.append(stumbles.says)
         late = [one for one in late if one is not NO_COLUMN]
         base = base.model_copy(update={"rate_hz": stumbles.rate_hz or base.rate_hz})
-    if timeless or counter or (stumbles and stumbles.rate_hz):
-        guesses = {name: one for name, one in guesses.items() if one.role != "t"}
+    if stumbles and stumbles.rate_hz:
+        guesses = _without_times(guesses)
     columns = {
         guess.name: Source.model_validate(
             {"from": name, "unit": guess.unit or asked.get(guess.name, "1")}
@@ -181,10 +182,14 @@ def inspect_table(
     mapping = base.model_copy(update={"columns": columns})
     warnings += late
     return Inspection(
-        path, [*facts, *timing], table, guesses, kind, motion, why, _zero(guesses, known),
+        path, [*facts, *timing], table, guesses, kind, motion, why, zero_of(guesses, known),
         mapping, warnings, counter, named=named,
         stumbles=stumbles.name if stumbles else None,
     )  # fmt: skip
+
+
+def _without_times(guesses: AnyMapping[str, Guess]) -> dict[str, Guess]:
+    return {name: one for name, one in guesses.items() if one.role != "t"}
 
 
 def _which_came_first(guesses: AnyMapping[str, Guess]) -> list[str]:
@@ -240,19 +245,3 @@ def _facts(form: TableFormat) -> list[tuple[str, str]]:
             ("before that", f"{count(len(form.before), 'line')}, as '{form.before[0][:50]}'")
         )
     return facts
-
-
-def _zero(guesses: AnyMapping[str, Guess], table: AnyMapping[str, FloatArray]) -> str | None:
-    """Whether command and reading of an axis share their zero."""
-    by_name = {guess.name: guess for guess in guesses.values()}
-    for asked, seen in (("command", "position"), ("command_1", "theta_1")):
-        if asked not in by_name or seen not in by_name:
-            continue
-        one, other = by_name[asked], by_name[seen]
-        if one.unit != other.unit:
-            return None
-        values = table[one.source]
-        apart = abs(float(np.nanmedian(table[other.source] - values)))
-        width = float(np.nanmax(values) - np.nanmin(values))
-        return "arbitrary" if apart > GUESSES.zeros_apart * width else "absolute"
-    return None

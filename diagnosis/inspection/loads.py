@@ -1,14 +1,18 @@
-"""Whether a torque beside a command is the drive's own, or pulls at the axis from outside."""
+"""Whether what is taken for an effort is one: of the drive, from outside, or the very command."""
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.columns.names import Guess, may_be_outside
+from diagnosis.columns.mapping import as_option
+from diagnosis.columns.names import Guess, may_be_outside, without_unit
 from diagnosis.columns.options import GUESSES
+from diagnosis.columns.units import LINEAR, ROTARY
+from diagnosis.inspection.shapes import correlation
 from diagnosis.observations.readings import FloatArray
 
 OF_THE_DRIVE = (
@@ -20,6 +24,32 @@ OF_A_LOAD = (
     " axis moves fastest; if the drive itself gives it, put effort in place of load in the command"
     " below"
 )
+BY_NAME = "by its name"
+ASKED = frozenset({"command", "command_1", "steps_1"})
+MAY_BE_ASKED = (
+    "{}: taken for an effort by its name; it goes where {} goes, over as much, and may be its"
+    " command: then read it so with --set {}"
+)
+
+
+def may_be_asked(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> list[str]:
+    """A word of an effort that looks like the command of a position without one.
+
+    u is what a controller gives, in the books the effort and in many a log what was asked for.
+    """
+    by_name = {guess.name: guess for guess in guesses.values()}
+    effort, seen = by_name.get("effort"), by_name.get("position") or by_name.get("theta_1")
+    if effort is None or seen is None or effort.why != BY_NAME or ASKED & by_name.keys():
+        return []
+    if effort.unit not in (None, *ROTARY, *LINEAR):  # a heading in N m says what it is
+        return []
+    u, y = table[effort.source], table[seen.source]
+    wide = float(np.nanmax(u) - np.nanmin(u)), float(np.nanmax(y) - np.nanmin(y))
+    if correlation(u, y) < GUESSES.asked_alike or max(wide) > GUESSES.asked_as_far * min(wide):
+        return []
+    unit = effort.unit or seen.unit or "1"
+    read = as_option("command", without_unit(effort.source), unit, None, 0.0)
+    return [MAY_BE_ASKED.format(effort.source, seen.source, shlex.quote(read))]
 
 
 def from_outside(

@@ -10,11 +10,13 @@ import numpy as np
 
 from diagnosis.columns.mapping import as_option
 from diagnosis.columns.names import Guess, pulls, read_name, without_unit
+from diagnosis.columns.options import GUESSES
 from diagnosis.columns.units import LINEAR, ROTARY
 from diagnosis.inspection.by_values import ASKED
 from diagnosis.inspection.guess import MOTIONS, guess_columns
 from diagnosis.inspection.units import with_units
 from diagnosis.observations.needed_columns import first_of
+from diagnosis.observations.readings import FloatArray
 from foundation.errors import MissingColumns, RecordingError
 from models.robot import DeltaRobot, RobotModel
 from recording.tables.flat import UNITS, FlatRecording
@@ -152,3 +154,19 @@ def _lacking(guesses: Mapping[str, Guess], left: Sequence[str]) -> str:
 
 def _set(name: str, column: str) -> str:
     return shlex.join(["--set", f"{name}={column}"])
+
+
+def zero_of(guesses: Mapping[str, Guess], table: Mapping[str, FloatArray]) -> str | None:
+    """Whether command and reading of an axis share their zero."""
+    by_name = {guess.name: guess for guess in guesses.values()}
+    for asked, seen in (("command", "position"), ("command_1", "theta_1")):
+        if asked not in by_name or seen not in by_name:
+            continue
+        one, other = by_name[asked], by_name[seen]
+        if one.unit != other.unit:
+            return None
+        values = table[one.source]
+        apart = abs(float(np.nanmedian(table[other.source] - values)))
+        width = float(np.nanmax(values) - np.nanmin(values))
+        return "arbitrary" if apart > GUESSES.zeros_apart * width else "absolute"
+    return None

@@ -13,7 +13,6 @@ from foundation.errors import ConfigError
 from models.robot import FloatArray
 from recording.tables.foreign_table import read_table
 from recording.tables.table_format import TableFormat, guess_format
-from recording.tables.text_file import read_text
 
 SAME_M = 1e-6
 
@@ -32,12 +31,16 @@ def read_points(path: Path, origin_m: Point, spline: bool = False) -> Drawn:
     missing = [name for name in "xy" if name not in kinds]
     if missing:
         raise ConfigError(f"{path}: has no column {', '.join(missing)}; it has {', '.join(names)}")
-    table = _table(path, form, names, columns)
+    table, lines = _table(path, form, names, columns)
     places = np.stack([table.get(axis, np.zeros(len(table["x"]))) for axis in "xyz"], axis=1)
     places = places + np.array(origin_m)
-    bad = np.flatnonzero(~np.isfinite(places).all(axis=1))
+    bad = np.argwhere(~np.isfinite(places))
     if len(bad):
-        raise ConfigError(f"{path}: point {int(bad[0]) + 1} has an empty coordinate")
+        row, axis = bad[0]
+        raise ConfigError(
+            f"{path}:{lines[row]}: {kinds['xyz'[axis]]} is empty; a point needs every coordinate:"
+            " complete or delete the row"
+        )
     if len(places) < 2:
         raise ConfigError(f"{path}: holds {len(places)} point(s); a path needs two")
     legs = [(row, _leg(places[row], table, row)) for row in range(1, len(places))]
@@ -51,7 +54,6 @@ def read_points(path: Path, origin_m: Point, spline: bool = False) -> Drawn:
     notes = [f"column '{name}' passed over" for name in names if name not in columns]
     notes += [FLAT] if "z" not in kinds else []
     notes += ["the first point's speed passed over: no move leads to it"] * ("speed_mps" in first)
-    lines = _lines(path, form)
     return Drawn(
         first["to_m"],
         tuple(leg for _, leg in legs),
@@ -70,12 +72,15 @@ def headings_of(form: TableFormat) -> tuple[str, ...]:
 
 def _table(
     path: Path, form: TableFormat, names: tuple[str, ...], columns: dict[str, Column]
-) -> dict[str, FloatArray]:
-    """Columns by what they are, in m, m/s and s."""
+) -> tuple[dict[str, FloatArray], list[int]]:
+    """Columns by what they are, in m, m/s and s, and the line of each row in the file."""
     heading = () if form.heading_line is not None else names
     skip = form.first_row if heading else form.heading_line or 0
-    table = read_table(path, skip, heading, form.separator, form.decimal, tuple(columns))
-    return {column.kind: table[name] * column.scale for name, column in columns.items()}
+    lines: list[int] = []
+    table = read_table(
+        path, skip, heading, form.separator, form.decimal, tuple(columns), lines_of=lines
+    )
+    return {column.kind: table[name] * column.scale for name, column in columns.items()}, lines
 
 
 def _units_read(columns: dict[str, Column]) -> list[str]:
@@ -86,13 +91,6 @@ def _units_read(columns: dict[str, Column]) -> list[str]:
         for name, column in columns.items()
         if column.unit not in usual
     ]
-
-
-def _lines(path: Path, form: TableFormat) -> list[int]:
-    """The line of each row in the file, from 1."""
-    lines = read_text(path, any_encoding=True).split("\n")
-    return [number for number, line in enumerate(lines, 1)
-            if number > form.first_row and line.strip()]  # fmt: skip
 
 
 def _leg(place: Any, table: dict[str, FloatArray], row: int) -> dict[str, Any]:

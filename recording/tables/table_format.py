@@ -31,6 +31,10 @@ UNIT_CELL = re.compile(
 )
 _STAMPED = re.compile(r"^(\d\d:\d\d:\d\d[.,]\d+) -> ")
 """What a serial monitor puts before each line."""
+_WORD = re.compile(r"(?<!\S)[^\W\d_]{2,}(?=[\s.,:;!?]|$)")
+_PROSE = 3
+"""Words to a line from which on a file is one of sentences."""
+_MOST_SHOWN = 40
 _WIDE_GAP = re.compile(r" {2,}|[ \t]*\t[ \t]*")
 
 
@@ -114,8 +118,22 @@ def _marks(
             if best is None or suits > best:
                 best, found = suits, (between, point)
     if best is None or best.numbers == 0.0:
-        raise RecordingError(f"{path}: no columns of numbers were found in it")
+        raise RecordingError(f"{path}: no columns of numbers were found in it; {_needed(lines)}")
     return *found, best.width
+
+
+def _needed(lines: list[str]) -> str:
+    """What a table is, for who gave something else; lines: those that are not empty."""
+    table = (
+        "a table has a line of numbers for each reading or point, with commas, semicolons, tabs or"
+        " spaces between them (CSV), below a line that names the columns"
+    )
+    if not lines:
+        return f"it is empty; {table}"
+    words = [len(_WORD.findall(line)) for line in lines]
+    if sum(words) < _PROSE * len(lines):
+        return table
+    return f"it looks like text ('{lines[0].strip()[:_MOST_SHOWN]}'); {table}"
 
 
 class _Suits(NamedTuple):

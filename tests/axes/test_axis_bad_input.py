@@ -128,10 +128,15 @@ def test_a_missing_column_is_named_with_what_could_stand_for_it(tmp_path: Path) 
     table.write_text("when,angle\n0,1\n1,2\n")
     with pytest.raises(RecordingError, match=r"--set rate_hz=50 .*has when, angle"):
         read_mapped(table, load_mapping(None, ["position=angle"]))
-    with pytest.raises(RecordingError, match=r"'cmd' \(for command\) is missing; effort"):
+    with pytest.raises(RecordingError, match=r"'cmd' \(for command\) is missing; the table has"):
         read_mapped(table, load_mapping(None, ["t=when", "command=cmd"]))
+    with pytest.raises(RecordingError, match=r"\(for position\) is missing; did you mean 'angle'"):
+        read_mapped(table, load_mapping(None, ["t=when", "position=why"]))
     with pytest.raises(RecordingError, match=r"'ang' .* is missing; did you mean 'angle'\?"):
         read_mapped(table, load_mapping(None, ["t=when", "position=ang"]))
+    table.write_text("when,angle,torque\n0,1,1\n1,2,1\n")
+    with pytest.raises(RecordingError, match=r"'cmd' \(for command\) is missing; effort, with"):
+        read_mapped(table, load_mapping(None, ["t=when", "command=cmd"]))
 
 
 @pytest.mark.parametrize("option", ["nonsense", "speed=v", "t=time[furlong]", "t=", "rate_hz=fast"])

@@ -13,7 +13,7 @@ from firmware_py.importing.drawn import Drawn, held
 from firmware_py.importing.points_table import read_points
 from firmware_py.importing.teaching import add_point
 from firmware_py.named_files import CONFIG_FOLDER
-from foundation.errors import ConfigError
+from foundation.errors import ConfigError, DeltactlError
 
 Deltactl = Callable[..., subprocess.CompletedProcess[str]]
 NOWHERE = (0.0, 0.0, 0.0)
@@ -129,3 +129,14 @@ def test_a_file_that_is_no_table_of_points_is_left_as_it_was(tmp_path: Path) -> 
         with pytest.raises(ConfigError, match=says):
             add_point(path, PLACE, dwell_s)
         assert path.read_text() == was
+
+
+@pytest.mark.parametrize(
+    ("cell", "says"), [("", "y_mm is empty; a point needs"), ("abc", "y_mm must be a number")]
+)
+def test_an_empty_coordinate_is_told_by_line_and_column(
+    tmp_path: Path, cell: str, says: str
+) -> None:
+    """As text in its place is; it was a point that somebody had to count to."""
+    with pytest.raises(DeltactlError, match=rf"points\.csv:4: {says}"):
+        drawn(tmp_path, f"x_mm,y_mm,z_mm\n0,0,-450\n\n10,{cell},-450\n20,0,-450\n")

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from diagnosis.columns.mapping import load_mapping
 from diagnosis.inspection.inspection import inspect
 
 PERIOD_S, REST_ROWS, MOVE_ROWS = 0.1, 40, 10
@@ -43,3 +44,35 @@ def test_a_torque_that_is_none_while_the_axis_moves_is_a_load(
     (warning,) = [one for one in found.warnings if one.startswith("torque_Nm: taken for")]
     assert f"put {other} in place of {role} in the command below" in warning
     assert ("effort" in found.kind_why) == (role == "effort")
+
+
+T_S = 0.05 * np.arange(400)
+ASKED = np.sin(T_S)
+
+
+@pytest.mark.parametrize(
+    ("heading", "u", "read"),
+    [
+        ("time,u,y", ASKED, "command=u"),
+        ("time,u_rad,q_rad", 1.3 * ASKED, "command=u_rad[rad]"),
+        ("time,u,pos_deg", ASKED, "command=u[deg]"),
+        ("time,u,y", 2.0 * ASKED, None),
+        ("time,u,y", np.cos(T_S), None),
+        ("time,torque_Nm,y", ASKED, None),
+    ],
+)
+def test_what_is_called_an_effort_and_moves_as_the_axis_may_be_its_command(
+    tmp_path: Path, heading: str, u: np.ndarray, read: str | None
+) -> None:
+    """A log calls u what it asked for; it was an effort without a word."""
+    rows = np.stack([T_S, u, np.roll(ASKED, 3)], axis=1)
+    path = tmp_path / "log.csv"
+    np.savetxt(path, rows, "%.5f", ",", header=heading, comments="")
+    found = inspect(path)
+    said = [one for one in found.warnings if "may be its command" in one]
+    assert bool(said) == (read is not None)
+    if read is not None:
+        assert f"--set {read}" in said[0].replace("'", "")
+        other = inspect(path, load_mapping(None, [read]))
+        assert {"command", "position"} <= {one.name for one in other.guesses.values()}
+        assert not any("may be its command" in one for one in other.warnings)

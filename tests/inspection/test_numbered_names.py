@@ -87,5 +87,5 @@ def test_the_commands_that_are_printed_work(tmp_path: Path, deltactl: Deltactl) 
 def test_nothing_stands_in_for_an_arm_of_several(tmp_path: Path) -> None:
     path = write(tmp_path / "delta.csv", "q{n}_ref", "q{n}")
     wrong = load_mapping(None, ["t=ms[ms]", "command_1=q1_ref[deg]", "theta_1=q9[deg]"])
-    with pytest.raises(RecordingError, match=r"'q9' \(for theta_1\) is missing; the table has ms"):
+    with pytest.raises(RecordingError, match=r"'q9' \(for theta_1\) is missing; did you mean 'q1'"):
         read_mapped(path, wrong)

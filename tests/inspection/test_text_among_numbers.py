@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from diagnosis.columns.mapping import load_mapping
 from diagnosis.columns.reading import read_mapped
 from diagnosis.inspection.inspection import inspect
+from foundation.errors import RecordingError
 
 
 def told(tmp_path: Path, cells: list[str]) -> tuple[list[str], np.ndarray]:
@@ -54,3 +56,21 @@ def test_a_heading_that_says_counts_is_believed_though_they_are_few(tmp_path: Pa
         path.write_text(f"{heading}\n{rows}")
         found = inspect(path)
         assert ("0.001534" in " ".join(found.options)) == counts
+
+
+@pytest.mark.parametrize(
+    ("text", "prose"),
+    [
+        ("Notes on the rig\n\nWe recorded the axis on Monday, with 3 runs.\nOne was odd.\n", True),
+        ("time,u,y\n", False),
+        ("on,off\noff,on\n", False),
+    ],
+)
+def test_a_file_without_numbers_is_told_what_a_table_is(
+    tmp_path: Path, text: str, prose: bool
+) -> None:
+    path = tmp_path / "NOTES.txt"
+    path.write_text(text)
+    with pytest.raises(RecordingError, match="a table has a line of numbers for each") as caught:
+        inspect(path)
+    assert ("it looks like text ('Notes on the rig')" in str(caught.value)) == prose
