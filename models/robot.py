@@ -152,6 +152,8 @@ class FoundBy(StrictModel):
     """Interval of each parameter that was fitted; of a vector one a component."""
     probability: Annotated[float, Field(ge=0.0, le=1.0, description="a probability")] | None = None
     """That this effect acts at this component; absent where it was not worked out."""
+    loosely_built: bool = False
+    """Small errors of building were allowed for beside it, and are again in the next diagnosis."""
 
 
 class EffectEntry(StrictModel):

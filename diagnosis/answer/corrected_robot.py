@@ -47,7 +47,7 @@ def corrected_text(
     document, robot = Document.read(robot_file), load_with_effects(robot_file)
     lasting = [one for one in diagnosis.findings if lasts(one)]
     kept = [one for one in lasting if all_of_them or sure(one, diagnosis)]
-    found = [_entry(finding, diagnosis.recordings) for finding in kept]
+    found = [_entry(finding, diagnosis) for finding in kept]
     if isinstance(robot, DeltaRobot):
         found += _tables(robot, diagnosis, tables)
     if not found:
@@ -62,19 +62,27 @@ def _tables(robot: DeltaRobot, diagnosis: Diagnosis, asked: Tables) -> list[Effe
         if finding.effect == "unknown":
             entry = table_of(finding, robot, asked)
             if isinstance(entry, EffectEntry):
-                found = _origin(finding, diagnosis.recordings, {})
+                found = _origin(finding, diagnosis, {})
                 entries.append(entry.model_copy(update={"found": found}))
     return entries
 
 
 def with_effects(text: str, entries: Iterable[EffectEntry], slides: bool = False) -> str:
     """The text of a robot file with other effects; slides: of an axis that does."""
-    plain = [one.model_dump(mode="json", exclude_none=True) for one in entries]
+    plain = [_plain(one) for one in entries]
     if slides:
         plain = [named_for_file(one) for one in plain]
     block = yaml.safe_dump({"effects": plain}, sort_keys=False)
     rest = _SECTION.sub("", text.replace(f"{HEADING}\n", "").rstrip() + "\n").rstrip()
     return f"{rest}\n\n{HEADING}\n{block}"
+
+
+def _plain(entry: EffectEntry) -> dict[str, Any]:
+    """An entry as the file has it: that nothing was allowed for beside it goes without saying."""
+    plain = entry.model_dump(mode="json", exclude_none=True)
+    if entry.found is not None and not entry.found.loosely_built:
+        del plain["found"]["loosely_built"]
+    return plain
 
 
 def save_corrected(
@@ -178,7 +186,7 @@ def _moves(effect: str) -> bool:
     return kind is not None and kind.port in MOVED
 
 
-def _entry(finding: Finding, recordings: list[str]) -> EffectEntry:
+def _entry(finding: Finding, diagnosis: Diagnosis) -> EffectEntry:
     sizes = {n: one for n, one in finding.parameters.items() if one.value is not None}
     values: dict[str, Any] = {n: _fixed(one.value) for n, one in sizes.items()}
     intervals: dict[str, Any] = {
@@ -190,16 +198,17 @@ def _entry(finding: Finding, recordings: list[str]) -> EffectEntry:
         effect=finding.effect,
         component=finding.component,
         parameters=values,
-        found=_origin(finding, recordings, intervals),
+        found=_origin(finding, diagnosis, intervals),
     )
 
 
-def _origin(finding: Finding, recordings: list[str], intervals: dict[str, Any]) -> FoundBy:
+def _origin(finding: Finding, diagnosis: Diagnosis, intervals: dict[str, Any]) -> FoundBy:
     return FoundBy(
-        recordings=tuple(Path(name).name for name in recordings),
+        recordings=tuple(Path(name).name for name in diagnosis.recordings),
         on=date.today().isoformat(),
         ci95=intervals,
         probability=finding.probability,
+        loosely_built=diagnosis.loosely_built,
     )
 
 

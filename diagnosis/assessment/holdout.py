@@ -45,9 +45,12 @@ def _free_part(model: Model, solution: Solution) -> FloatArray:
 
 
 def on_blocks(
-    fitter: Fitter, solution: Solution, valid: BoolArray, columns: list[int]
+    fitter: Fitter, empty: Solution, solution: Solution, valid: BoolArray, columns: list[int]
 ) -> tuple[float, float]:
-    """RMS before and after on whole blocks of time that a refit has not seen."""
+    """RMS before and after on whole blocks of time that a refit has not seen.
+
+    What a robot file knows from earlier diagnoses stands before as it has it (`empty`).
+    """
     t_s = fitter.model.readings.t_s
     last = ASSESSMENT.blocks - 1
     block = np.minimum(((t_s - t_s[0]) / np.ptp(t_s) * ASSESSMENT.blocks).astype(int), last)
@@ -55,7 +58,8 @@ def on_blocks(
     white = fitter.whiten
     weight = np.where(held[white.rows], 0.0, white.weight)
     partial = Fitter(fitter.model, Whitener(white.channels, weight), fitter.nuisances)
-    before = _refit(partial, (), (), solution.nuisances)
+    known = fitter.model.loosely_built or any(one.measured for one in fitter.nuisances)
+    before = empty if known else _refit(partial, (), (), solution.nuisances)
     after = _refit(partial, solution.terms, solution.frees, solution.nuisances)
     observed = fitter.observed[held]
     return (

@@ -102,6 +102,7 @@ def _named(
         sizes["time"] = sizes["time"].model_copy(update={"value": plain["time"]})
     whole = model.predict([*solution.nuisances, *solution.terms])
     change = outcome.fitter.change_by(solution, number, whole)
+    alone = _of_a_change(outcome, number, whole)
     chances = outcome.explained.credible
     return Finding(
         effect=candidate.effect,
@@ -113,13 +114,27 @@ def _named(
             recordings=numbers,
         ),
         evidence=Evidence(delta_chi2=stand.gain, p=stand.p),
-        share_of_mismatch=float(np.clip(stand.gain / total, 0.0, 1.0)),
+        share_of_mismatch=float(np.clip((alone or stand.gain) / total, 0.0, 1.0)),
         probability=chances.terms[number],
         alternatives=[
             *_imitated(chances.beside[number], stand.gain),
             *_with_chances(stand.alternatives, chances.rivals[number]),
         ],
     )
+
+
+def _of_a_change(outcome: Outcome, number: int, whole: FloatArray) -> float | None:
+    """Chi-square that the change of a measured effect takes away, which a refit would hide: left
+    out, what is known of it would move instead. None of other effects.
+    """
+    fitter, solution = outcome.fitter, outcome.solution
+    key = solution.terms[number].candidate.key
+    if key not in {n.term.candidate.key for n in fitter.nuisances if n.measured}:
+        return None
+    others = [*solution.terms[:number], *solution.terms[number + 1 :]]
+    without = fitter.model.predict([*solution.nuisances, *others])
+    left, gone = fitter.whiten(fitter.observed - without), fitter.whiten(fitter.observed - whole)
+    return max(float(left @ left - gone @ gone), 0.0)
 
 
 def _imitated(beside: Beside, gain: float) -> list[Alternative]:

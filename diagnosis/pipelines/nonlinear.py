@@ -149,7 +149,8 @@ class FittedTogether:
 
     def remarks(self) -> dict[str, Any]:
         """Build tolerances if they were needed, and whether the limit of work was reached."""
-        outcome, loose = self.outcome, self.outcome.explained.with_tolerances
+        outcome = self.outcome
+        loose = outcome.explained.with_tolerances or outcome.fitter.model.loosely_built
         return {
             "loosely_built": loose,
             "allowed_for": allowed_for(outcome.fitter, outcome.solution) if loose else [],
@@ -177,7 +178,7 @@ def _fit(outcome: Outcome, valid: BoolArray, floor: FloatArray, held_out: Sequen
         pairs = [on_another_run(other, empty, solution, columns) for other in held_out]
         before, after = (float(np.sqrt(np.mean(np.square(x)))) for x in zip(*pairs, strict=True))
     else:
-        before, after = on_blocks(outcome.fitter, solution, valid, columns)
+        before, after = on_blocks(outcome.fitter, empty, solution, valid, columns)
     return Fit(
         rms_before_m=rms(observed - empty.predicted, valid, columns),
         rms_after_m=rms(observed - solution.predicted, valid, columns),

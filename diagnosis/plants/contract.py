@@ -26,6 +26,8 @@ class Model(Protocol):
     """What is always fitted and never a finding."""
     tolerances: list[Nuisance]
     """What may be a little off everywhere on a machine as it is built, with usual spreads."""
+    loosely_built: bool
+    """Whether these were needed by an earlier diagnosis, and are among the nuisances."""
 
     def predict(self, terms: Sequence[Term]) -> FloatArray:
         """What the channels would have read without noise; shape (n, channels)."""

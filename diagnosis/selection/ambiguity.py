@@ -42,8 +42,23 @@ def resolved(search: Search, solution: Solution) -> tuple[Solution, list[Standin
         stays = cost(best) > cost(solution) - search.options.better
         if stays or not search.budget.lasts(Until.RESOLVED):
             return solution, stands
-        solution = in_parts(search, best)
+        solution = in_parts(search, with_changes(search, solution, best))
     return solution, stands_of(search, solution)
+
+
+def with_changes(search: Search, solution: Solution, rival: Solution) -> Solution:
+    """A rival beside the measured effects in whose place it is, where they have changed all the
+    same: what fits better in all explains no change of what is known.
+    """
+    there = {term.candidate.key for term in rival.terms}
+    changed = tuple(
+        term
+        for term in solution.terms
+        if term.candidate.key not in there and search.tests.changed(rival, term.candidate.key)
+    )
+    if not changed:
+        return rival
+    return search.fitter.solve((*rival.terms, *changed), rival.frees, rival.nuisances)
 
 
 def in_parts(search: Search, solution: Solution) -> Solution:

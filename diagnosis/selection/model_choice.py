@@ -8,6 +8,7 @@ from diagnosis.estimation.budget import Until
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import Whitener, estimate
+from diagnosis.evidence.as_the_file_says import as_the_file_says
 from diagnosis.evidence.detection import Progress
 from diagnosis.evidence.noise_estimation import Prepared, once_more
 from diagnosis.observations.readings import BoolArray, FloatArray
@@ -49,7 +50,7 @@ def explain(prepared: Prepared, rad_per_step: float, progress: Progress) -> Expl
     first_p = search.tests.first_p()
     search, solution = calmed(search, search.run())
     search.prepared.library.forget_raw()
-    nominal = search.tests.empty
+    nominal = as_the_file_says(search.fitter, search.tests.empty)
     tolerances = ToleranceRival(search)
     told, solution = _told(tolerances, *_reviewed(tolerances, solution))
     solution, in_place = named_instead(told, solution)

@@ -51,7 +51,7 @@ class ToleranceRival:
         """Whether to look: a pile of effects, or a rest that a wrong size would explain."""
         search = self.search
         tolerances = effects_of_building(search.prepared.model)
-        if not solution.terms or not tolerances:
+        if not solution.terms or not tolerances or search.prepared.model.loosely_built:
             return False
         rest = search.tests.trials(solution)
         rest_is_static = bool(rest) and self._is_static(solution, rest[0], tolerances)

@@ -26,7 +26,7 @@ def test_sizes_are_told_motor_by_motor_and_large_ones_again(make: Any) -> None:
 
 
 def test_nothing_is_said_of_what_does_not_show(make: Any) -> None:
-    assert "clearly" not in allowed_line(make("explained", loosely_built=True))
+    assert "more than noise" not in allowed_line(make("explained", loosely_built=True))
     assert allowed_line(make("explained")) == ""
 
 

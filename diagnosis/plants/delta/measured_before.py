@@ -106,7 +106,7 @@ def _nuisance(entry: EffectEntry, travel_rad: float, span_s: float) -> Nuisance 
     together = None
     if len(moved) > 1 and np.ptp(total) == 0.0:
         sure = np.sqrt(kind.discrepancy.in_pose) * total[0]
-        together = float(np.hypot(np.linalg.norm(read), sure))
+        together = float(np.hypot(_of_sum(read), sure))
     return Nuisance(Term(candidate, at), tuple(spread.tolist()), True, together)
 
 
@@ -123,6 +123,16 @@ def _alike(kind: EffectKind, moved: Sequence[Coordinate], at: FloatArray) -> Flo
         for unit, log in own
     ]
     return np.array(total)
+
+
+def _of_sum(spreads: Sequence[float]) -> float:
+    """Spread of the sum of sizes of which one takes what the other gives.
+
+    Rows far apart leave open how a delay divides, and say its sum to a millisecond: were both
+    intervals taken as chance of their own, a drive could become later by both unseen.
+    """
+    most = max(spreads)
+    return abs(2.0 * most - sum(spreads))
 
 
 def _without_phase(fixed: dict[str, Any], moved: tuple[Coordinate, ...]) -> dict[str, Any]:

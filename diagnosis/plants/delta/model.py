@@ -74,6 +74,12 @@ class DeltaModel:
         self.tolerances = tolerances(self.candidates)
         if robot.drive is not None and robot.drive.gear_ratio > 1.0:
             self.tolerances += runout(robot.drive.gear_ratio)
+        known = [entry.found for entry in robot.effects if entry.found is not None]
+        self.loosely_built = any(found.loosely_built for found in known)
+        if self.loosely_built:
+            taken = {nuisance.term.candidate.key for nuisance in self._measured}
+            small = [one for one in self.tolerances if one.term.candidate.key not in taken]
+            self.nuisances = [*self.nuisances, *small]
 
     @property
     def _timed(self) -> bool:

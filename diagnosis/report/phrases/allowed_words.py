@@ -13,7 +13,11 @@ LOOSE = (
     "was built with care: together they explain what no single finding does. They are in no "
     "corrected file, which therefore leaves a little more."
 )
-CLEAR = "Those that the recording clearly shows: {sizes}."
+AGAIN = (
+    "Small errors of {what} were allowed for, as in the answer that this robot file comes from: "
+    "every machine has them that was built with care, and they are in no corrected file."
+)
+CLEAR = "Those that are more than noise in this fit: {sizes}."
 LARGE = "More than careful building usually leaves, so to be checked by hand: {sizes}."
 BESIDE_A_DELAY = (
     "Beside drives that follow late they may be no more than how these follow, which is not quite"
@@ -29,7 +33,8 @@ def allowed_line(diagnosis: Diagnosis) -> str:
     if not diagnosis.loosely_built:
         return ""
     hidden = {one.effect for one in diagnosis.not_testable} >= LENGTHS
-    said = [LOOSE.format(what="home angles and ratios" if hidden else "lengths and angles")]
+    text = LOOSE if diagnosis.findings else AGAIN
+    said = [text.format(what="home angles and ratios" if hidden else "lengths and angles")]
     if diagnosis.allowed_for:
         said.append(CLEAR.format(sizes=_each(diagnosis.allowed_for)))
     if large := [one for one in diagnosis.allowed_for if one.times_usual > 1.0]:

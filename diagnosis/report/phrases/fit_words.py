@@ -41,7 +41,8 @@ def fit_lines(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.verdict == "unexplained" and not diagnosis.findings:
         return [f"Mismatch {before}.", *beside, *_elsewhere(fit), *unheld]
     if not diagnosis.findings:
-        mismatch = f"Mismatch {before}{_floor(fit, floor)}."
+        allowed = f"; {after} with the small errors allowed for" if diagnosis.loosely_built else ""
+        mismatch = f"Mismatch {before}{allowed}{_floor(fit, floor)}."
         return [mismatch, *beside, *_elsewhere(fit), *unheld]
     lines = [f"Mismatch before {before}, after {after}{_floor(fit, floor)}.", *beside]
     held = (fit.holdout_rms_before_m, fit.holdout_rms_after_m)
