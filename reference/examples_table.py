@@ -28,6 +28,7 @@ EXAMPLES: dict[str, Any] = {
     "FoundBy.on": "2026-01-31",
     "FoundBy.ci95": {"width": [0.0037, 0.0043]},
     "FoundBy.probability": 0.98,
+    "FoundBy.loosely_built": True,
     "ServoDrive.overload_s": 0.5,
     "ServoDrive.setpoint_deg": 0.001,
     "ServoDrive.record_rate_hz": 500,

@@ -9,6 +9,7 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.noise import Whitener
 from diagnosis.estimation.splines import SplineTerm
+from diagnosis.evidence.left_by_measured import held_to
 from diagnosis.observations.readings import BoolArray, FloatArray, without_outliers
 from diagnosis.plants.candidate import Term
 from diagnosis.plants.contract import Model
@@ -58,8 +59,7 @@ def on_blocks(
     white = fitter.whiten
     weight = np.where(held[white.rows], 0.0, white.weight)
     partial = Fitter(fitter.model, Whitener(white.channels, weight), fitter.nuisances)
-    known = fitter.model.loosely_built or any(one.measured for one in fitter.nuisances)
-    before = empty if known else _refit(partial, (), (), solution.nuisances)
+    before = empty if held_to(fitter) else _refit(partial, (), (), solution.nuisances)
     after = _refit(partial, solution.terms, solution.frees, solution.nuisances)
     observed = fitter.observed[held]
     return (

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
+from diagnosis.evidence.left_by_measured import held_to
 
 
 def as_the_file_says(fitter: Fitter, empty: Solution) -> Solution:
@@ -13,14 +14,11 @@ def as_the_file_says(fitter: Fitter, empty: Solution) -> Solution:
 
     Both are fitted in every solution; how far a machine is from its file must not hide in that.
     """
-    model = fitter.model
-    fixed = {n.term.candidate.key: n.term for n in fitter.nuisances if n.measured}
-    if model.loosely_built:
-        fixed = {n.term.candidate.key: n.term for n in model.tolerances} | fixed
+    fixed = {nuisance.term.candidate.key: nuisance.term for nuisance in held_to(fitter)}
     if not fixed:
         return empty
     nuisances = tuple(fixed.get(term.candidate.key, term) for term in empty.nuisances)
-    predicted = model.predict(nuisances)
+    predicted = fitter.model.predict(nuisances)
     left = fitter.vector(fitter.observed - predicted)
     return replace(
         empty, nuisances=nuisances, predicted=predicted, residual=left, cost=float(left @ left)

@@ -63,14 +63,25 @@ class LeftByMeasured:
         return 0.0 if self.is_change(new) else self.of(new)
 
 
+def held_to(fitter: Fitter) -> list[Nuisance]:
+    """What the robot file holds a machine to: measured effects, and small errors of building where
+    an earlier diagnosis needed them.
+    """
+    model = fitter.model
+    small = {n.term.candidate.key for n in model.tolerances} if model.loosely_built else set()
+    return [n for n in fitter.nuisances if n.measured or n.term.candidate.key in small]
+
+
 def changing(fitter: Fitter) -> dict[tuple[str, ...], tuple[Nuisance, Candidate]]:
-    """Measured effects whose change a candidate is: those that have the same coordinates."""
+    """What is held and whose change a candidate is: those that have the same coordinates."""
     candidates = {one.key: one for one in fitter.model.candidates}
-    pairs = [(n, candidates.get(n.term.candidate.key)) for n in fitter.nuisances if n.measured]
+    pairs = [(n, candidates.get(n.term.candidate.key)) for n in held_to(fitter)]
     return {
         one.key: (nuisance, one)
         for nuisance, one in pairs
-        if one is not None and len(one.coordinates) == len(nuisance.term.at)
+        if one is not None
+        and len(one.coordinates) == len(nuisance.term.at)
+        and len(nuisance.term.candidate.moved) == len(nuisance.term.at)
     }
 
 

@@ -27,6 +27,7 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.estimation.splines import SplineTerm
+from diagnosis.evidence.left_by_measured import held_to
 from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
 from diagnosis.pipelines.options import UNKNOWN
 from diagnosis.plants.traits import traits_of
@@ -124,12 +125,12 @@ def _named(
 
 
 def _of_a_change(outcome: Outcome, number: int, whole: FloatArray) -> float | None:
-    """Chi-square that the change of a measured effect takes away, which a refit would hide: left
+    """Chi-square that the change of what is held takes away, which a refit would hide: left
     out, what is known of it would move instead. None of other effects.
     """
     fitter, solution = outcome.fitter, outcome.solution
     key = solution.terms[number].candidate.key
-    if key not in {n.term.candidate.key for n in fitter.nuisances if n.measured}:
+    if key not in {nuisance.term.candidate.key for nuisance in held_to(fitter)}:
         return None
     others = [*solution.terms[:number], *solution.terms[number + 1 :]]
     without = fitter.model.predict([*solution.nuisances, *others])

@@ -71,9 +71,10 @@ def held_rows(recording: FlatRecording) -> np.ndarray:
     return block % ASSESSMENT.every == ASSESSMENT.every // 2
 
 
-def fitted(model: DeltaModel) -> tuple[Fitter, Solution]:
+def fitted(model: DeltaModel) -> tuple[Fitter, Solution, Solution]:
     fitter = fitter_of(model)
-    return fitter, fitter.solve((term_of(model, "home_offset", "motor1", 0.0),), (), None)
+    named = fitter.solve((term_of(model, "home_offset", "motor1", 0.0),), (), None)
+    return fitter, fitter.solve((), (), None), named
 
 
 def test_blocks_that_are_held_out_take_no_part_in_the_fit(
@@ -100,7 +101,7 @@ def test_what_is_wrong_in_the_fitted_blocks_is_in_no_held_out_figure(
 def test_events_do_not_come_back_in_another_run(
     delta: DeltaRobot, recording: FlatRecording, model: DeltaModel
 ) -> None:
-    fitter, solution = fitted(model)
+    fitter, _, solution = fitted(model)
     candidate = solution.terms[0].candidate
     event = replace(candidate, kind=replace(candidate.kind, event=True))
     with_event = replace(solution, terms=(Term(event, np.array([0.3])),))
@@ -135,7 +136,7 @@ def test_unknowns_that_depend_on_something_come_back_in_another_run(
 def test_one_reading_that_leaps_does_not_make_another_run_look_bad(
     delta: DeltaRobot, recording: FlatRecording, model: DeltaModel
 ) -> None:
-    fitter, solution = fitted(model)
+    fitter, _, solution = fitted(model)
     rows = np.zeros(len(recording), dtype=bool)
     rows[700] = True
     other = changed(delta, recording, rows, 0.4)
@@ -147,7 +148,7 @@ def test_one_reading_that_leaps_does_not_make_another_run_look_bad(
 
 def test_noise_that_comes_in_blocks_widens_an_interval(model: DeltaModel) -> None:
     """The sandwich: whitened residuals with a common part in each block, by the textbook factor."""
-    fitter, solution = fitted(model)
+    fitter, _, solution = fitted(model)
     rng = np.random.default_rng(0)
     blocks = blocks_of(fitter)
     plain = rng.standard_normal(fitter.rows)
@@ -167,7 +168,7 @@ def test_no_interval_is_finer_than_the_best_machine(
     model: DeltaModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Tolerances that no robot file can promise, of a home: at least 0.03 mrad either way."""
-    fitter, solution = fitted(model)
+    fitter, _, solution = fitted(model)
     silent = replace(solution, residual=np.zeros_like(solution.residual))
     with_them = covariance(fitter, silent)
     monkeypatch.setattr(

@@ -125,3 +125,26 @@ def test_what_is_named_is_more_probable_than_nothing(corrected: DeltaRobot, all_
     """Together the joints show more than their drives may leave; each by itself does not."""
     answer = diagnose_recordings(corrected, [recorded(1, all_rad=all_rad)], [])
     assert contradictions(answer) == []
+
+
+def test_a_delay_whose_parts_are_open_is_known_in_all() -> None:
+    """Rows 44 ms apart leave its division open; both intervals are no room for a later drive."""
+    ends = {"time": (0.0009, 0.0596), "dead_time": (0.0688, 0.1274)}
+    found = FoundBy(recordings=("a.csv",), on="2026-01-31", ci95=ends)
+    lag = EffectEntry(
+        effect="following_lag", component="motor1",
+        parameters={"time": 0.0215, "dead_time": 0.1069}, found=found,
+    )  # fmt: skip
+    _, (nuisance,) = measured_before(nominal().model_copy(update={"effects": (lag,)}), 1.0, 60.0)
+    assert min(nuisance.spread) > 0.015
+    assert nuisance.together is not None
+    assert nuisance.together < 0.005
+
+
+def test_small_errors_are_allowed_for_again(corrected: DeltaRobot, first: Diagnosis) -> None:
+    assert first.loosely_built
+    found = [entry.found for entry in corrected.effects]
+    assert all(one is not None and one.loosely_built for one in found)
+    again = diagnose_recordings(corrected, [recorded(1)], [])
+    assert again.loosely_built
+    assert any("allowed for, as in the answer" in line for line in summary_lines(again))

@@ -25,6 +25,9 @@ ELSEWHERE = (*EVENTS, "contact", "sensor_latency")
 """Kinds whose candidates have no row in the table."""
 NARROWEST = 1e-3
 """Of the step of a derivative: what is known more exactly is no more exact in a fit."""
+BESIDE_MEASURED = 2.0
+"""Times its usual spread that a small error has beside effects simpler than the machine: a drive of
+second order that became slower looks like half a percent of its ratio as well."""
 WIDTH = 2.0 * 1.96
 """Of an interval of 95 %, in standard deviations."""
 
@@ -78,6 +81,16 @@ def joined(terms: Sequence[Term], measured: Sequence[Nuisance]) -> list[Term]:
         else:
             found[key if key in known and key not in found else number] = term
     return list(found.values())
+
+
+def beside(measured: Sequence[Nuisance], tolerances: Sequence[Nuisance]) -> list[Nuisance]:
+    """Small errors that are fitted beside measured effects, which move them a little as well."""
+    taken = {one.term.candidate.key for one in measured}
+    return [
+        replace(one, spread=tuple(BESIDE_MEASURED * spread for spread in one.spread))
+        for one in tolerances
+        if one.term.candidate.key not in taken
+    ]
 
 
 def _nuisance(entry: EffectEntry, travel_rad: float, span_s: float) -> Nuisance | None:

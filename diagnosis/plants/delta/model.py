@@ -11,7 +11,7 @@ from diagnosis.observations.begun_in_motion import begun_in_motion
 from diagnosis.observations.readings import FloatArray, gather
 from diagnosis.plants.candidate import Candidate, Coordinate, Shape, Term
 from diagnosis.plants.delta.candidates import EVENTS, candidates_of, contact, runout, tolerances
-from diagnosis.plants.delta.measured_before import changes, joined, measured_before
+from diagnosis.plants.delta.measured_before import beside, changes, joined, measured_before
 from diagnosis.plants.delta.near_singular import fragile
 from diagnosis.plants.delta.sensor_clock import OwnTimes
 from diagnosis.plants.delta.traits import delta_traits
@@ -77,9 +77,7 @@ class DeltaModel:
         known = [entry.found for entry in robot.effects if entry.found is not None]
         self.loosely_built = any(found.loosely_built for found in known)
         if self.loosely_built:
-            taken = {nuisance.term.candidate.key for nuisance in self._measured}
-            small = [one for one in self.tolerances if one.term.candidate.key not in taken]
-            self.nuisances = [*self.nuisances, *small]
+            self.nuisances = [*self.nuisances, *beside(self._measured, self.tolerances)]
 
     @property
     def _timed(self) -> bool:
