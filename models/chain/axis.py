@@ -73,6 +73,7 @@ class AxisChain:
             angles_rad=np.array(commands.angles_rad),
             load_of=lambda: Load(pull, np.zeros_like(pull)),
             rad_per_step=self.rad_per_step,
+            smooth=True,
         )
         if self.drive_stiffness is not None:
             flow.angles_rad += pull / self.drive_stiffness

@@ -10,6 +10,9 @@ from models.effects.recursion import delayed
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     late_s = scalar(values, "time")
+    if flow.smooth:
+        flow.measured_rad = flow.behind(flow.measured_rad, late_s, 0.0)
+        return
     flow.measured_rad = delayed(flow.measured_rad, flow.t_s, flow.stretch_start_s, late_s, memory)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from models.effects.between_rows import late, slopes_of
 from models.robot import FloatArray
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
@@ -39,6 +40,8 @@ class Flow:
     angles_rad: FloatArray
     load_of: Callable[[], Load]
     rad_per_step: float = 0.0
+    smooth: bool = False
+    """A whole motion, smooth between its samples (`between_rows`); in blocks it is straight."""
     previous_s: float | None = None
     """Time of the last sample of the block before, if this one goes on from it."""
     linkage: dict[str, FloatArray] = field(default_factory=dict)
@@ -61,6 +64,21 @@ class Flow:
         step = np.diff(self.t_s, prepend=before)
         step[self.fresh] = 0.0
         return step
+
+    def behind(self, part: FloatArray, dead_s: float, time_s: float) -> FloatArray:
+        """Each column of a whole motion (n, m) behind a dead time and a first-order lag."""
+        columns = [
+            late(
+                x,
+                slopes_of(x, self.t_s, self.step_s),
+                self.t_s,
+                self.stretch_start_s,
+                dead_s,
+                time_s,
+            )
+            for x in part.T
+        ]
+        return np.stack(columns, axis=1)
 
     @cached_property
     def since_s(self) -> FloatArray:

@@ -20,11 +20,14 @@ from models.effects.recursion import delayed, lagged
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     part = flow.angles_rad[:, joints(index)]
     dead_s, lag_s = scalar(values, "dead_time"), scalar(values, "time")
-    if dead_s != 0.0:
-        past = memory.setdefault("delay", {})
-        part = delayed(part, flow.t_s, flow.stretch_start_s, dead_s, past)
-    state = memory.setdefault("lag", {})
-    flow.angles_rad[:, joints(index)] = lagged(part, flow.step_s, lag_s, state)
+    if flow.smooth:
+        part = flow.behind(part, dead_s, lag_s)
+    else:
+        if dead_s != 0.0:
+            past = memory.setdefault("delay", {})
+            part = delayed(part, flow.t_s, flow.stretch_start_s, dead_s, past)
+        part = lagged(part, flow.step_s, lag_s, memory.setdefault("lag", {}))
+    flow.angles_rad[:, joints(index)] = part
 
 
 EFFECT = EffectKind(

@@ -11,7 +11,8 @@ from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
 from diagnosis.plants.regression import Sizes
 from models.effects.axis_play import loose
-from models.effects.recursion import delayed, lagged, linear
+from models.effects.between_rows import late, slopes_of
+from models.effects.recursion import linear
 
 STAGES = ("lag", "ringing", "friction", "rubbing", "play")
 """Parts of the chain from the command to the axis, in their order."""
@@ -24,6 +25,8 @@ class DriveChain:
         """begins: names of the sizes that say where in the play the first stretches begin."""
         self._axis, self._begins = axis, begins
         self._kept: dict[tuple[object, ...], FloatArray] = {}
+        self._curve: tuple[FloatArray, FloatArray] | None = None
+        """The motion that is behind a lag, and its slopes."""
 
     def behind(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Command behind lag and play, (n,)."""
@@ -49,16 +52,18 @@ class DriveChain:
     def _stage(self, key: str, driven: FloatArray, sizes: Sizes) -> FloatArray:
         """What one part of the chain makes of its input, (n,)."""
         if key == "lag":
-            part = driven[:, None]
-            part = delayed(
-                part, self._axis.t_s, self._axis.stretch_start_s, sizes["lag.dead_time"], {}
-            )
-            late: FloatArray = lagged(part, self._axis.step_s, sizes["lag.time"], {})[:, 0]
-            return late
+            return self._late(driven, sizes["lag.dead_time"], sizes["lag.time"])
         if key == "ringing":
             return self._rung(driven, sizes["ringing.frequency"], sizes["ringing.damping"])
         pull = self._axis.pull if key == "play" else np.zeros(len(driven))
         return self._played(driven, sizes, key, pull)
+
+    def _late(self, driven: FloatArray, dead_s: float, time_s: float) -> FloatArray:
+        """Behind a dead time and a time constant, of a motion that is smooth between its rows."""
+        axis = self._axis
+        if self._curve is None or self._curve[0] is not driven:
+            self._curve = (driven, slopes_of(driven, axis.t_s, axis.step_s))
+        return late(driven, self._curve[1], axis.t_s, axis.stretch_start_s, dead_s, time_s)
 
     def _played(self, driven: FloatArray, sizes: Sizes, key: str, pull: FloatArray) -> FloatArray:
         starts = np.zeros(int(np.count_nonzero(self._axis.readings.fresh)))
