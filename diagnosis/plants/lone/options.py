@@ -64,6 +64,9 @@ class CommandedAxisOptions:
     STS3250)."""
     longest_lag_s: float = 2.0
     """Longest lag, and longest dead time, that a drive is looked for: beyond, it has arrived."""
+    gap_of_a_lag: float = 0.02
+    """Share of the gap between both directions that a delay makes, below which nothing else is told
+    from it: no drive is quite one dead time and one time constant."""
     together_of_longest: float = 0.95
     """Lag and dead time that are longer together sit at that bound."""
     free_constant_spread: float = 1e3
