@@ -50,5 +50,5 @@ def _ranges(rests: list[FloatArray], resolution: float) -> list[float]:
     steps = np.concatenate([np.diff(rest) for rest in rests])
     noise = MAD_TO_SIGMA * float(np.median(np.abs(steps))) / math.sqrt(2.0)
     hair = max(ASSESSMENT.moved_sigma * noise, ASSESSMENT.moved_steps * resolution)
-    ranges = (float(np.ptp(median_filter(rest, 3, mode="nearest"))) for rest in rests)
+    ranges = (float(np.ptp(median_filter(rest, 3, mode="mirror"))) for rest in rests)
     return [moved for moved in ranges if moved > hair]

@@ -13,6 +13,8 @@ class RegressionOptions:
     """Of the sizes: the ends of a 95 % interval are then known to a few per cent of its width."""
     least_probability: float = 0.02
     """Alternatives less probable than this get no line."""
+    of_a_row: float = 0.25
+    """Part of the time between two rows to which what was commanded between them is known."""
     as_good_as_none_s: float = 5e-4
     """Standard deviation below which no time constant is known: a drive has one, and its model and
     the clock are off by as much."""

@@ -138,7 +138,10 @@ def _apart(selected: Selected, regressor: Regressor, same: Equivalent) -> float:
     best, name = selected.best, f"{regressor.key}.{same.only_if_zero}"
     at = best.names.index(name)
     known = math.sqrt(float(scaled_covariance(best)[at, at]))
-    spread = math.hypot(known, selected.shift.get(name, 0.0), REGRESSION.as_good_as_none_s)
+    least_s = max(
+        REGRESSION.as_good_as_none_s, REGRESSION.of_a_row * selected.plant.readings.period_s
+    )
+    spread = math.hypot(known, selected.shift.get(name, 0.0), least_s)
     return (best.sizes[name] / spread) ** 2
 
 
