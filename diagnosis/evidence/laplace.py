@@ -16,7 +16,7 @@ from scipy.special import ndtr
 
 from diagnosis.evidence.effective_size import TemperedNoise
 from diagnosis.evidence.options import EVIDENCE
-from diagnosis.observations.readings import FloatArray
+from diagnosis.observations.readings import BoolArray, FloatArray
 from diagnosis.plants.regression import Columns, RegressionPlant, Regressor, Size
 
 Point = dict[str, float]
@@ -145,8 +145,11 @@ class Laplace:
             slopes = np.stack([self._slope(keys, point, left, m) for m in moved], axis=1)
             gradient, gram = slopes.T @ left, slopes.T @ slopes
             scale = np.diag(gram) + 1e-12
+            able = _able(point, moved, gradient)
             for _ in range(5):
-                step = -np.linalg.solve(gram + damping * np.diag(scale), gradient)
+                step = np.zeros(len(moved))
+                damped = (gram + damping * np.diag(scale))[np.ix_(able, able)]
+                step[able] = -np.linalg.solve(damped, gradient[able])
                 new = self._stepped(point, moved, step)
                 new_cost, new_left = self._solve(keys, new)
                 if new_cost < cost:
@@ -263,6 +266,16 @@ class Laplace:
             if size.prior == "half":
                 total += 2.0 * np.log(2.0 * ndtr(point[name] / (size.spread * spread)))
         return float(total)
+
+
+def _able(point: Point, moved: list[tuple[str, Size]], gradient: FloatArray) -> BoolArray:
+    """Which sizes may move, (k,): one at its bound that would go beyond it stays there, and what
+    others do for it has to be theirs.
+    """
+    at = np.array([point[name] for name, _ in moved])
+    low, high = np.array([[size.low, size.high] for _, size in moved]).T
+    stuck: BoolArray = ((at <= low) & (gradient > 0.0)) | ((at >= high) & (gradient < 0.0))
+    return ~stuck
 
 
 def most_probable(white: FloatArray, shapes: FloatArray) -> FloatArray:

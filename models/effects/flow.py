@@ -42,6 +42,8 @@ class Flow:
     rad_per_step: float = 0.0
     smooth: bool = False
     """A whole motion, smooth between its samples (`between_rows`); in blocks it is straight."""
+    late_s: float = 0.0
+    """Time constant of the drive of a whole motion: what pulls at it shows as late in a spring."""
     previous_s: float | None = None
     """Time of the last sample of the block before, if this one goes on from it."""
     linkage: dict[str, FloatArray] = field(default_factory=dict)

@@ -22,6 +22,7 @@ def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     dead_s, lag_s = scalar(values, "dead_time"), scalar(values, "time")
     if flow.smooth:
         part = flow.behind(part, dead_s, lag_s)
+        flow.late_s += lag_s
     else:
         if dead_s != 0.0:
             past = memory.setdefault("delay", {})

@@ -18,7 +18,10 @@ from models.effects.port import Port
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     part = joints(index)
-    flow.angles_rad[:, part] += flow.load.torque_nm[:, part] / scalar(values, "stiffness")
+    torque = flow.load.torque_nm[:, part]
+    if flow.late_s > 0.0:  # a drive gives way as it follows: by the same time constant
+        torque = flow.behind(torque, 0.0, flow.late_s)
+    flow.angles_rad[:, part] += torque / scalar(values, "stiffness")
 
 
 EFFECT = EffectKind(

@@ -105,9 +105,10 @@ class FollowingRig:
         driven = np.interp(t_fine - self.dead_s, t_fine, command)
         x, axis = driven[0], driven[0] + 0.3 * self.play
         seen = np.empty_like(driven)
-        for k, target in enumerate(driven):
-            pull = target if self.lag_s == 0.0 else x + (target - x) * (t_fine[1] / self.lag_s)
-            x = pull
+        part = 1.0 - np.exp(-t_fine[1] / self.lag_s) if self.lag_s else 1.0
+        halfway = 0.5 * (driven + np.concatenate([driven[:1], driven[:-1]]))
+        for k, target in enumerate(halfway if self.lag_s else driven):
+            x += (target - x) * part
             motor = self.scale * x - (self.lost if t_fine[k] >= self.lost_at_s else 0.0)
             motor += self.wave * np.sin(2.0 * np.pi * motor / self.period)
             axis = min(max(axis, motor - 0.5 * self.play), motor + 0.5 * self.play)

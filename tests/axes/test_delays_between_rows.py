@@ -20,8 +20,9 @@ def recorded(dead_s: float, every: int, begins_s: float = 0.0) -> FlatRecording:
     late = np.interp(t_s - dead_s, t_s, told)
     seen = np.empty_like(late)
     at = late[0]
-    for k, aim in enumerate(late):
-        at += (aim - at) * STEP_S / TIME_S
+    part = 1.0 - np.exp(-STEP_S / TIME_S)
+    for k, aim in enumerate(0.5 * (late + np.roll(late, 1))):  # the middle of each step
+        at += (aim - at) * part if k else 0.0
         seen[k] = at
     rows = np.flatnonzero(t_s >= begins_s)[::every]
     noise = NOISE_RAD * np.random.default_rng(3).standard_normal(len(rows))

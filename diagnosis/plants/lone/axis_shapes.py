@@ -11,6 +11,7 @@ from diagnosis.plants.lone.odds import FILE_SPREADS
 from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
 from diagnosis.plants.regression import Columns, Sizes
+from models.effects.between_rows import late, slopes_of
 
 RATIO_SPREAD = {
     "stepper_axis": FILE_SPREADS.stepper_ratio_share,
@@ -39,7 +40,9 @@ class AxisShapes:
                 shape[:, None], np.array([RATIO_SPREAD[self._axis.robot.kind]]), ("scale",)
             )
         if key == "droop":
-            return Columns(self._axis.pull[:, None], np.array([self._yielding]), ("1/stiffness",))
+            late_s = sizes.get("lag.time", 0.0) + self._known_late_s
+            pull = self._pulled(late_s)[:, None]
+            return Columns(pull, np.array([self._yielding]), ("1/stiffness",))
         if key in ("gear", "teeth"):
             return self._waves(base, sizes[f"{key}.waves"])
         if key == "drift":
@@ -48,6 +51,22 @@ class AxisShapes:
             after = (self._axis.t_s >= sizes["jump.moment"]).astype(float)[:, None]
             return Columns(after, np.array([self._axis.mismatch]), ("shift",))
         return Columns(np.zeros((len(base), 0)), np.zeros(0))
+
+    def _pulled(self, late_s: float) -> FloatArray:
+        """What pulls, (n,), as late as the drive gives way to it."""
+        axis = self._axis
+        if late_s <= 0.0:
+            return axis.pull
+        return late(axis.pull, self._pull_slopes, axis.t_s, axis.stretch_start_s, 0.0, late_s)
+
+    @cached_property
+    def _pull_slopes(self) -> FloatArray:
+        return slopes_of(self._axis.pull, self._axis.t_s, self._axis.step_s)
+
+    @cached_property
+    def _known_late_s(self) -> float:
+        lags = [one for one in self._axis.robot.effects if one.effect == "following_lag"]
+        return float(sum(float(np.asarray(one.parameters["time"])) for one in lags))
 
     @cached_property
     def _homes(self) -> Columns:
