@@ -24,7 +24,7 @@ from models.effects.flow import Flow
 from models.effects.joint_friction import without_swing
 from models.effects.kind import scalar
 from models.effects.port import Port
-from models.effects.recursion import lagged
+from models.recursion import lagged
 from models.robot import FloatArray
 
 BOXES = 4

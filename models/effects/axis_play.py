@@ -17,7 +17,7 @@ from models.effects.effort_flow import BoolArray
 from models.effects.flow import Flow
 from models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
-from models.effects.recursion import clipped
+from models.recursion import clipped
 from models.robot import FloatArray
 
 LEAST_PULL = 0.1

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from models.effects.between_rows import late, slopes_of
+from models.between_rows import late, slopes_of
 from models.robot import FloatArray
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]

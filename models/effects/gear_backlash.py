@@ -15,7 +15,7 @@ import numpy as np
 from models.effects.flow import Flow
 from models.effects.kind import MOTORS, Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
-from models.effects.recursion import clipped
+from models.recursion import clipped
 from models.robot import FloatArray
 
 STICKS = 200.0

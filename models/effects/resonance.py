@@ -8,7 +8,7 @@ from models.cosine_sine import cosine_and_sine
 from models.effects.flow import Flow
 from models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
-from models.effects.recursion import linear
+from models.recursion import linear
 
 FASTEST_DECAY = 0.999
 

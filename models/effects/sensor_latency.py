@@ -5,7 +5,7 @@ from __future__ import annotations
 from models.effects.flow import Flow
 from models.effects.kind import Discrepancy, EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
-from models.effects.recursion import delayed
+from models.recursion import delayed
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

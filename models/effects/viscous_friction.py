@@ -14,7 +14,7 @@ from models.effects.kind import (
     scalar,
 )
 from models.effects.port import Port
-from models.effects.recursion import lagged
+from models.recursion import lagged
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:

@@ -12,7 +12,7 @@ from models.chain import Chain, Commands
 from models.chain.active import activate
 from models.chain.axis import gravity_pull
 from models.effects import effect_kind
-from models.effects.recursion import by_doubling, by_substitution, clipped, lagged, linear
+from models.recursion import by_doubling, by_substitution, clipped, lagged, linear
 from models.robot import AxisGravity, DeltaRobot, EffectEntry, ServoAxis
 
 

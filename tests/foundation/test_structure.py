@@ -66,7 +66,7 @@ FULLER = {
     "drivers/steps": 16,
     "firmware_py/daemon": 16,
     "firmware_py/planner": 19,
-    "models/effects": 45,
+    "models/effects": 44,
     "models/training": 28,
     "reproduction/uzunovic_2013": 17,
     "reproduction/zhao_2023": 19,

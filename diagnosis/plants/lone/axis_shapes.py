@@ -11,7 +11,7 @@ from diagnosis.plants.lone.odds import FILE_SPREADS
 from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
 from diagnosis.plants.regression import Columns, Sizes
-from models.effects.between_rows import late, slopes_of
+from models.between_rows import late, slopes_of
 
 RATIO_SPREAD = {
     "stepper_axis": FILE_SPREADS.stepper_ratio_share,

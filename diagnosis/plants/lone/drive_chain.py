@@ -10,9 +10,9 @@ from diagnosis.observations.readings import FloatArray
 from diagnosis.plants.lone.options import COMMANDED_AXIS
 from diagnosis.plants.lone.recorded_axis import RecordedAxis
 from diagnosis.plants.regression import Sizes
+from models.between_rows import late, slopes_of
 from models.effects.axis_play import loose
-from models.effects.between_rows import late, slopes_of
-from models.effects.recursion import linear
+from models.recursion import linear
 
 STAGES = ("lag", "ringing", "friction", "rubbing", "play")
 """Parts of the chain from the command to the axis, in their order."""

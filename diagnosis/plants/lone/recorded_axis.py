@@ -39,7 +39,7 @@ from diagnosis.plants.lone.waves import resolved_waves
 from foundation.errors import RecordingError
 from models.chain.axis import AxisChain, entries_of, gravity_pull
 from models.chain.commands import Commands
-from models.effects.recursion import lagged
+from models.recursion import lagged
 from models.robot import ServoAxis, StepperAxis
 from recording.tables.flat import FlatRecording
 

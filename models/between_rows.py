@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.effects.recursion import linear
+from models.recursion import linear
 from models.robot import FloatArray
 
 SHORT = 0.01
