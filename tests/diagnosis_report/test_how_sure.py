@@ -135,7 +135,11 @@ def test_a_small_part_beside_a_sure_finding_is_no_contradiction(
         (0.1, 0.0025, "If it alone were left out, the mismatch would be 2.50 instead of 2.21 mm:"),
         (0.9, None, "Without it the mismatch would be about 3.95 instead of 2.21 mm."),
         (0.004, 0.00221, "without it the mismatch would be about the same."),
-        (0.004, 0.0019, "without it the mismatch as a whole would be no larger."),
+        (
+            0.004,
+            0.0019,
+            "without it the mismatch as a whole would be no larger, yet what tells most would fit worse.",
+        ),
         (0.9, 0.0555, "Without it the mismatch would be 55.5 instead of 2.21 mm."),
     ],
 )

@@ -52,7 +52,7 @@ def _compared(finding: Finding, fit: Fit) -> str:
     if without == after:
         return f"{what} would be about the same"
     if without_m < after_m:
-        return f"{what} as a whole would be no larger"
+        return f"{what} as a whole would be no larger, yet what tells most would fit worse"
     if beyond and after_m < NONE * without_m:
         return f"{what} would be {about}{without} instead of next to none"
     unit = f" {after.partition(' ')[2]}"

@@ -238,6 +238,9 @@ def false_alarm(diagnosis: Diagnosis) -> str:
             return AT_MORE_PLACES if diagnosis.fit.at_rest is None else WITH_MORE_MOVES
         if doubtful_floor(diagnosis.fit):
             return f"{_upper(percent(nothing))} sure that the robot file is complete."
+    if nothing >= VERDICT.even and seen(p):
+        none = f"{_upper(percent(nothing))} sure that no known effect is missing"
+        return f"{none}; yet {by_noise(p)}."
     if nothing >= VERDICT.even:
         return f"{_upper(percent(nothing))} sure that the robot file is complete: {by_noise(p)}."
     incomplete = f"{_upper(percent(1.0 - nothing))} sure that the robot file is incomplete"
