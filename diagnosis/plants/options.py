@@ -15,8 +15,8 @@ class SplineTermOptions:
     """Quantiles of a covariate between which the pieces lie: single wild values would stretch
     them over a range in which nothing was read."""
     vanishing: float = 3e-3
-    """Of the largest direction: one that is smaller is what the named shapes already span, or stands
-    on no row; made as large as the others it would be a spike at one of them."""
+    """Of the largest direction: one that is smaller is what the named shapes already span, or
+    stands on no row; made as large as the others it would be a spike at one of them."""
     unknown_log_odds: float = -5.0
     """Of a mismatch that no named effect makes: one machine in 150 has it, for each covariate."""
 

@@ -138,7 +138,8 @@ def test_a_small_part_beside_a_sure_finding_is_no_contradiction(
         (
             0.004,
             0.0019,
-            "without it the mismatch as a whole would be no larger, yet what tells most would fit worse.",
+            "without it the mismatch as a whole would be no larger, yet what tells most would fit"
+            " worse.",
         ),
         (0.9, 0.0555, "Without it the mismatch would be 55.5 instead of 2.21 mm."),
     ],
