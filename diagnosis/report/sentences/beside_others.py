@@ -56,7 +56,7 @@ def wider_in_motion(finding: Finding, findings: Sequence[Finding]) -> str:
     late_s = sum(map(_late_s, findings))
     if "width" not in finding.parameters or late_s <= 0.0:
         return ""
-    late = quantity(late_s, "s", digits=2)
+    late = quantity(late_s, "s", digits=3)
     return (
         f"In motion the gap is wider: the delay of {late} found beside it adds what the axis moves"
         f" in {quantity(2.0 * late_s, 's', digits=2)}."

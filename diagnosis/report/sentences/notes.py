@@ -77,8 +77,16 @@ def grows_with_load(finding: Finding) -> str:
     if share is None or share.components[0][0] > UNLOADED_ALIKE:
         return ""
     width = finding.parameters["width"]
-    alone = quantity(share.components[0][0] * width.components[0][0], width.unit, digits=2)
-    return f"It grows with the load: this is at the usual load, and without one it is {alone}."
+    alone, least, most = (
+        quantity(part * width.components[0][0], width.unit, digits=2).lstrip("+")
+        for part in share.components[0]
+    )
+    unit = f" {most.partition(' ')[2]}"
+    between = f"between {least.removesuffix(unit)} and {most}"
+    return (
+        "It grows with the load: this is at the usual load, and without one it is"
+        f" {alone} (95 % sure {between})."
+    )
 
 
 def second_harmonic(finding: Finding) -> str:
