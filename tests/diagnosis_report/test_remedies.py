@@ -281,7 +281,7 @@ def test_a_delay_beside_play_is_said_to_widen_the_gap_in_motion() -> None:
     play = play.model_copy(update={"parameters": {"width": play.parameters["size"]}})
     late = found("following_lag", "axis", 0.046, "s")
     assert (
-        "the delay of 46 ms found beside it adds what the axis moves in 92 ms"
+        "the delay of 46.0 ms found beside it adds what the axis moves in 92 ms"
         in wider_in_motion(play, [play, late])
     )
     assert wider_in_motion(play, [play]) == ""
