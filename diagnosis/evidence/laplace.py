@@ -76,6 +76,10 @@ class Laplace:
             self._known[wanted] = found
         return self._known[wanted]
 
+    def held_at(self, keys: frozenset[str], sizes: Point) -> Explanation:
+        """A set with its nonlinear sizes as they are known from elsewhere."""
+        return self._explanation(keys, sizes)
+
     def _cheaper(
         self, keys: frozenset[str], start_from: Sequence[Explanation]
     ) -> Explanation | None:

@@ -89,6 +89,9 @@ class KeepsBeside:
         """Nothing is out of reach of every recording of such a machine."""
         return []
 
+    def map_around(self, keys: frozenset[str], sizes: Sizes) -> None:
+        """There is no map in detail."""
+
     def map_finely(self, keys: frozenset[str], sizes: Sizes, left: FloatArray) -> bool:
         """One detail of the spline terms is all there is."""
         return False

@@ -22,6 +22,9 @@ from diagnosis.plants.regression import RegressionPlant, Sizes
 from diagnosis.selection.model_posterior import HillClimb, Posterior, posterior
 from diagnosis.selection.options import SELECTION
 
+GAPS = frozenset({"following_lag", "joint_friction", "gear_backlash"})
+"""Effects that each hold the two directions apart."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Selected:
@@ -70,14 +73,13 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
     progress("what the named effects leave")
     plant.keep_beside(shapes_of(plant, named.best.keys, named.best.sizes))
     free, left = _left_over(plant, named.best)
-    if plant.map_finely(named.best.keys, named.best.sizes, left.best.residual):
+    mapped = plant.map_finely(named.best.keys, named.best.sizes, left.best.residual)
+    if mapped:
         named, free, left = _beside_map(plant, evidence, named)
-    unknown = {
-        key for key in left.best.keys - named.best.keys if left.probability(key) > SELECTION.likely
-    }
     chances = {r.key: (left if r.left_over else named).probability(r.key)
                for r in plant.regressors}  # fmt: skip
     nothing = named.nothing * left.without([r.key for r in plant.regressors if r.left_over])
+    unknown = _unknown(named.best, left)
     if not unknown:
         return Selected(
             plant,
@@ -90,7 +92,39 @@ def select(plant: RegressionPlant, progress: Progress) -> Selected:
             _shift(plant, named.best),
             free,
         )
-    return _beside(plant, free, frozenset(unknown), named, chances, nothing)
+    chosen = _beside(plant, free, unknown, named, chances, nothing)
+    return (_gaps_again(chosen, evidence) if mapped else None) or chosen
+
+
+def _unknown(named: Explanation, left: Posterior) -> frozenset[str]:
+    keys = left.best.keys - named.keys
+    return frozenset(key for key in keys if left.probability(key) > SELECTION.likely)
+
+
+def _gaps_again(chosen: Selected, evidence: Laplace) -> Selected | None:
+    """What holds the two directions apart, once more beside a map of places; then that map anew.
+
+    A rough screw is larger than the gap, and as long as it counts as noise a delay and a friction
+    look alike. None where the same is found.
+    """
+    plant, before = chosen.plant, chosen.best
+    gaps = {r.key for r in plant.regressors if r.effect in GAPS}
+    again = HillClimb(chosen.left_over, before.keys - gaps, among=sorted(gaps)).run()
+    best = again.best
+    if best.keys == before.keys:
+        return None
+    keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
+    sizes = {name: size for name, size in best.sizes.items() if name.split(".")[0] in keys}
+    plant.keep_beside(shapes_of(plant, keys, sizes))
+    plant.map_around(keys, sizes)
+    named = evidence.held_at(keys, sizes)
+    free, left = _left_over(plant, named)
+    chances = {**chosen.probability, **{key: again.probability(key) for key in gaps}}
+    unknown = _unknown(named, left)
+    if not unknown:
+        return None
+    free(keys | unknown, [named])  # begins at these sizes, which a fit without a map moves away
+    return _beside(plant, free, unknown, Posterior([named], [1.0]), chances, chosen.nothing)
 
 
 def _left_over(plant: RegressionPlant, named: Explanation) -> tuple[Laplace, Posterior]:

@@ -162,8 +162,10 @@ class RecordedAxis:
         )
         came |= begun_in_motion(self.t_s, self.commanded[:, None], self.readings.fresh)
         valid = np.flatnonzero(self.readings.valid[:, 0] & ~came)
-        stride = max(1, -(-len(valid) // COMMANDED_AXIS.most_followed_rows))
-        return valid[::stride]
+        most = COMMANDED_AXIS.most_followed_rows
+        if len(valid) <= most:
+            return valid
+        return valid[np.linspace(0, len(valid) - 1, most).round().astype(np.intp)]
 
     def _moving(self) -> IntArray:
         """1 while the command moves or has just moved: there a drive does what no model follows.
