@@ -224,12 +224,20 @@ class _Reader:
         if not self._legs:
             raise ConfigError(
                 f"{path}:{self._start_line}: is the only place in it, where the path begins; a path"
-                " needs a move from there"
+                f" needs a move from there{self._too_early()}"
             )
         over = [f"{word} passed over ({_times(count)})" for word, count in self._over.items()]
         notes = [note.format(_times(count)) for note, count in self._notes.items() if count]
         lines = tuple(self._lines)
         return Drawn(self._start, tuple(self._legs), (*over, *notes), lines, self._start_line)
+
+    def _too_early(self) -> str:
+        """Why other moves are no part of the path, if there are any."""
+        count = self._notes.get(EARLY, 0)
+        if not count:
+            return ""
+        early = EARLY.format(_times(count))
+        return f" ({early}: begin with a move that has all three, as G0 X0 Y0 Z5)"
 
 
 def _list(codes: tuple[float, ...]) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from diagnosis.answer.corrected_robot import sure
 from diagnosis.answer.records import (
+    Alternative,
     Channel,
     Evidence,
     Finding,
@@ -117,3 +118,29 @@ def test_an_unknown_that_is_one_wave_of_two_periods_says_so(make: Any) -> None:
         assert ("of which this recording holds 1.9" in said) == told
         assert ("nothing that this recording can name is the cause" in said) == told
         assert ("over at least three periods" in " ".join(remedies(answer))) == told
+
+
+def test_a_zero_far_from_where_it_moved_is_told_there(make: Any) -> None:
+    """0.0029 of 180 degrees is 0.52 degrees: at its zero alone it seems ten times as far off."""
+    zero = found("home_offset", angle=np.radians(-0.597))
+    ratio = found("gear_ratio", unit="1", scale=1.0029)
+    t_s = np.linspace(0.0, 30.0, 300)
+    for middle, told in ((180.0, True), (0.0, False)):
+        place = np.radians(middle + 9.0 * np.sin(t_s))
+        channel = Channel(
+            name="position", unit="rad", observed=place, before=place, after=place, noise=0.01
+        )
+        picture = Picture(t_s=t_s, channels=[channel], covariates={"position": place})
+        answer = make("explained", findings=[ratio, zero]).model_copy(update={"picture": picture})
+        assert ("it stands 0.074 degrees below" in " ".join(notes(zero, answer))) == told
+
+
+def test_a_drift_among_the_rivals_is_to_be_ruled_out_as_well(make: Any) -> None:
+    others = [
+        Alternative(effect=effect, component="axis", delta_chi2=0.0, probability=0.33)
+        for effect in ("unknown", "joint_compliance")
+    ]
+    ratio = found("gear_ratio", unit="1", scale=1.0007)
+    ratio = ratio.model_copy(update={"probability": 0.33, "alternatives": others})
+    said = " ".join(remedies(make("explained", findings=[ratio])))
+    assert "only 33 % sure, so first rule out 2 others" in said

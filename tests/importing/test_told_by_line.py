@@ -38,6 +38,11 @@ def test_the_line_of_the_gcode_is_named(
             "part.nc:2: where the path begins: out of reach",
         ),
         ("part.nc", "G0 X20000 Y0 Z0\nG1 X0\n", "part.nc:1: the path begins at 20000 0 -450 mm"),
+        (
+            "part.nc",
+            "G1 X10 F100\nG1 X20\nG2 X30 Y0 Z0 I5 J0\n",
+            "moves before X, Y and Z are all known left out (2 times): begin with a move that has",
+        ),
         ("part.csv", "x,y\n900,0\n0,0\n", "part.csv:2: where the path begins: out of reach"),
     ],
 )

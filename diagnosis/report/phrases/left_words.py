@@ -102,6 +102,6 @@ def moved_at_rest(fit: Fit, head: str, found_play: bool) -> str:
         f" stands, the axis moves by up to {by} (in {found.moved} of {found.rests} rests)"
     )
     if found.load_known:
-        return f"{moves}, beyond what the known load does to it."
+        return f"{moves}, beyond what the known load does to it: first check the sign of that load."
     hidden = "" if found_play else "; play and friction of that size hide behind it"
     return f"{moves}. Something pulls at it that this recording does not say{hidden}."

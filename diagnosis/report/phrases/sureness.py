@@ -17,6 +17,7 @@ BEYOND_DOUBT_P = 1e-6
 VERY_SURE_P = 1e-3
 SURE_P = 0.01
 LIKELY_P = 0.05
+COMPLETE = "the robot file is complete"
 SETTLED = 0.95
 """A finding more probable than this is not called open, whatever its alternatives."""
 UNNAMED = ". There is an effect of this kind; which of the causes below it is remains open"
@@ -237,12 +238,16 @@ def false_alarm(diagnosis: Diagnosis) -> str:
                 return LONGER
             return AT_MORE_PLACES if diagnosis.fit.at_rest is None else WITH_MORE_MOVES
         if doubtful_floor(diagnosis.fit):
-            return f"{_upper(percent(nothing))} sure that the robot file is complete."
+            sure = f"{_upper(percent(nothing))} sure that"
+            # What effects of the file may leave hides what has no name.
+            return (
+                f"{sure} {'no further known effect is missing' if diagnosis.known else COMPLETE}."
+            )
     if nothing >= VERDICT.even and seen(p):
         none = f"{_upper(percent(nothing))} sure that no known effect is missing"
         return f"{none}; yet {by_noise(p)}."
     if nothing >= VERDICT.even:
-        return f"{_upper(percent(nothing))} sure that the robot file is complete: {by_noise(p)}."
+        return f"{_upper(percent(nothing))} sure that {COMPLETE}: {by_noise(p)}."
     incomplete = f"{_upper(percent(1.0 - nothing))} sure that the robot file is incomplete"
     few = p >= LIKELY_P and nothing < 1.0 - SETTLED
     return f"{incomplete}. {FEW_READINGS}" if few else f"{incomplete}: {by_noise(p)}."

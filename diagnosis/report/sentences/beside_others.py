@@ -10,6 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
+from diagnosis.answer.picture import Picture
 from diagnosis.answer.records import Finding
 from diagnosis.answer.verdict import differs_with_speed
 from diagnosis.report.phrases.sizes import quantity
@@ -46,6 +49,25 @@ def zero_of_play(finding: Finding, findings: Sequence[Finding]) -> str:
     return (
         f"That is {which} half of {OF_BOTH_WAYS[play.effect]} (half of it is {shown}): a zero that"
         f" was set after coming from one side is off {much}."
+    )
+
+
+def where_it_moved(finding: Finding, findings: Sequence[Finding], picture: Picture | None) -> str:
+    """What a zero amounts to where the axis moved, with a ratio beside it and far from its zero."""
+    ratio = next((one for one in findings if one.effect == "gear_ratio"), None)
+    if finding.effect != "home_offset" or finding.component != LONE or ratio is None:
+        return ""
+    told = None if picture is None else picture.covariates.get("position")
+    if told is None or abs(middle := float(np.mean(told))) < float(np.ptp(told)):
+        return ""
+    angle, scale = finding.parameters["angle"], ratio.parameters["scale"]
+    there = angle.components[0][0] + (scale.components[0][0] - 1.0) * middle
+    size = quantity(abs(there), angle.unit, digits=2).lstrip("+")
+    side = "above" if there > 0.0 else "below"
+    return (
+        f"That is at its zero, which lies far from where it moved: about"
+        f" {quantity(middle, angle.unit, digits=3).lstrip('+')}, with the ratio found beside it, it"
+        f" stands {size} {side} what it is told."
     )
 
 

@@ -13,6 +13,7 @@ from diagnosis.report.phrases.sizes import quantity
 from diagnosis.report.sentences.beside_others import (
     lags_by_itself,
     mean_over_speeds,
+    where_it_moved,
     wider_in_motion,
     zero_of_play,
 )
@@ -44,7 +45,7 @@ def notes(finding: Finding, diagnosis: Diagnosis) -> list[str]:
     findings = diagnosis.findings
     said = (
         grows_with_load(finding),
-        zero_of_play(finding, findings),
+        where_it_moved(finding, findings, diagnosis.picture) or zero_of_play(finding, findings),
         wider_in_motion(finding, findings),
         lags_by_itself(finding, findings),
         mean_over_speeds(finding, findings),

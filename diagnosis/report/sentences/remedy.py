@@ -107,6 +107,9 @@ def _first_rule_out(finding: Finding, certain: bool) -> str:
         )
     if others and sure_of is not None and certain:
         return _though(finding, others)
+    if others and nameless:
+        many = len(others) + len(nameless)
+        return f"; but {only}first rule out {many} others that look the same here (below)"
     if len(likely) == 1 and likely[0].effect == YIELDS and sure_of is not None:
         return (
             f"; this is only {percent(sure_of)} sure: if it changes with the load, the cause is"
