@@ -21,6 +21,13 @@ def rms(residual: FloatArray, valid: BoolArray, columns: list[int]) -> float:
     return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
 
 
+def counted_columns(model: Model) -> tuple[list[int], str]:
+    """Channels the RMS is taken over: those in metres, else all."""
+    units = model.readings.units
+    metres = [i for i, unit in enumerate(units) if unit == "m"]
+    return (metres, "m") if metres else (list(range(len(units))), units[0])
+
+
 def on_another_run(
     model: Model, empty: Solution, solution: Solution, columns: list[int]
 ) -> tuple[float, float]:

@@ -27,8 +27,8 @@ from diagnosis.estimation.estimate import Solution
 from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.estimation.splines import SplineTerm
-from diagnosis.evidence.left_by_measured import held_to
 from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
+from diagnosis.pipelines.left_without import share_and_left
 from diagnosis.pipelines.options import UNKNOWN
 from diagnosis.plants.traits import traits_of
 from diagnosis.priors.build_tolerances import within_tolerance
@@ -103,7 +103,8 @@ def _named(
         sizes["time"] = sizes["time"].model_copy(update={"value": plain["time"]})
     whole = model.predict([*solution.nuisances, *solution.terms])
     change = outcome.fitter.change_by(solution, number, whole)
-    alone = _of_a_change(outcome, number, whole)
+    held = share_and_left(outcome.fitter, outcome.explained.nominal, solution, number)
+    share, left = held or (stand.gain / total, None)
     chances = outcome.explained.credible
     return Finding(
         effect=candidate.effect,
@@ -115,27 +116,14 @@ def _named(
             recordings=numbers,
         ),
         evidence=Evidence(delta_chi2=stand.gain, p=stand.p),
-        share_of_mismatch=float(np.clip((alone or stand.gain) / total, 0.0, 1.0)),
+        share_of_mismatch=float(np.clip(share, 0.0, 1.0)),
+        left_without_m=left,
         probability=chances.terms[number],
         alternatives=[
             *_imitated(chances.beside[number], stand.gain),
             *_with_chances(stand.alternatives, chances.rivals[number]),
         ],
     )
-
-
-def _of_a_change(outcome: Outcome, number: int, whole: FloatArray) -> float | None:
-    """Chi-square that the change of what is held takes away, which a refit would hide: left
-    out, what is known of it would move instead. None of other effects.
-    """
-    fitter, solution = outcome.fitter, outcome.solution
-    key = solution.terms[number].candidate.key
-    if key not in {nuisance.term.candidate.key for nuisance in held_to(fitter)}:
-        return None
-    others = [*solution.terms[:number], *solution.terms[number + 1 :]]
-    without = fitter.model.predict([*solution.nuisances, *others])
-    left, gone = fitter.whiten(fitter.observed - without), fitter.whiten(fitter.observed - whole)
-    return max(float(left @ left - gone @ gone), 0.0)
 
 
 def _imitated(beside: Beside, gain: float) -> list[Alternative]:

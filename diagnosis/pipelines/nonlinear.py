@@ -15,7 +15,7 @@ from diagnosis.answer.between_rows import as_far_as_rows_tell
 from diagnosis.answer.records import Diagnosis, Finding, Fit, Picture, PriorSensitivity
 from diagnosis.answer.verdict import seen
 from diagnosis.assessment.detection_limits import limits
-from diagnosis.assessment.holdout import on_another_run, on_blocks, rms
+from diagnosis.assessment.holdout import counted_columns, on_another_run, on_blocks, rms
 from diagnosis.assessment.impossible import beyond_physics, first_impossible, lacking, less
 from diagnosis.assessment.options import ASSESSMENT
 from diagnosis.estimation.budget import Budget
@@ -104,7 +104,7 @@ class FittedTogether:
     def _left_by_measured(self) -> float:
         """How large what effects of the file may leave is, root mean square."""
         size = self.outcome.explained.search.tests.left_by_measured.size
-        columns, _ = _columns(self.outcome.fitter.model)
+        columns, _ = counted_columns(self.outcome.fitter.model)
         return rms(size, self.prepared.valid, columns)
 
     def chance(self, found: Sequence[Finding]) -> float:
@@ -162,16 +162,9 @@ def _stale(found: Sequence[Finding]) -> list[Finding]:
     return [one for one in found if one.effect == "stale_reading"]
 
 
-def _columns(model: Model) -> tuple[list[int], str]:
-    """Channels the RMS is taken over: those in metres, else all."""
-    units = model.readings.units
-    metres = [i for i, unit in enumerate(units) if unit == "m"]
-    return (metres, "m") if metres else (list(range(len(units))), units[0])
-
-
 def _fit(outcome: Outcome, valid: BoolArray, floor: FloatArray, held_out: Sequence[Model]) -> Fit:
     model, solution = outcome.fitter.model, outcome.solution
-    columns, unit = _columns(model)
+    columns, unit = counted_columns(model)
     observed = outcome.fitter.observed
     empty = outcome.explained.nominal
     if held_out:

@@ -1,0 +1,41 @@
+"""What the change of a size that the robot file knows does, which a refit would hide.
+
+Left out, what is known of it would move instead, and take its place.
+"""
+
+from __future__ import annotations
+
+from diagnosis.assessment.holdout import counted_columns, rms
+from diagnosis.estimation.estimate import Solution
+from diagnosis.estimation.least_squares import Fitter
+from diagnosis.evidence.left_by_measured import held_to
+from diagnosis.observations.readings import FloatArray, without_outliers
+
+LEAST_GAIN = 1e-30
+
+
+def share_and_left(
+    fitter: Fitter, nominal: Solution, solution: Solution, number: int
+) -> tuple[float, float] | None:
+    """Share of the mismatch, and what is left without it (root mean square); number: of the term.
+
+    None of an effect of which the robot file holds nothing. nominal: as the file foretells.
+    """
+    key = solution.terms[number].candidate.key
+    if key not in {nuisance.term.candidate.key for nuisance in held_to(fitter)}:
+        return None
+    model = fitter.model
+    whole = model.predict([*solution.nuisances, *solution.terms])
+    others = [*solution.terms[:number], *solution.terms[number + 1 :]]
+    without = model.predict([*solution.nuisances, *others]) + solution.predicted - whole
+    every = (nominal.predicted, solution.predicted, without)
+    before, after, left = (_left_by(fitter, solution, predicted) for predicted in every)
+    return (left**2 - after**2) / max(before**2 - after**2, LEAST_GAIN), left
+
+
+def _left_by(fitter: Fitter, solution: Solution, predicted: FloatArray) -> float:
+    """In the channels of the figures of the fit, without the outliers of the solution."""
+    model, observed = fitter.model, fitter.observed
+    valid = without_outliers(observed - solution.predicted, model.readings.valid)
+    columns, _ = counted_columns(model)
+    return rms(observed - predicted, valid, columns)
