@@ -115,16 +115,22 @@ def _gaps_again(chosen: Selected, evidence: Laplace) -> Selected | None:
         return None
     keys = frozenset(key for key in best.keys if not key.startswith("unknown "))
     sizes = {name: size for name, size in best.sizes.items() if name.split(".")[0] in keys}
-    plant.keep_beside(shapes_of(plant, keys, sizes))
-    plant.map_around(keys, sizes)
+    _lay_around(plant, keys, sizes)
     named = evidence.held_at(keys, sizes)
     free, left = _left_over(plant, named)
     chances = {**chosen.probability, **{key: again.probability(key) for key in gaps}}
     unknown = _unknown(named, left)
     if not unknown:
+        _lay_around(plant, chosen.named.keys, chosen.named.sizes)
         return None
     free(keys | unknown, [named])  # begins at these sizes, which a fit without a map moves away
     return _beside(plant, free, unknown, Posterior([named], [1.0]), chances, chosen.nothing)
+
+
+def _lay_around(plant: RegressionPlant, keys: frozenset[str], sizes: Sizes) -> None:
+    """Spline terms beside a set, and the map of places where the axis comes to by it."""
+    plant.keep_beside(shapes_of(plant, keys, sizes))
+    plant.map_around(keys, sizes)
 
 
 def _left_over(plant: RegressionPlant, named: Explanation) -> tuple[Laplace, Posterior]:
