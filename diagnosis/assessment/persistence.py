@@ -38,6 +38,7 @@ def _of(channel: Channel, t_s: FloatArray) -> Persistence | None:
     period_s = float(np.median(steps_s))
     apart = (steps_s <= 0.0) | (steps_s > ASSESSMENT.apart_periods * period_s)
     stretch = np.concatenate([[0], np.cumsum(apart)])
+    period_s = float(np.mean(steps_s[~apart]))  # thinned rows are one or two samples apart
     left = left - left.mean()
     first = _correlation(left, stretch, 1)
     if first is None:

@@ -41,7 +41,7 @@ class ForcedAxis(LeftOver):
         """narrower: the low-pass ends at this share of where the position meets its noise."""
         self.robot, self.source = robot, recordings[0].source
         recordings = [without_gross(one, MEASURED) for one in recordings]
-        self._recordings, self._narrower = tuple(recordings), narrower
+        self._recordings = tuple(recordings)
         if robot.inertia is None:
             raise RecordingError(f"{self.source}: effort in needs `inertia` in the robot file")
         self.inertia = robot.inertia
@@ -55,7 +55,7 @@ class ForcedAxis(LeftOver):
         )
         self.t_s = self.readings.t_s
         refuse_still(self.readings.values[:, 0], name, self.source)
-        self.motion = self._motion(recordings, name)
+        self.position = np.concatenate([filled(r, name) for r in recordings])
         force = robot.effort_gain * np.concatenate(
             [filled(r, needed(r, ("effort",), "effort")) for r in recordings]
         )
@@ -63,25 +63,36 @@ class ForcedAxis(LeftOver):
         if self.let_go and robot.gravity is None:
             refuse_still(force, "effort", self.source)
         self.force = force
-        self.filtered_force = self.motion.low_passed(force)
-        self.observed = self._not_explained(recordings)
         self.rounding = 0.0
         self.channel = "effort"
-        self.drawn_on = self.filtered_force - self.observed
-        self.rows = self._rows()
         fewest = FORCED_AXIS.fewest_forced_rows // 2
-        if len(self.rows) < fewest:
+        for wider in FORCED_AXIS.wider:  # a steady motion alone has a spectrum that ends early
+            self._low_passed(recordings, narrower * wider)
+            if len(self.rows) >= fewest:
+                break
+        else:
             raise RecordingError(
-                f"{self.source}: only {len(self.rows)} samples in clear motion; at least "
-                f"{fewest} are needed to tell anything of the effort"
+                f"{self.source}: only {len(self.rows)} samples in clear motion, one a filter's"
+                f" memory apart; at least {fewest} are needed to tell anything of the effort:"
+                " record longer, or faster"
             )
         self.groups = np.cumsum(self.readings.fresh).astype(np.intp)
         self.kinds = np.zeros(len(self.t_s), dtype=np.intp)
         self.beside = np.zeros((len(self.t_s), 0))
         self.regressors = tuple(self._regressors())
 
-    def _motion(self, recordings: Sequence[FlatRecording], name: str) -> Motion:
-        self.position = np.concatenate([filled(r, name) for r in recordings])
+    def _low_passed(self, recordings: Sequence[FlatRecording], narrower: float) -> None:
+        """Motion and forces behind a low-pass, and the samples that count of them."""
+        for name in ("_rests", "_direction"):
+            self.__dict__.pop(name, None)
+        self._narrower = narrower
+        self.motion = self._motion(recordings)
+        self.filtered_force = self.motion.low_passed(self.force)
+        self.observed = self._not_explained(recordings)
+        self.drawn_on = self.filtered_force - self.observed
+        self.rows = self._rows()
+
+    def _motion(self, recordings: Sequence[FlatRecording]) -> Motion:
         velocity = None
         if all(first_of(r, ["velocity"]) for r in recordings):
             velocity = np.concatenate([filled(r, "velocity") for r in recordings])

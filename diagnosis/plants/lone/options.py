@@ -180,6 +180,8 @@ class ForcedAxisOptions:
     """An axis by its effort. Periods are of the low-pass that both sides of the balance pass."""
 
     # Rows.
+    wider: tuple[float, ...] = (1.0, 2.0, 4.0, 8.0)
+    """Times the usual low-pass, the first that leaves as many samples."""
     fewest_forced_rows: int = 60
     """Of a recording; half as many must be in clear motion: inertia and friction need a few
     reversals between them."""
