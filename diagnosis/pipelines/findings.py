@@ -28,7 +28,7 @@ from diagnosis.estimation.least_squares import Fitter
 from diagnosis.estimation.side_by_side import side_by_side
 from diagnosis.estimation.splines import SplineTerm
 from diagnosis.observations.readings import BoolArray, FloatArray, IntArray
-from diagnosis.pipelines.left_without import share_and_left
+from diagnosis.pipelines.left_without import left_without, share_and_left
 from diagnosis.pipelines.options import UNKNOWN
 from diagnosis.plants.traits import traits_of
 from diagnosis.priors.build_tolerances import within_tolerance
@@ -104,7 +104,7 @@ def _named(
     whole = model.predict([*solution.nuisances, *solution.terms])
     change = outcome.fitter.change_by(solution, number, whole)
     held = share_and_left(outcome.fitter, outcome.explained.nominal, solution, number)
-    share, left = held or (stand.gain / total, None)
+    share, left = held or (stand.gain / total, left_without(outcome.fitter, solution, number))
     chances = outcome.explained.credible
     return Finding(
         effect=candidate.effect,

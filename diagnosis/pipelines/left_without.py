@@ -1,6 +1,7 @@
-"""What the change of a size that the robot file knows does, which a refit would hide.
+"""What is left without a finding: the others are fitted again and take over what they can.
 
-Left out, what is known of it would move instead, and take its place.
+Of a change of a size that the robot file knows, nothing is: what is known of it would move instead,
+and take its place.
 """
 
 from __future__ import annotations
@@ -12,6 +13,14 @@ from diagnosis.evidence.left_by_measured import held_to
 from diagnosis.observations.readings import FloatArray, without_outliers
 
 LEAST_GAIN = 1e-30
+REFIT_STEPS = 4
+
+
+def left_without(fitter: Fitter, solution: Solution, number: int) -> float:
+    """Root mean square without a term; number: of the term."""
+    others = (*solution.terms[:number], *solution.terms[number + 1 :])
+    bare = fitter.solve(others, solution.frees, solution.nuisances, steps=REFIT_STEPS)
+    return _left_by(fitter, solution, bare.predicted)
 
 
 def share_and_left(
