@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from diagnosis.columns.names import Guess, read_name
-from diagnosis.columns.options import GUESSES
 from diagnosis.columns.units import IN_SI
+from diagnosis.inspection.timing import uneven
 from diagnosis.observations.readings import FloatArray
 from recording.tables.moment import advice, mean_rate_hz, not_increasing, seldom_back, those_rows
 
@@ -49,7 +49,7 @@ def stumbling(
     rate_hz = mean_rate_hz(t_s)
     if time.why == "as you say" or rate_hz is None:
         return Stumbling(time.source, None, f"{says}; {advice(t_s)}")
-    if not _even(values):
+    if uneven(np.diff(values)):
         return Stumbling(
             time.source, None, f"{says}; delete {those} before you type the command below"
         )
@@ -86,10 +86,3 @@ def _where(values: FloatArray, rows: Sequence[int], lines: Sequence[int]) -> str
         return f"at {what} {shown[0]} ({first})"
     listed = ", ".join(shown) + (f" and {more} more" if more else "")
     return f"at {what}s {listed} (the first: {first})"
-
-
-def _even(values: FloatArray) -> bool:
-    """Whether the rows are evenly apart but for those that stumble and what makes up for them."""
-    step = np.diff(values)
-    apart = np.abs(step / float(np.median(step)) - 1.0)
-    return bool(np.mean(apart > GUESSES.large_jitter) <= GUESSES.most_uneven)

@@ -63,7 +63,7 @@ def _facts(rows: int, step_s: FloatArray) -> Facts:
     facts = [("rows", words)]
     long = step_s > GAP_PERIODS * usual
     missing = (step_s > GUESSES.row_missing * usual) & ~long
-    if missing.any() and not _uneven(step_s):
+    if missing.any() and not uneven(step_s):
         longest = float(step_s[missing].max())
         are = "step is" if missing.sum() == 1 else "steps are"
         facts.append(
@@ -79,7 +79,8 @@ def _facts(rows: int, step_s: FloatArray) -> Facts:
     return facts
 
 
-def _uneven(step_s: FloatArray) -> bool:
+def uneven(step_s: FloatArray) -> bool:
+    """Whether steps of time (n,) differ, but for a few."""
     apart = np.abs(step_s / float(np.median(step_s)) - 1.0)
     return bool(np.mean(apart > GUESSES.large_jitter) > GUESSES.most_uneven)
 
@@ -104,7 +105,7 @@ def _doubts(name: str, step_s: FloatArray, counter: str | None) -> list[str]:
             f"{name}: it counts the rows and is taken for seconds; where more rows than one come in"
             " a second, say how many: --set rate_hz=100 in place of --set t=..."
         )
-    if _uneven(step_s):
+    if uneven(step_s):
         mean = float(step_s[step_s <= GAP_PERIODS * usual].mean())
         doubts.append(
             f"{name}: its steps are uneven, as where a computer stamps what arrives; if the file"

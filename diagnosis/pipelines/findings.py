@@ -103,7 +103,7 @@ def _named(
         sizes["time"] = sizes["time"].model_copy(update={"value": plain["time"]})
     whole = model.predict([*solution.nuisances, *solution.terms])
     change = outcome.fitter.change_by(solution, number, whole)
-    held = share_and_left(outcome.fitter, outcome.explained.nominal, solution, number)
+    held = share_and_left(outcome.fitter, outcome.explained.nominal, solution, number, whole)
     share, left = held or (stand.gain / total, left_without(outcome.fitter, solution, number))
     chances = outcome.explained.credible
     return Finding(

@@ -5,15 +5,10 @@ from __future__ import annotations
 from models.effects.flow import Flow
 from models.effects.kind import EffectKind, Memory, Parameter, Values, scalar
 from models.effects.port import Port
-from models.recursion import delayed
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
-    late_s = scalar(values, "time")
-    if flow.smooth:
-        flow.measured_rad = flow.behind(flow.measured_rad, late_s, 0.0)
-        return
-    flow.measured_rad = delayed(flow.measured_rad, flow.t_s, flow.stretch_start_s, late_s, memory)
+    flow.measured_rad = flow.behind(flow.measured_rad, scalar(values, "time"), 0.0, memory)
 
 
 EFFECT = EffectKind(

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from models.between_rows import late, slopes_of
+from models.recursion import delayed, lagged
 from models.robot import FloatArray
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
@@ -67,20 +68,23 @@ class Flow:
         step[self.fresh] = 0.0
         return step
 
-    def behind(self, part: FloatArray, dead_s: float, time_s: float) -> FloatArray:
-        """Each column of a whole motion (n, m) behind a dead time and a first-order lag."""
-        columns = [
-            late(
-                x,
-                slopes_of(x, self.t_s, self.step_s),
-                self.t_s,
-                self.stretch_start_s,
-                dead_s,
-                time_s,
-            )
-            for x in part.T
-        ]
-        return np.stack(columns, axis=1)
+    def behind(
+        self, part: FloatArray, dead_s: float, time_s: float, memory: dict[str, Any]
+    ) -> FloatArray:
+        """Each column of a motion (n, m) behind a dead time and a first-order lag.
+
+        memory: what goes on from block to block; a whole motion leaves it as it is.
+        """
+        if self.smooth:
+            return np.stack([self._late(x, dead_s, time_s) for x in part.T], axis=1)
+        start_s = self.stretch_start_s
+        if dead_s != 0.0:
+            part = delayed(part, self.t_s, start_s, dead_s, memory.setdefault("delay", {}))
+        return lagged(part, self.step_s, time_s, memory.setdefault("lag", {}))
+
+    def _late(self, x: FloatArray, dead_s: float, time_s: float) -> FloatArray:
+        slopes = slopes_of(x, self.t_s, self.step_s)
+        return late(x, slopes, self.t_s, self.stretch_start_s, dead_s, time_s)
 
     @cached_property
     def since_s(self) -> FloatArray:

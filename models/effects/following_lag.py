@@ -14,21 +14,14 @@ from models.effects.kind import (
     scalar,
 )
 from models.effects.port import Port
-from models.recursion import delayed, lagged
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
-    part = flow.angles_rad[:, joints(index)]
+    part = joints(index)
     dead_s, lag_s = scalar(values, "dead_time"), scalar(values, "time")
+    flow.angles_rad[:, part] = flow.behind(flow.angles_rad[:, part], dead_s, lag_s, memory)
     if flow.smooth:
-        part = flow.behind(part, dead_s, lag_s)
         flow.late_s += lag_s
-    else:
-        if dead_s != 0.0:
-            past = memory.setdefault("delay", {})
-            part = delayed(part, flow.t_s, flow.stretch_start_s, dead_s, past)
-        part = lagged(part, flow.step_s, lag_s, memory.setdefault("lag", {}))
-    flow.angles_rad[:, joints(index)] = part
 
 
 EFFECT = EffectKind(

@@ -20,7 +20,7 @@ def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     part = joints(index)
     torque = flow.load.torque_nm[:, part]
     if flow.late_s > 0.0:  # a drive gives way as it follows: by the same time constant
-        torque = flow.behind(torque, 0.0, flow.late_s)
+        torque = flow.behind(torque, 0.0, flow.late_s, memory)
     flow.angles_rad[:, part] += torque / scalar(values, "stiffness")
 
 

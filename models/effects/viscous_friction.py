@@ -14,16 +14,12 @@ from models.effects.kind import (
     scalar,
 )
 from models.effects.port import Port
-from models.recursion import lagged
 
 
 def _operate(flow: Flow, index: int, values: Values, memory: Memory) -> None:
     lag_s = scalar(values, "coefficient") / scalar(values, "stiffness")
-    part = flow.angles_rad[:, joints(index)]
-    if flow.smooth:
-        flow.angles_rad[:, joints(index)] = flow.behind(part, 0.0, lag_s)
-        return
-    flow.angles_rad[:, joints(index)] = lagged(part, flow.step_s, lag_s, memory)
+    part = joints(index)
+    flow.angles_rad[:, part] = flow.behind(flow.angles_rad[:, part], 0.0, lag_s, memory)
 
 
 EFFECT = EffectKind(

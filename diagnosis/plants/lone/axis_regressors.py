@@ -247,9 +247,8 @@ def _gap_of_a_lag(axis: RecordedAxis, keys: frozenset[str], sizes: Sizes) -> flo
     """Gap between the directions that a delay leaves which is not quite as its operator has it."""
     if "lag" not in keys:
         return 0.0
-    speed = np.gradient(axis.commanded, axis.t_s)[axis.rows]
     late_s = sizes["lag.time"] + sizes["lag.dead_time"]
-    return COMMANDED_AXIS.gap_of_a_lag * 2.0 * late_s * float(np.sqrt(np.mean(speed**2)))
+    return COMMANDED_AXIS.gap_of_a_lag * 2.0 * late_s * axis.usual_speed
 
 
 def impossible(
@@ -262,9 +261,10 @@ def impossible(
         return True
     near = LONE.near_bound
     widest = (1.0 - near) * COMMANDED_AXIS.widest_play_share * axis.span
+    least = max(axis.resolution, _gap_of_a_lag(axis, keys, sizes))
     for key in keys & {"play", "friction", "rubbing"}:
         width = sizes[f"{key}.width"] + usual_load(axis) * sizes.get(f"{key}.grip", 0.0)
-        if not max(axis.resolution, _gap_of_a_lag(axis, keys, sizes)) < width < widest:
+        if not least < width < widest:
             return True
     named = COMMANDED_AXIS.fewest_named_waves
     ranges = {"gear": (named, most_waves(axis)), "teeth": fine_waves(axis)}

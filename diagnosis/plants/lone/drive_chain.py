@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -25,8 +26,6 @@ class DriveChain:
         """begins: names of the sizes that say where in the play the first stretches begin."""
         self._axis, self._begins = axis, begins
         self._kept: dict[tuple[object, ...], FloatArray] = {}
-        self._curve: tuple[FloatArray, FloatArray] | None = None
-        """The motion that is behind a lag, and its slopes."""
 
     def behind(self, keys: frozenset[str], sizes: Sizes) -> FloatArray:
         """Command behind lag and play, (n,)."""
@@ -52,18 +51,18 @@ class DriveChain:
     def _stage(self, key: str, driven: FloatArray, sizes: Sizes) -> FloatArray:
         """What one part of the chain makes of its input, (n,)."""
         if key == "lag":
-            return self._late(driven, sizes["lag.dead_time"], sizes["lag.time"])
+            axis, dead_s, time_s = self._axis, sizes["lag.dead_time"], sizes["lag.time"]
+            return late(driven, self._slopes, axis.t_s, axis.stretch_start_s, dead_s, time_s)
         if key == "ringing":
             return self._rung(driven, sizes["ringing.frequency"], sizes["ringing.damping"])
         pull = self._axis.pull if key == "play" else np.zeros(len(driven))
         return self._played(driven, sizes, key, pull)
 
-    def _late(self, driven: FloatArray, dead_s: float, time_s: float) -> FloatArray:
-        """Behind a dead time and a time constant, of a motion that is smooth between its rows."""
+    @cached_property
+    def _slopes(self) -> FloatArray:
+        """Of the motion that comes to a lag, which is the first of the stages."""
         axis = self._axis
-        if self._curve is None or self._curve[0] is not driven:
-            self._curve = (driven, slopes_of(driven, axis.t_s, axis.step_s))
-        return late(driven, self._curve[1], axis.t_s, axis.stretch_start_s, dead_s, time_s)
+        return slopes_of(axis.nominal, axis.t_s, axis.step_s)
 
     def _played(self, driven: FloatArray, sizes: Sizes, key: str, pull: FloatArray) -> FloatArray:
         starts = np.zeros(int(np.count_nonzero(self._axis.readings.fresh)))

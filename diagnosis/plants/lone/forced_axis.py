@@ -85,18 +85,17 @@ class ForcedAxis(LeftOver):
         """Motion and forces behind a low-pass, and the samples that count of them."""
         for name in ("_rests", "_direction"):
             self.__dict__.pop(name, None)
-        self._narrower = narrower
-        self.motion = self._motion(recordings)
+        self.motion = self._motion(recordings, narrower)
         self.filtered_force = self.motion.low_passed(self.force)
         self.observed = self._not_explained(recordings)
         self.drawn_on = self.filtered_force - self.observed
         self.rows = self._rows()
 
-    def _motion(self, recordings: Sequence[FlatRecording]) -> Motion:
+    def _motion(self, recordings: Sequence[FlatRecording], narrower: float) -> Motion:
         velocity = None
         if all(first_of(r, ["velocity"]) for r in recordings):
             velocity = np.concatenate([filled(r, "velocity") for r in recordings])
-        return motion_of(self.t_s, self.readings.fresh, self.position, velocity, self._narrower)
+        return motion_of(self.t_s, self.readings.fresh, self.position, velocity, narrower)
 
     def _not_explained(self, recordings: Sequence[FlatRecording]) -> FloatArray:
         """Effort less what inertia, gravity, load and believed effects need, low-passed, (n,)."""

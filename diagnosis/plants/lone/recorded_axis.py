@@ -258,6 +258,12 @@ class RecordedAxis:
         return steps
 
     @cached_property
+    def usual_speed(self) -> float:
+        """Of the command, root mean square over the rows that count."""
+        speed = np.gradient(self.commanded, self.t_s)[self.rows]
+        return float(np.sqrt(np.mean(speed**2)))
+
+    @cached_property
     def stretch_start_s(self) -> FloatArray:
         """When the stretch of a row began (n,) [s]."""
         starts = self.t_s[self.readings.fresh]
